@@ -23,7 +23,7 @@ from typing import Annotated, NamedTuple
 
 from bristle.controllers.quantities import EffortLimit
 from bristle.controllers.velocity import samples_before
-from bristle.core.contracts import Controller, Reference
+from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
@@ -68,22 +68,23 @@ def step(state, reference, measured, dt, p):
     return effort, State(measured, state.q_1, integral, reference.position, state.r_1)
 
 
-def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+@kernel
+def start(measured, velocity, acceleration, dt, p):
     """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before, two_before = samples_before(measured, velocity, acceleration, dt)
     return State(before, two_before, 0.0)
 
 
-def resume(
-    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
-) -> State:  # fmt: skip
+@kernel
+def resume(state, reference, measured, effort, dt, p):
     """Return the state of a cascade that has followed a reference, and has given an effort until now."""
     r_1, r_2 = samples_before(reference.position, reference.velocity, reference.acceleration, dt)
-    state = state._replace(r_1=r_1, r_2=r_2)
-    if effort is None or p.k_i == 0.0:
-        return state
-    without, _ = step(state, reference, measured, dt, p._replace(k_i=0.0, limit=math.inf))
-    return state._replace(integral=state.integral + effort - without)
+    followed = State(state.q_1, state.q_2, state.integral, r_1, r_2)
+    if math.isnan(effort) or p.k_i == 0.0:
+        return followed
+    proportional = Parameters(p.k_p, p.k_v, 0.0, p.k_ff, math.inf, p.averaging)
+    without, _ = step(followed, reference, measured, dt, proportional)
+    return State(state.q_1, state.q_2, state.integral + effort - without, r_1, r_2)
 
 
 MODEL = Controller(

@@ -31,7 +31,7 @@ from bristle.controllers.quantities import (
     VelocityBefore,
 )
 from bristle.controllers.velocity import motion_before, observed
-from bristle.core.contracts import Controller, Reference
+from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import expm1
 from bristle.core.variable import Variable
@@ -72,20 +72,20 @@ def step(state, reference, measured, dt, p):
     return effort, State(motion.q, motion.v, z, effort - reference.effort)
 
 
-def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+@kernel
+def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
     return State(before.q, before.v, p.g * p.J * before.v, p.J * acceleration)
 
 
-def resume(
-    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
-) -> State:  # fmt: skip
+@kernel
+def resume(state, reference, measured, effort, dt, p):
     """Return the state of a law that has given an effort until now: beyond its inertia that was a disturbance."""
-    if effort is None:
+    if math.isnan(effort):
         return state
     feedback = effort - reference.effort
-    return state._replace(z=state.z + feedback - state.feedback, feedback=feedback)
+    return State(state.q, state.v, state.z + feedback - state.feedback, feedback)
 
 
 MODEL = Controller(

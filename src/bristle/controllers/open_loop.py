@@ -20,6 +20,7 @@ def step(state, reference, measured, dt, p):
     return reference.effort, state
 
 
+@kernel
 def start(measured, velocity, acceleration, dt, p):
     """Return the state: none."""
     return State()

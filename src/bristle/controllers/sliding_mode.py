@@ -78,9 +78,11 @@ def step(state, reference, measured, dt, p):
     return effort, State(motion.q, motion.v)
 
 
-def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+@kernel
+def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
-    return State(*motion_before(measured, velocity, acceleration, dt))
+    before = motion_before(measured, velocity, acceleration, dt)
+    return State(before.q, before.v)
 
 
 MODEL = Controller(

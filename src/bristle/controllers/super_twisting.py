@@ -29,7 +29,7 @@ from bristle.controllers.quantities import (
     VelocityBefore,
 )
 from bristle.controllers.velocity import motion_before, observed
-from bristle.core.contracts import Controller, Reference
+from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
@@ -72,20 +72,21 @@ def step(state, reference, measured, dt, p):
     return effort, State(motion.q, motion.v, w)
 
 
-def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+@kernel
+def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
     return State(before.q, before.v, 0.0)
 
 
-def resume(
-    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
-) -> State:  # fmt: skip
+@kernel
+def resume(state, reference, measured, effort, dt, p):
     """Return the state of a law that has given an effort until now: what its surface does not ask for, it has held."""
-    if effort is None or p.k_2 == 0.0 or p.J == 0.0:
+    if math.isnan(effort) or p.k_2 == 0.0 or p.J == 0.0:
         return state
-    without, _ = step(state, reference, measured, dt, p._replace(k_2=0.0, limit=math.inf))
-    return state._replace(w=state.w + (effort - without) / p.J)
+    held = Parameters(p.J, p.lambda_, p.K_1, p.k_1, 0.0, p.estimator, p.cutoff, math.inf)
+    without, _ = step(state, reference, measured, dt, held)
+    return State(state.q, state.v, state.w + (effort - without) / p.J)
 
 
 MODEL = Controller(

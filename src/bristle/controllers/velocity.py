@@ -46,7 +46,8 @@ def observed(q, v, measured, dt, estimator, cutoff):
     return ObservedMotion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
 
 
-def samples_before(position: float, velocity: float, acceleration: float, dt: float) -> tuple[float, float]:
+@kernel
+def samples_before(position, velocity, acceleration, dt):
     """Return where a motion was one sample and two samples before."""
     return (
         position - velocity * dt + 0.5 * acceleration * dt * dt,
@@ -54,7 +55,8 @@ def samples_before(position: float, velocity: float, acceleration: float, dt: fl
     )
 
 
-def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> ObservedMotion:
+@kernel
+def motion_before(measured, velocity, acceleration, dt):
     """Return what a control law that takes over a motion knows of it, one sample before."""
     before, _ = samples_before(measured, velocity, acceleration, dt)
     return ObservedMotion(before, velocity - acceleration * dt)

@@ -26,7 +26,7 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.documented import Documented, WithParameters
 from bristle.core.errors import InputError
-from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion, Reference
+from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
 from bristle.core.relation import Redundancy, Relation
@@ -40,6 +40,7 @@ __all__ = [
     "NOMINAL_LOAD",
     "NOMINAL_TEMPERATURE",
     "NOTHING_TRANSMITTED",
+    "NOT_KNOWN",
     "Component",
     "Controller",
     "FrictionModel",
@@ -231,7 +232,8 @@ class Controller(Component):
 
     ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of one that takes over a motion under way.
     ``resume(state, reference, measured, effort, dt, p) -> state`` is optional, for one that remembers its reference or
-    integrates: the same state of one that has followed it and given an effort until now (None where it is not known).
+    integrates: the same state of one that has followed it and given an effort until now (`NOT_KNOWN`, a NaN, where it
+    is not known). All three are kernels: where a law is exported to, it begins as it does here.
     """
 
     step: Callable[..., Any]

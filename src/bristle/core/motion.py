@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from bristle.core.variable import Variable
 
-__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "NOTHING_TRANSMITTED", "Motion", "Reference"]
+__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "NOTHING_TRANSMITTED", "NOT_KNOWN", "Motion", "Reference"]
 
 NOMINAL_LOAD = 1.0
 NOMINAL_TEMPERATURE = 293.15  # [K]
 NOTHING_TRANSMITTED = 0.0  # [N or N*m]
+NOT_KNOWN = math.nan  # an effort that nobody tells
 
 
 class Motion(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.controllers.feedforward import Shape
-from bristle.core.contracts import Model, Reference
+from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.edge import Amount, among, amount, array, guarded, instance, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
@@ -312,7 +312,10 @@ def _begun(
     """Return the state of a control law that takes over a motion, and the `resumed_effort` where it is known."""
     component, p = controller.component, controller.parameters
     state = component.start(measured, v, acceleration, dt, p)
-    return state if component.resume is None else component.resume(state, reference, measured, resumed_effort, dt, p)
+    if component.resume is None:
+        return state
+    effort = NOT_KNOWN if resumed_effort is None else resumed_effort
+    return component.resume(state, reference, measured, effort, dt, p)
 
 
 def _compensation(compensator: Compensator | None, measured: float) -> Compensation:

@@ -25,7 +25,7 @@ from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
 
-__all__ = ["FLAGS", "CFiles", "c_files"]
+__all__ = ["FLAGS", "CFiles", "c_files", "initial_value", "literal"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
@@ -128,7 +128,7 @@ class CFiles:
 
     def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         lines = [
-            f"axis->state.{printer.names.variable(name)} = {_literal(value, part, self.scalar)};"
+            f"axis->state.{printer.names.variable(name)} = {literal(value, part, self.scalar)};"
             for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
         ]
         return lines + (tuned.started(self.scalar) if tuned else [])
@@ -179,7 +179,7 @@ class CFiles:
         ):
             return ""
         arrays: list[str] = []
-        text = _initial(p, self.subject.parameters, self.scalar, arrays)
+        text = initial_value(p, self.subject.parameters, self.scalar, arrays)
         declared = f"static const {printer.named(self.subject.parameters, 'parameters')} = {text};"
         return "\n".join([*arrays, *wrapped(declared, ""), ""])
 
@@ -245,17 +245,17 @@ def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[st
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
 
 
-def _initial(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
+def initial_value(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
     """Return the initial value of a structure; arrays of it become constants of their own."""
     parts = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         if isinstance(part, Struct):
-            parts.append(_initial(field, part, scalar, arrays, f"{path}{name}_"))
+            parts.append(initial_value(field, part, scalar, arrays, f"{path}{name}_"))
         elif isinstance(part, Array):
             arrays.append(_array(f"{path}{name}", field, scalar))
             parts.append(f"{path}{name}")
         else:
-            parts.append(_literal(field, part, scalar))
+            parts.append(literal(field, part, scalar))
     return "{" + (", ".join(parts) or "0") + "}"
 
 
@@ -265,7 +265,8 @@ def _array(name: str, values: np.ndarray, scalar: str) -> str:
     return f"static const {scalar} {name}[{max(len(numbers), 1)}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
 
 
-def _literal(value: Any, kind: Type, scalar: str) -> str:
+def literal(value: Any, kind: Type, scalar: str) -> str:
+    """Return a number of this type as C reads it."""
     return number(float(value), scalar) if kind == REAL else str(int(value))
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bristle.exports.c_code import described
-from bristle.exports.subject import Subject
-from bristle.exports.tree import Constant, For, Statement, While, blocks_of
+from bristle.exports.tree import Constant, For, Statement, Unit, While, blocks_of
 
 __all__ = ["Loop", "loops_of"]
 
@@ -19,8 +18,22 @@ class Loop(NamedTuple):
     most: str
 
 
-def loops_of(subject: Subject) -> list[Loop]:
-    """Return the loops of the functions of a model."""
+class Looping(Protocol):
+    """What has functions and a memory: a model, or a law with one."""
+
+    @property
+    def unit(self) -> Unit:
+        """All functions."""
+        ...
+
+    @property
+    def memory_size(self) -> int:
+        """Numbers in the memory."""
+        ...
+
+
+def loops_of(subject: Looping) -> list[Loop]:
+    """Return the loops of the functions of a model or a law."""
     loops = []
     for function in subject.unit.functions:
         for loop in _loops(function.body):
@@ -38,7 +51,7 @@ def _loops(block: list[Statement]) -> list[For | While]:
     return loops
 
 
-def _most(loop: For | While, subject: Subject) -> str:
+def _most(loop: For | While, subject: Looping) -> str:
     if isinstance(loop, For):
         bounds = (loop.start, loop.stop)
         if all(isinstance(bound, Constant) for bound in bounds):

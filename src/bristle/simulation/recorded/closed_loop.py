@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model, Reference
+from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.engine import LoopTrace, run_closed_loop, settled
@@ -173,7 +173,7 @@ def resumed_effort_at(
     part = slice(first, first + min(START_SAMPLES, desired.shape[1]))
     law = component.start(beginning.x, beginning.v, beginning.acceleration, dt, p)
     if component.resume is not None:
-        law = component.resume(law, Reference(*desired[:, 0]), beginning.x, None, dt, p)
+        law = component.resume(law, Reference(*desired[:, 0]), beginning.x, NOT_KNOWN, dt, p)
     efforts = []
     for sample, measured in zip(desired.T.tolist(), log.position.values[part].tolist(), strict=False):
         effort, law = component.step(law, Reference(*sample), measured, dt, p)

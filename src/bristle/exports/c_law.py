@@ -1,0 +1,223 @@
+"""C99 of a control law: a header, a source that compiles alone, a self-test, an example and what builds them.
+
+The functions are those of the tree. What is between them and the caller, what lasts, the inputs and those that are no
+numbers, is written here.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.variable import Variable, unit_of
+from bristle.exports.c import FLAGS, initial_value, literal
+from bristle.exports.c_code import Printer, number, wrapped
+from bristle.exports.c_helpers import helpers_text
+from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.law import Inputs, Law
+from bristle.exports.loops import loops_of
+from bristle.exports.rendering import rendered, version
+from bristle.exports.subject import subject_of
+from bristle.exports.types import Struct, Type
+from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SCALES, SEED, TERM, Walk, hash_of, walk_of
+
+__all__ = ["law_files"]
+
+SCALAR = "double"
+WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
+PER_VELOCITY = 100.0  # acceleration of the self-test over its velocity [1/s]
+TOLD = {
+    "position": ("desired position", "length"), "velocity": ("desired velocity", "length/time"),
+    "acceleration": ("desired acceleration", "length/time^2"),
+    "measured": ("position as the sensor reads it", "length"),
+    "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
+    "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
+}  # fmt: skip
+
+
+class Leaf(NamedTuple):
+    """A number that a law keeps: its name, what it is where the law begins, its type, and what it means."""
+
+    name: str
+    value: Any
+    type: Type
+    variable: Variable
+
+
+@dataclass(frozen=True)
+class LawFiles:
+    """How a control law is written in C.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    name : str
+        What files, types and functions are called.
+    source : Source
+        Where it comes from.
+    steps : int
+        Samples of the self-test.
+    """
+
+    law: Law
+    name: str
+    source: Source
+    steps: int = COUNT
+
+    def files(self) -> dict[str, str]:
+        """Return the text of each file by its name."""
+        facts = self._facts()
+        return {
+            f"{self.name}.h": rendered("c/law.h", facts),
+            f"{self.name}.c": rendered("c/law.c", facts),
+            f"{self.name}_selftest.c": rendered("c/law_selftest.c", facts | self._walked()),
+            "CMakeLists.txt": rendered("c/CMakeLists.txt", facts),
+            "example_main.c": rendered("c/law_main.c", facts),
+            "README.md": rendered("c/law_README.md", facts),
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        law, variant = self.law, self.law.variant
+        lasting, p = law.types
+        printer = Printer(law.unit, SCALAR, [lasting, p])
+        definitions = printer.definitions()
+        kind, friction = variant.controller.kind, variant.feedforward.friction
+        return {
+            "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
+            "title": plain(f"Control law of an axis: {variant.controller.name}"), "variant": plain(variant.name),
+            "description": plain(variant.controller.component.description), "facts": self.source.lines,
+            "along": "" if friction is None else variant.feedforward.along,
+            "friction": "" if friction is None else plain(friction.name),
+            "table": parameter_table(variant.controller, self.source).rstrip(),
+            "fed_table": "" if friction is None else parameter_table(friction, self.source).rstrip(),
+            "fed": self._fed(), "unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind),
+            "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}", "ahead": law.samples_ahead,
+            "delay": variant.run.delay, "limit": f"{variant.run.effort_limit:g}",
+            "inputs": [
+                {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
+                 "told": TOLD[name][0], "unit": unit_of(TOLD[name][1], kind), "several": name.endswith("_ahead")}
+                for name in law.inputs
+            ],
+            "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
+            "helpers": helpers_text(printer.helpers, SCALAR, printer.integer), "data": self._data(printer, p),
+            "remembered": "remembered[i]" if np.any(law.memory) else number(0.0),
+            "start": self._start(), "step": self._step(printer, lasting), "after": self._after(printer),
+            "loops": loops_of(law), "steps": self.steps,
+        }  # fmt: skip
+
+    # --- what the structure of the axis holds ---------------------------------------------------------------------
+
+    def _state_lines(self, printer: Printer) -> list[str]:
+        kind, lines = self.law.variant.controller.kind, []
+        for leaf in self._leaves():
+            unit = leaf.variable.unit(kind)
+            meaning = plain(leaf.variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
+            lines.append(f"{printer.named(leaf.type, leaf.name)}; /* {meaning} */")
+        return lines
+
+    def _leaves(self) -> list[Leaf]:
+        return list(_leaves(self.law.lasting, self.law.types[0], ()))
+
+    def _start(self) -> list[str]:
+        return [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, SCALAR)};" for leaf in self._leaves()]
+
+    def _step(self, printer: Printer, lasting: Struct) -> list[str]:
+        handed = {
+            "lasting": "lasting", "memory": "axis->memory", "begun": "axis->begun != 0", "dt": number(self.law.dt),
+            "p": "parameters",
+        }  # fmt: skip
+        needed = [argument.name for argument in self.law.entry.parameters]
+        arguments = ", ".join(handed.get(name, f"inputs->{name}") for name in needed)
+        assert isinstance(self.law.entry.result, Struct)
+        call = f"const {printer.named(self.law.entry.result, 'now')} = {self.law.entry.name}({arguments});"
+        if "lasting" not in needed:
+            return wrapped(call, "")
+        state = f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};"
+        return [*wrapped(state, ""), *wrapped(call, "")]
+
+    def _after(self, printer: Printer) -> list[str]:
+        return [
+            f"axis->state.{'_'.join(path)} = now.part_1.{'.'.join(printer.names.variable(name) for name in path)};"
+            for path in _paths(self.law.types[0], ())
+        ]
+
+    def _data(self, printer: Printer, p: Struct) -> str:
+        arrays: list[str] = []
+        text = initial_value(self.law.p, p, SCALAR, arrays)
+        memory = self.law.memory
+        if np.any(memory):
+            lines = ",\n    ".join(number(value) for value in memory.tolist())
+            arrays.append(f"static const double remembered[{memory.size}] = {{\n    {lines}\n}};")
+        declared = f"static const {printer.named(p, 'parameters')} = {text};"
+        return "\n".join([*arrays, *wrapped(declared, ""), ""])
+
+    def _fed(self) -> list[str]:
+        """Return what is fed forward, a line each."""
+        feedforward, kind = self.law.variant.feedforward, self.law.variant.controller.kind
+        lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
+        lines = lines if feedforward.mass else []
+        if feedforward.friction is not None:
+            shape = ", ".join(f"{name} {value:g}" for name, value in self.law.p.shape._asdict().items())
+            lines.append(f"friction along the {feedforward.along} motion: {feedforward.friction.name}, {shape}")
+        return [plain(line) for line in lines] or ["nothing"]
+
+    # --- the self-test --------------------------------------------------------------------------------------------
+
+    def _walked(self) -> dict[str, Any]:
+        law, ahead, friction = self.law, self.law.samples_ahead, self.law.variant.feedforward.friction
+        walk = (
+            Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt) if friction is None
+            else walk_of(subject_of(friction), law.dt)
+        )  # fmt: skip
+        x = walk.positions(self.steps + ahead + 1)
+        v = np.diff(x) / law.dt
+        a = PER_VELOCITY * v
+        at, speed, change = x.tolist(), v.tolist(), a.tolist()
+        efforts = law.efforts([
+            Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead])
+            for k in range(self.steps)
+        ])  # fmt: skip
+        digest = hash_of(efforts)
+        return {
+            "count": self.steps, "positions": x.size, "scales": [repr(scale) for scale in walk.scales], "seed": SEED,
+            "factor": FACTOR, "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}",
+            "hash_text": f"{digest:016x}", "last": repr(float(efforts[-1])), "per_velocity": repr(PER_VELOCITY),
+        }  # fmt: skip
+
+
+def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
+    """Return the files of a control law in C, text by name."""
+    return LawFiles(law, name, source).files()
+
+
+def _leaves(value: Any, kind: Struct, path: tuple[str, ...]) -> Iterator[Leaf]:
+    """Give the numbers of a structure in turn."""
+    hints = typing.get_type_hints(kind.cls, include_extras=True)
+    for (name, part), field in zip(kind.fields, value, strict=True):
+        if isinstance(part, Struct):
+            yield from _leaves(field, part, (*path, name))
+        else:
+            marks = getattr(hints[name], "__metadata__", ())
+            variable = next(mark for mark in marks if isinstance(mark, Variable))
+            yield Leaf("_".join((*path, name)), field, part, variable)
+
+
+def _paths(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    for name, part in kind.fields:
+        if isinstance(part, Struct):
+            yield from _paths(part, (*path, name))
+        else:
+            yield (*path, name)
+
+
+def _gathered(kind: Struct, path: tuple[str, ...]) -> str:
+    parts = [
+        _gathered(part, (*path, name)) if isinstance(part, Struct) else f"axis->state.{'_'.join((*path, name))}"
+        for name, part in kind.fields
+    ]
+    return "{" + (", ".join(parts) or "0") + "}"

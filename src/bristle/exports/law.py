@@ -1,0 +1,288 @@
+"""The control law of a loop as one kernel: how it begins, what is fed forward, what its controller commands.
+
+It is written as text, because what is fed forward differs from loop to loop, and is built into the tree as any kernel
+is. At the first sample the law takes over the desired motion, and a compensator that runs ahead of a delay is brought
+to where it must be: so no state needs to be handed over, and every target begins as a simulation does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from bristle.controllers.feedforward import Shape, compensate
+from bristle.controllers.law import law
+from bristle.controllers.limits import within_drive
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference
+from bristle.core.errors import InputError
+from bristle.core.experiment import Variant
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+from bristle.exports.build import Builder
+from bristle.exports.prune import pruned
+from bristle.exports.scope import NotExportableError, is_kernel
+from bristle.exports.tree import Function, Unit
+from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
+from bristle.plants.terms import terms_of
+
+__all__ = ["Fed", "Inputs", "Law", "law_of"]
+
+
+class Fed(NamedTuple):
+    """A compensator between two samples: its friction model, where it was led to, the effort it gave."""
+
+    state: Any
+    place: Annotated[float, Variable("length", "where the compensator was led to")]
+    effort: Annotated[float, Variable("force", "friction that was fed forward")]
+
+
+class Nothing(NamedTuple):
+    """Stands where a law has no compensator."""
+
+
+class Lasting(NamedTuple):
+    """What a law keeps from sample to sample."""
+
+    controller: Any
+    fed: Any
+
+
+class Parameters(NamedTuple):
+    """What a law is made of: its controller, the largest effort of the drive, and what is fed forward."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+
+
+@kernel
+def led(fed, memory, place, transmitted, dt, shape, p):
+    """Return a compensator that was led to a place [m or rad], in a step of `dt` [s]."""
+    motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
+    effort, state = compensate(fed.state, memory, motion, fed.effort, dt, shape, p)
+    return Fed(state, place, effort)
+
+
+@kernel
+def inertial(acceleration, following, mass):
+    """Return the effort [N or N*m] that inertia takes between two samples of the desired acceleration."""
+    return mass * 0.5 * (acceleration + following)
+
+
+# Position, velocity, acceleration are desired; `begun`: not at the first sample. Indices of what is ahead count from
+# the sample that follows.
+HEAD = "def command({arguments}):\n    fed = lasting.fed"
+AT_FIRST = """
+    if not begun:
+        fed = Fed(fed.state, {begins}, fed.effort)"""
+BEFORE_THE_FIRST = """
+        for i in range({delay}):
+            fed = led(fed, memory, place_ahead[i], {to_come}, dt, p.shape, p.friction)"""
+ALONG_DESIRED = """
+    planned = {known}
+    fed = led(fed, memory, place_ahead[{delay}], planned, dt, p.shape, p.friction)
+    planned = planned + fed.effort
+    told = planned"""
+ALONG_MEASURED = """
+    planned = {known}
+    fed = led(fed, memory, measured, NOTHING_TRANSMITTED, dt, p.shape, p.friction)
+    told = planned + fed.effort"""
+NO_FRICTION = """
+    planned = {known}
+    told = planned"""
+CONTROLLED = """
+    controller = lasting.controller
+    if not begun:
+        controller = start(measured, velocity, acceleration, dt, p.controller){resumed}
+    reference = Reference(position, velocity, acceleration, told)
+    effort, controller = law(controller, reference, measured, 0.0, p.limit, dt, p.controller)
+    return effort, Lasting(controller, fed)
+"""
+RESUMED = """
+        followed = Reference(position, velocity, acceleration, planned)
+        controller = resume(controller, followed, measured, NOT_KNOWN, dt, p.controller)"""
+ALWAYS = ("position", "velocity", "acceleration", "measured")
+
+
+class Inputs(NamedTuple):
+    """What a law is told at a sample, in SI of the axis; those to come are of the samples that follow this one."""
+
+    position: float
+    velocity: float
+    acceleration: float
+    measured: float
+    place_ahead: np.ndarray
+    acceleration_ahead: np.ndarray
+
+
+@dataclass(frozen=True)
+class Law:
+    """The law of a variant as a function of the tree, with what it lasts on.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop.
+    unit : Unit
+        All functions.
+    entry : Function
+        The one that is called.
+    written : callable
+        The same as plain Python.
+    arguments : tuple of str
+        What the law takes, before anything was left out: `inputs` are those that are told at each sample.
+    inputs : tuple of str
+        The inputs, by name; those that end in ``ahead`` hold `samples_ahead` numbers.
+    samples_ahead : int
+        Samples that follow the present one, as many as the delay of the loop and one more.
+    lasting, p : NamedTuple
+        What lasts before the first sample, and the parameters.
+    memory : ndarray
+        Memory of the compensator before the first sample.
+    """
+
+    variant: Variant
+    unit: Unit
+    entry: Function
+    written: Callable[..., Any]
+    arguments: tuple[str, ...]
+    inputs: tuple[str, ...]
+    samples_ahead: int
+    lasting: Lasting
+    p: Parameters
+    memory: np.ndarray
+
+    @property
+    def types(self) -> tuple[Struct, Struct]:
+        """Types of what lasts and of the parameters."""
+        return _struct(type_of(self.lasting)), _struct(type_of(self.p))
+
+    @property
+    def memory_size(self) -> int:
+        """Numbers in the memory."""
+        return self.memory.size
+
+    @property
+    def dt(self) -> float:
+        """Sample time [s]."""
+        return self.variant.run.sample_time
+
+    def efforts(self, samples: Sequence[Inputs]) -> np.ndarray:
+        """Return what the law commands at each sample [N or N*m] by the kernels as they stand; nothing is compiled."""
+        lasting, memory, efforts = self.lasting, self.memory.copy(), np.zeros(len(samples))
+        for k, sample in enumerate(samples):
+            handed = {**sample._asdict(), "memory": memory, "dt": self.dt, "p": self.p, "begun": k > 0}
+            handed["lasting"] = lasting
+            efforts[k], lasting = self.written(*[handed[name] for name in self.arguments])
+        return efforts
+
+
+def law_of(variant: Variant) -> Law:
+    """Return the control law of a variant: its controller with all that is fed forward, along either motion.
+
+    Raises
+    ------
+    InputError
+        If the variant has no law of its own, or one that depends on more than its inputs.
+    NotExportableError
+        If a kernel is outside the part of Python that can be exported.
+    """
+    _check(variant)
+    controller = within_drive(variant.controller, variant.run.effort_limit)
+    feedforward, ahead = variant.feedforward, variant.run.delay + 1
+    friction = feedforward.friction
+    component = controller.component
+    for function in (component.start, component.step, *([component.resume] if component.resume else [])):
+        if not is_kernel(function):
+            raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
+    along_desired = friction is not None and feedforward.along == "desired"
+    inputs = [*ALWAYS]
+    inputs += ["place_ahead"] if along_desired else []
+    inputs += ["acceleration_ahead"] if feedforward.mass else []
+    arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
+    text = _text(arguments, variant)
+    state, memory = _compensator(variant)
+    lasting = Lasting(
+        component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
+        Nothing() if friction is None else Fed(state, 0.0, 0.0),
+    )
+    shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
+    p = Parameters(
+        controller.parameters, float(variant.run.effort_limit), float(feedforward.mass),
+        Nothing() if friction is None else friction.parameters, shape,
+    )  # fmt: skip
+    written = _defined(text, component)
+    kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
+             "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
+    builder = Builder()
+    entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
+    return Law(
+        variant, pruned(builder.unit, [entry]), entry, written, arguments, tuple(inputs), ahead, lasting, p, memory
+    )
+
+
+def _check(variant: Variant) -> None:
+    """Refuse what is more than a law that follows a reference."""
+    for name, has, why in (
+        ("effort", variant.effort is not None, "drives an open loop, which has no law"),
+        ("learning", variant.learning is not None, "needs the whole motion, again and again"),
+        ("start", variant.start is not None, "begins away from the reference"),
+    ):
+        if has:
+            raise InputError(f"{why}: it is not exported", path=f"{variant.name}.{name}")
+    plant = variant.feedforward.plant
+    if plant is not None and terms_of(plant) is not None:
+        raise InputError("feeds gravity and cogging forward, which is not exported", path=f"{variant.name}.feedforward",
+                         mend="Take plant out of the feedforward, and add their effort on the target")  # fmt: skip
+
+
+def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
+    """Return state and memory of the compensator before the first sample."""
+    friction, amplitude = variant.feedforward.friction, variant.feedforward.conditioning
+    if friction is None:
+        return Nothing(), np.zeros(0)
+    if amplitude > 0.0:
+        from bristle.engine import conditioned
+
+        return conditioned(friction, amplitude)
+    return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
+
+
+def _text(arguments: Sequence[str], variant: Variant) -> str:
+    """Return the source of the law."""
+    feedforward, delay = variant.feedforward, variant.run.delay
+    along_desired = feedforward.along == "desired"
+    now = f"acceleration_ahead[{delay - 1}]" if delay else "acceleration"
+    known = f"inertial({now}, acceleration_ahead[{delay}], p.mass)" if feedforward.mass else "0.0"
+    before = "(acceleration_ahead[i - 1] if i > 0 else acceleration)"
+    to_come = f"inertial({before}, acceleration_ahead[i], p.mass)" if feedforward.mass else "0.0"
+    text = HEAD.format(arguments=", ".join(arguments))
+    if feedforward.friction is None:
+        text += NO_FRICTION.format(known=known)
+    else:
+        text += AT_FIRST.format(begins="position" if along_desired else "measured")
+        text += BEFORE_THE_FIRST.format(delay=delay, to_come=to_come) if along_desired and delay else ""
+        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(known=known, delay=delay)
+    return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
+
+
+def _defined(text: str, component: Any) -> Callable[..., Any]:
+    scope: dict[str, Any] = {
+        "__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "led": led, "inertial": inertial,
+        "law": law, "start": component.start, "resume": component.resume, "NOT_KNOWN": NOT_KNOWN,
+        "NOTHING_TRANSMITTED": NOTHING_TRANSMITTED,
+    }  # fmt: skip
+    exec(compile(text, "<law>", "exec"), scope)
+    function = scope["command"]
+    function.source = text
+    return function
+
+
+def _struct(kind: Any) -> Struct:
+    assert isinstance(kind, Struct)
+    return kind

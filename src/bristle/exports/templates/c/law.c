@@ -1,0 +1,55 @@
+/* {{ title }}. See {{ name }}.h. Written by bristle {{ version }}; do not edit, export again. */
+
+#include "{{ name }}.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
+#endif
+#ifdef __FAST_MATH__
+#error "-ffast-math gives other numbers: leave it out"
+#endif
+
+{{ helpers }}
+{{ definitions }}
+{{ data }}
+static inline bool is_finite(double x)
+{
+    return x - x == 0.0;
+}
+
+void {{ name }}_start({{ name }} *axis)
+{
+    axis->effort = 0.0;
+    axis->begun = 0;
+    axis->flags = 0;
+{% for line in start %}    {{ line }}
+{% endfor %}{% if memory %}    for (int32_t i = 0; i < {{ memory }}; ++i) {
+        axis->memory[i] = {{ remembered }};
+    }
+{% endif %}}
+
+double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs)
+{
+    bool finite = true;
+{% for input in inputs %}{% if input.several %}    for (int32_t i = 0; i < {{ ahead }}; ++i) {
+        finite = finite && is_finite(inputs->{{ input.name }}[i]);
+    }
+{% else %}    finite = finite && is_finite(inputs->{{ input.name }});
+{% endif %}{% endfor %}    if (!finite) {
+        axis->flags |= {{ guard }}_REFUSED;
+        return axis->effort;
+    }
+{% for line in step %}    {{ line }}
+{% endfor %}    if (!is_finite(now.part_0)) {
+        axis->flags |= {{ guard }}_OVERFLOW;
+        return axis->effort;
+    }
+{% for line in after %}    {{ line }}
+{% endfor %}    axis->effort = now.part_0;
+    axis->begun = 1;
+    return axis->effort;
+}

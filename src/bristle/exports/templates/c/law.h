@@ -1,0 +1,57 @@
+/* {{ title }}, as in the variant {{ variant }}.
+
+   {{ description }}.
+   Fed forward: {{ fed | join('; ') }}.
+{% for line in facts %}   {{ line }}
+{% endfor %}
+   Written by bristle {{ version }}. Build with {{ flags }}: a compiler that contracts a product and a sum into one
+   operation gives other bits, and {{ name }}_selftest.c says so.
+
+{{ table }}
+{% if friction %}
+   {{ friction }}, fed forward along the {{ along }} motion:
+{{ fed_table }}
+{% endif %}
+   Sample time {{ dt }} s; from a measurement to the effort computed from it {{ delay }} samples; largest effort of the drive
+   {{ limit }} {{ unit_force }}. All of it is fixed. */
+
+#ifndef {{ guard }}_H
+#define {{ guard }}_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What may be in `flags`; each stays until you clear it. */
+#define {{ guard }}_REFUSED 1  /* what came in was no finite number: the last effort was held, the sample left out */
+#define {{ guard }}_OVERFLOW 2 /* what was to go out was no finite number: the last effort was held; start anew */
+
+/* What the law is told in every cycle. */
+typedef struct {
+{% for input in inputs %}    double {{ input.declared }}; /* {{ input.told }} [{{ input.unit }}] */
+{% endfor %}} {{ name }}_inputs;
+
+typedef struct {{ name }} {
+    double effort; /* last effort commanded [{{ unit_force }}] */
+    int32_t begun; /* whether there was one */
+    int32_t flags; /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
+{% if state %}    struct {
+{% for line in state %}        {{ line }}
+{% endfor %}    } state;
+{% endif %}{% if memory %}    double memory[{{ memory }}]; /* what the contact of the compensator remembers */
+{% endif %}} {{ name }};
+
+/* Begin anew. Call it before anything else, and whenever the law takes over: the first cycle then takes over the desired
+   motion, with its velocity and acceleration, at the position that is measured. */
+void {{ name }}_start({{ name }} *axis);
+
+/* The effort to be commanded [{{ unit_force }}]. Call it once in every cycle, {{ rate }} times a second. */
+double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,72 @@
+/* Self-test of {{ name }}: a walk of {{ count }} samples that the law follows a sample late. Its efforts hash to what bristle
+   {{ version }} computed in Python, or this target does not give the same bits. Prints the hash; exit code 0 or 1. */
+
+#include "{{ name }}.h"
+
+#include <stdio.h>
+
+#define COUNT {{ count }}
+
+static double x[{{ positions }}];
+
+static uint64_t hashed(uint64_t value, double effort)
+{
+    const union { double number; uint64_t bits; } both = {effort};
+    for (unsigned i = 0; i < 8U; ++i) {
+        value = (value ^ ((both.bits >> (8U * i)) & 255U)) * UINT64_C(0x100000001B3);
+    }
+    return value;
+}
+
+static int fails(const char *what)
+{
+    printf("{{ name }}: %s\n", what);
+    return 1;
+}
+
+static double velocity(unsigned k)
+{
+    return (x[k + 1U] - x[k]) / {{ dt }};
+}
+
+int main(void)
+{
+    static const double scales[{{ scales | length }}] = { {{- scales | join(', ') -}} };
+    static {{ name }} axis;
+    static {{ name }}_inputs inputs;
+    const double expected_last = {{ last }};
+    uint64_t hash = UINT64_C(0xCBF29CE484222325);
+    uint32_t bits = {{ seed }}U;
+    double effort = 0.0;
+    for (unsigned k = 1; k < {{ positions }}U; ++k) {
+        x[k] = x[k - 1U];
+        bits = bits * {{ factor }}U + {{ term }}U;
+        if ((bits >> 8U) % {{ rests }}U != 0U) {
+            x[k] = x[k - 1U] + ((double)(bits >> 16U) - 32768.0) * scales[(k / {{ part }}U) % {{ scales | length }}U];
+        }
+    }
+    {{ name }}_start(&axis);
+    for (unsigned k = 0; k < COUNT; ++k) {
+        inputs.position = x[k];
+        inputs.velocity = velocity(k);
+        inputs.acceleration = {{ per_velocity }} * velocity(k);
+        inputs.measured = x[k > 0U ? k - 1U : 0U];
+{% for input in inputs if input.several %}        for (unsigned i = 0; i < {{ ahead }}U; ++i) {
+            inputs.{{ input.name }}[i] = {% if input.name == 'place_ahead' %}x[k + 1U + i]{% else %}{{ per_velocity }} * velocity(k + 1U + i){% endif %};
+        }
+{% endfor %}        effort = {{ name }}_effort(&axis, &inputs);
+        hash = hashed(hash, effort);
+    }
+    printf("{{ name }}: hash %08lx%08lx, last effort %.17g\n", (unsigned long)(hash >> 32U),
+           (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), effort);
+    if (hash != UINT64_C({{ hash }})) {
+        printf("expected {{ hash_text }}, last effort %.17g\n", expected_last);
+        return fails("other bits: is -ffp-contract=off given?");
+    }
+    inputs.measured = (x[COUNT] - x[COUNT]) / (x[COUNT] - x[COUNT]);
+    if ({{ name }}_effort(&axis, &inputs) != effort || (axis.flags & {{ guard }}_REFUSED) == 0) {
+        return fails("a position that is no number is not held off");
+    }
+    printf("{{ name }}: the same bits as bristle\n");
+    return 0;
+}

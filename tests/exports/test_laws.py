@@ -1,0 +1,146 @@
+"""C of control laws: replayed on what a simulated loop records, the commanded efforts, bit for bit."""
+
+import ctypes
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
+
+import bristle as br
+from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.exports.c_law import law_files
+from bristle.exports.described import Source
+from bristle.exports.law import law_of
+from bristle.plants import inertia
+from bristle.references import varied_sine
+from bristle.sensors import encoder
+from bristle.simulation import simulate
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+DT, SAMPLES, M = 5e-4, 20_000, 631.65
+RUN = """
+#include "{name}.h"
+void run_{name}(const {name}_inputs *inputs, int count, double *effort)
+{{
+    static {name} axis;
+    {name}_start(&axis);
+    for (int i = 0; i < count; ++i) {{
+        effort[i] = {name}_effort(&axis, &inputs[i]);
+    }}
+}}
+"""
+STIFF = {"sigma_0": 36.066e6, "F_C": 42.725, "F_S": 50.265, "v_S": 397.89e-6}
+LUGRE = br.friction.lugre(**STIFF, sigma_1=52430.0, sigma_2=4737.4)
+CONTACT = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=36.066e6, f_p=81.933)
+LAWS = {
+    "sliding_mode": br.controllers.sliding_mode(J=M, lambda_=150.0, K_1=150.0, K_2=5e-3, phi=2e-5, cutoff=400.0),
+    "cascade": br.controllers.cascade(k_p=40.0, k_v=8e4, k_i=2e6, k_ff=1.0, averaging=2),
+    "observer": br.controllers.disturbance_observer(J=M, lambda_=150.0, K_1=150.0, g=60.0, cutoff=400.0),
+    "twisting": br.controllers.super_twisting(J=M, lambda_=150.0, K_1=150.0, k_1=1e-2, k_2=1.0,
+                                                estimator="tracking_observer", cutoff=200.0),
+}  # fmt: skip
+PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
+FED = {
+    "nothing": (Feedforward(), 1),
+    "desired": (PAPER, 1),
+    "measured": (replace(PAPER, along="measured", rate_limit=2e4), 0),
+    "all": (Feedforward(friction=LUGRE, mass=M, limit=45.0, conditioning=2e-6), 3),
+}
+
+
+def variant_of(controller, fed, name="loop", limit=90.0):
+    feedforward, delay = FED[fed]
+    return Variant(
+        name, inertia(M=M), LUGRE, LAWS[controller], encoder(resolution=1.25e-7, noise=1e-8, seed=5),
+        varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]), feedforward,
+        Run(duration=SAMPLES * DT, sample_time=DT, delay=delay, effort_limit=limit, substeps=4),
+    )  # fmt: skip
+
+
+CASES = [(controller, fed) for controller in LAWS for fed in FED]
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """All laws in one library, with the folder that they are in."""
+    folder = tmp_path_factory.mktemp("laws")
+    sources = []
+    for controller, fed in CASES:
+        name = f"{controller}_{fed}"
+        for file, text in law_files(law_of(variant_of(controller, fed)), name, Source()).items():
+            (folder / name).mkdir(exist_ok=True)
+            (folder / name / file).write_text(text, encoding="ascii")
+        (folder / name / "run.c").write_text(RUN.format(name=name))
+        sources += [f"{name}/{name}.c", f"{name}/run.c"]
+    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
+    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr[:4000]
+    return folder, ctypes.CDLL(str(folder / "laws.so"))
+
+
+def recorded(variant):
+    """Return what the law was told at each sample but the last ones, whose next ones there are not, and its efforts."""
+    law, outcome = law_of(variant), simulate(Experiment("one", "translational", (variant,))).variants[variant.name]
+    ahead, count = law.samples_ahead, outcome.time.size
+    t = DT * np.arange(count + variant.run.delay)
+    x, v, a = variant.reference.component.sample(t, variant.reference.parameters)
+    told = {"position": x, "velocity": v, "acceleration": a, "measured": outcome.measured}
+    told |= {f"{name}_ahead": np.lib.stride_tricks.sliding_window_view(signal[1:], ahead)
+             for name, signal in (("place", x), ("acceleration", a))}  # fmt: skip
+    used = count - 1
+    return np.column_stack([told[name][:used] for name in law.inputs]), outcome.command[:used]
+
+
+def replayed(library, name, inputs):
+    pointer, efforts = ctypes.POINTER(ctypes.c_double), np.empty(len(inputs))
+    inputs = np.ascontiguousarray(inputs, dtype=float)
+    run = getattr(library, f"run_{name}")
+    run.restype = None
+    run(inputs.ctypes.data_as(pointer), len(inputs), efforts.ctypes.data_as(pointer))
+    return efforts
+
+
+@pytest.mark.parametrize(("controller", "fed"), CASES)
+def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
+    inputs, efforts = recorded(variant_of(controller, fed))
+    assert len(efforts) == SAMPLES - 1
+    assert np.ptp(efforts) > 20.0
+    assert differing(replayed(exported[1], f"{controller}_{fed}", inputs), efforts) == 0
+
+
+def built(folder, main, *flags):
+    command = [COMPILER, "-O2", *FLAGS, *WARNINGS, *flags, f"{folder.name}.c", main, "-o", "program", "-lm"]
+    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:4000]
+    return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("fed", FED)
+def test_the_self_test_knows_the_bits_and_the_example_runs(exported, fed):
+    folder = exported[0] / f"cascade_{fed}"
+    ran = built(folder, f"cascade_{fed}_selftest.c", "-fsanitize=undefined")
+    assert ran.returncode == 0, ran.stdout
+    assert "the same bits" in ran.stdout
+    assert ran.stderr == ""
+    assert built(folder, "example_main.c").returncode == 0
+
+
+def test_what_is_no_number_is_left_out_and_the_last_effort_held(exported):
+    inputs, _ = recorded(variant_of("cascade", "desired"))
+    inputs = inputs[:50]
+    wrong = inputs[20].copy()
+    for column in range(inputs.shape[1]):
+        for value in (np.nan, np.inf):
+            wrong[:] = inputs[20]
+            wrong[column] = value
+            efforts = replayed(exported[1], "cascade_desired", np.insert(inputs, 20, wrong, axis=0))
+            expected = replayed(exported[1], "cascade_desired", inputs)
+            assert differing(efforts, np.insert(expected, 20, expected[19])) == 0
+
+
+def test_each_start_begins_anew(exported):
+    inputs, efforts = recorded(variant_of("observer", "all"))
+    for _ in range(2):
+        assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
