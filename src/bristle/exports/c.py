@@ -25,7 +25,7 @@ from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
 
-__all__ = ["FLAGS", "CFiles", "c_files"]
+__all__ = ["FLAGS", "CFiles", "c_files", "initial"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
@@ -179,7 +179,7 @@ class CFiles:
         ):
             return ""
         arrays: list[str] = []
-        text = _initial(p, self.subject.parameters, self.scalar, arrays)
+        text = initial(p, self.subject.parameters, self.scalar, arrays)
         declared = f"static const {printer.named(self.subject.parameters, 'parameters')} = {text};"
         return "\n".join([*arrays, *wrapped(declared, ""), ""])
 
@@ -245,12 +245,12 @@ def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[st
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
 
 
-def _initial(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
+def initial(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
     """Return the initial value of a structure; arrays of it become constants of their own."""
     parts = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         if isinstance(part, Struct):
-            parts.append(_initial(field, part, scalar, arrays, f"{path}{name}_"))
+            parts.append(initial(field, part, scalar, arrays, f"{path}{name}_"))
         elif isinstance(part, Array):
             arrays.append(_array(f"{path}{name}", field, scalar))
             parts.append(f"{path}{name}")
