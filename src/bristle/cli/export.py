@@ -26,14 +26,14 @@ def export(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL.toml|RESULTS", help="A model file, or results of identify with one.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table, tf5200 or mjcf.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table, tf5200, mjcf, fmu2 or fmu3.")],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
     *,
     name: Annotated[str, typer.Option(metavar="NAME", help="What files and functions are called.")] = "axis_x",
     step: Annotated[
-        str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example.")
+        str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example; that inside of an FMU.")
     ] = "0.5 ms",
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
@@ -52,7 +52,8 @@ def export(
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
     script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log that
     AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
-    MuJoCo with what it has of friction.
+    MuJoCo with what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of
+    both, with a library for each platform that there is a compiler for.
     """
     from bristle.core.content import content_of
     from bristle.exports.described import Source
@@ -85,7 +86,7 @@ def export(
             exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
             tunable, float32, None if axis is None else read_axis(axis), _speed(speed, exported, facts["treatment"]),
             points,
-            1.0 if plant is None else float(plant.values.get("M", 1.0)),
+            1.0 if plant is None else float(plant.values.get("M", 1.0)), plant,
         )  # fmt: skip
         product = files_for(to, request)
         for file_name, content in product.files.items():

@@ -42,15 +42,16 @@ class Exported:
     model=model("friction", "hysteresis"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
+    plant=optional(model("plant")),
 )  # fmt: skip
 def export(
     model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
     float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS, mass: Amount = 1.0,
-    source: Source | None = None, force: bool = False,
+    plant: Model | None = None, source: Source | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
-    Nothing is compiled, and no compiler is needed.
+    Nothing is compiled, and no compiler is needed, but for the libraries of an FMU.
 
     Parameters
     ----------
@@ -59,13 +60,13 @@ def export(
     to : str
         The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
         it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name,
-        ``"mjcf"`` a scene of MuJoCo.
+        ``"mjcf"`` a scene of MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
     out : path-like
         The new folder to write into; its parent must exist.
     name : str
         What files, types and functions are called.
     step : float or str
-        Time step [s] of the self-test and of the example.
+        Time step [s] of the self-test and of the example; internal step of an FMU.
     tunable : bool
         Whether parameters may be changed at run time.
     float32 : bool
@@ -78,6 +79,8 @@ def export(
         Entries of a table for each direction, at most.
     mass : float or str
         What the scene moves [kg or kg*m^2].
+    plant : Model, optional
+        What the friction is on: another FMU is written of both.
     source : Source, optional
         Where the values come from, for the comments.
     force : bool
@@ -115,6 +118,7 @@ def export(
         float(speed),
         points,
         float(mass),
+        plant,
     )
     with results_folder(out, force=force) as folder:
         product = files_for(to, request)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
@@ -43,6 +44,8 @@ class Request:
         Entries of a table for each direction, at most.
     mass : float
         What a scene moves [kg or kg*m^2].
+    plant : Model or None
+        What the friction is on, where it is known.
     """
 
     model: Model
@@ -55,6 +58,7 @@ class Request:
     speed: float = 0.0
     points: int = 20
     mass: float = 1.0
+    plant: Model | None = None
 
 
 @dataclass(frozen=True)
@@ -123,11 +127,19 @@ def _mjcf(request: Request) -> Product:
     return Product({f"{request.name}.xml": text}, mjcf_notes(request.model))
 
 
+def _fmu(request: Request, fmi: int) -> Product:
+    from bristle.exports.fmu import fmu_files
+
+    return Product(*fmu_files(request.model, request.plant, request.name, request.source, request.dt, fmi))
+
+
 TARGETS: dict[str, Callable[[Request], Product]] = {
     "c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200, "mjcf": _mjcf,
+    "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
 }  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
+TUNABLE = ("c", "fmu2", "fmu3")
 
 
 def files_for(target: str, request: Request) -> Product:
@@ -141,9 +153,9 @@ def files_for(target: str, request: Request) -> Product:
     if target not in TARGETS:
         raise InputError("no such target", path="to", value=target, allowed=", ".join(TARGETS),
                          mend=did_you_mean(target, TARGETS))  # fmt: skip
-    if request.tunable and target not in ONLY_C:
+    if request.tunable and target not in TUNABLE:
         raise InputError("has no parameters that may be changed at run time", path=target,
-                         allowed=", ".join(ONLY_C), mend="Leave tunable out")  # fmt: skip
+                         allowed=", ".join(TUNABLE), mend="Leave tunable out")  # fmt: skip
     if request.single and target not in ONLY_C:
         raise InputError("is not written in single precision", path=target, allowed=", ".join(ONLY_C),
                          mend="Leave float32 out")  # fmt: skip

@@ -58,10 +58,10 @@ class Tunable:
                 lines.append(f"axis->parameters.{name} = {number(value, scalar)};")
         return lines
 
-    def assembled(self, printer: Printer, kind: Struct, name: str) -> str:
+    def assembled(self, printer: Printer, kind: Struct, name: str, called: str = "assembled") -> str:
         """Return the function that makes what kernels receive."""
         text = self._structure(printer, kind, ())
-        head = f"static inline {printer.named(kind, 'assembled')}(const {name}_parameters *given)"
+        head = f"static inline {printer.named(kind, called)}(const {name}_parameters *given)"
         return "\n".join([head, "{", f"    return {text};", "}", ""])
 
     def _structure(self, printer: Printer, kind: Struct, path: tuple[str, ...]) -> str:

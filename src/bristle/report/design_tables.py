@@ -103,7 +103,8 @@ def proposal_table(design: Design) -> Table:
     )  # fmt: skip
     rows = [
         (
-            _loop_name(proposal, design), proposal.variant.controller.name, _cell(proposal.bandwidth), _least_margin(proposal),
+            _loop_name(proposal, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
+            _least_margin(proposal),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
             "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),

@@ -1,0 +1,224 @@
+"""FMUs: native co-simulation with a fixed internal step, of friction alone and of a plant with its friction.
+
+An FMU is an archive: a description, the source and its headers, and a library for each platform. The source is one
+file: the functions of the tree, and around them what FMI calls. What FMI has and an FMU here has not answers with an
+error; these functions are listed by the headers of the standard, so that there is no list to keep.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Mapping
+from importlib import resources
+
+from bristle.core.contracts import Model
+from bristle.core.dimensions import KINDS, Kind
+from bristle.exports.c import initial_value
+from bristle.exports.c_code import Printer, number, wrapped
+from bristle.exports.c_helpers import helpers_text
+from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.fmu_build import Library, libraries
+from bristle.exports.fmu_core import Core, core_of
+from bristle.exports.fmu_description import FLAGS, Description, build_text
+from bristle.exports.fmu_variables import START, Ports, ports_of
+from bristle.exports.rendering import rendered, version
+from bristle.exports.subject import subject_of
+from bristle.exports.walk import FNV_OFFSET, FNV_PRIME
+
+__all__ = ["fmu_files"]
+
+HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+LICENCE = "LICENSE.txt"
+DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
+WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
+
+
+def fmu_files(
+    friction: Model, plant: Model | None, name: str, source: Source, step: float, fmi: int
+) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
+    """Return the FMUs of a friction model, and what is to be said of them.
+
+    Parameters
+    ----------
+    friction : Model
+        The friction model.
+    plant : Model or None
+        What it is on: another FMU is written of both.
+    name : str
+        What the FMU is called; the one with the plant has ``_mass`` behind it.
+    source : Source
+        Where the values come from.
+    step : float
+        Internal step [s].
+    fmi : {2, 3}
+        Version of FMI.
+    """
+    subject = subject_of(friction)
+    written: dict[str, str | bytes] = {}
+    notes = [f"the internal step is {step:g} s: the bits are those of bristle at this step"]
+    bodies: list[tuple[str, Model | None]] = [(name, None)]
+    if plant is None:
+        notes.append("no mass is known: there is no FMU with a mass")
+    elif plant.component.screw is not None:
+        notes.append(f"{plant.name} has a screw: there is no FMU with a mass")
+    else:
+        bodies.append((f"{name}_mass", plant))
+    for called, body in bodies:
+        archive, said = _archive(core_of(subject, body), called, source, step, fmi)
+        written[f"{called}.fmu"] = archive
+        notes += [text for text in said if text not in notes]
+    return written, tuple(notes)
+
+
+def _archive(core: Core, name: str, source: Source, step: float, fmi: int) -> tuple[bytes, tuple[str, ...]]:
+    ports = ports_of(core, source)
+    facts = _facts(core, ports, name, source, step, fmi)
+    token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
+    token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
+    headers = {header: _header(header) for header in HEADERS[fmi]}
+    sources = {f"{name}.c": rendered("fmu/source.c", facts | {"token": token})} | headers
+    kind = core.subject.model.kind
+    assert kind in KINDS
+    described = Description(name, _title(core), _axis(kind), ports, step, token)
+    built = libraries(name, sources, fmi)
+    inside: dict[str, str | bytes] = {"modelDescription.xml": described.text(fmi)}
+    inside |= {f"sources/{file}": text for file, text in sources.items()}
+    inside[f"sources/{LICENCE}"] = _header(LICENCE)
+    if fmi == 3:
+        inside["sources/buildDescription.xml"] = build_text(name)
+    inside |= {library.place: library.content for library in built if not library.problem}
+    return _zipped(inside), (*ports.fixed, *_said(built))
+
+
+def _axis(kind: str) -> Kind:
+    return "rotational" if kind == "rotational" else "translational"
+
+
+def _said(built: list[Library]) -> list[str]:
+    """Return which platforms there are libraries for."""
+    there = [library.place.split("/")[1] for library in built if not library.problem]
+    notes = [f"no library for {each.place.split('/')[1]}: {each.problem}" for each in built if each.problem]
+    if not there:
+        return [*notes, f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"]
+    return [*notes, f"libraries for {', '.join(there)}"]
+
+
+def _title(core: Core) -> str:
+    model = core.subject.model
+    if core.plant is None:
+        return f"Friction {model.name}: force [{_unit(model)}] of a velocity and a position"
+    return f"{core.plant.name} with friction {model.name}: motion under an effort [{_unit(model)}]"
+
+
+def _unit(model: Model) -> str:
+    return "N*m" if model.kind == "rotational" else "N"
+
+
+def _facts(core: Core, ports: Ports, name: str, source: Source, step: float, fmi: int) -> dict[str, object]:
+    printer = Printer(core.unit, "double", [kind for _, kind in core.parameters.values()])
+    definitions = printer.definitions()
+    data, handed = _data(core, ports, printer)
+    helpers = helpers_text(printer.helpers, "double", printer.integer)
+    listed, kind = ports.listed, core.subject.model.kind
+    layout = f"{name} {core.subject.state.fields} {[port.name for port in listed]} {core.subject.memory_size}"
+    starts = [i for i, port in enumerate(listed) if port.role == START]
+    told = [plain(f"{port.name} [{port.variable.unit(kind)}]: {port.variable.description}") for port in listed]
+    table = parameter_table(core.subject.model, source).splitlines()
+    return {
+        "title": plain(_title(core)), "version": version(), "facts": [*source.lines, *table], "flags": FLAGS,
+        "fmi": fmi, "helpers": helpers, "definitions": definitions, "data": data, "step": number(step),
+        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, told, strict=True)],
+        "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
+        "highest": [number(port.range[1]) for port in listed], "begin": [number(value) for value in core.begin],
+        "most": [number(float(most)) for most in core.most], "memory": core.subject.memory_size,
+        "layout": f"0x{_digest(layout.encode()):016X}", "plant": core.plant is not None,
+        "failures_at": core.failures_at, "first_start": starts[0] if starts else 0,
+        "force_at": ports.place("force"), "shown": [(at, place) for place, at in enumerate(starts)],
+        "stepping": _stepping(core, ports, handed), "absent": _absent(fmi),
+    }  # fmt: skip
+
+
+def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, str]]:
+    """Return the parameters in C, and how each argument for them is handed on."""
+    texts, handed = [], {}
+    needed = {parameter.name for parameter in core.entry.parameters}
+    for argument, (model, kind) in core.parameters.items():
+        if argument not in needed:
+            continue
+        if argument in ports.tuned:
+            tuned, _ = ports.tuned[argument]
+            made = f"made_{argument}"
+            fields = [f"    {line}" for line in tuned.declared("double", model)]
+            texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
+            texts.append(tuned.assembled(printer, kind, argument, made))
+            handed[argument] = f"{made}(&given_{argument})"
+        else:
+            arrays: list[str] = []
+            text = initial_value(model.parameters, kind, "double", arrays, f"{argument}_")
+            declared = f"static const {printer.named(kind, f'fixed_{argument}')} = {text};"
+            texts += [*arrays, *wrapped(declared, ""), ""]
+            handed[argument] = f"fixed_{argument}"
+    if core.plant is not None:
+        texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")
+    return "\n".join(texts), handed
+
+
+def _stepping(core: Core, ports: Ports, handed: Mapping[str, str]) -> list[str]:
+    """Return the lines of one step."""
+    given = {"lasting": "now->lasting", "memory": "now->memory", "dt": "STEP"} | dict(handed)
+    lines = []
+    for argument, (_, first) in ports.tuned.items():
+        if argument in handed:
+            lines.append(f"{argument}_parameters given_{argument};")
+            lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
+    arguments = [
+        given[name] if name in given else f"now->values[{ports.place(name)}]"
+        for name in (parameter.name for parameter in core.entry.parameters)
+    ]
+    return [*lines, f"const double force = {core.entry.name}({', '.join(arguments)});"]
+
+
+def _absent(fmi: int) -> str:
+    """Return the functions of the standard that the template has not, each with an error for an answer."""
+    template = _text(f"fmi{fmi}.c")
+    texts = []
+    for kind, name, arguments in DECLARED.findall(_header(f"fmi{fmi}FunctionTypes.h")):
+        if re.search(rf"\b{name}\(", template):
+            continue
+        words = [re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*") for argument in arguments.split(",")]
+        unused = "".join(f"    (void){word};\n" for word in words)
+        result = f"fmi{fmi}Error" if kind.endswith("Status") else "NULL"
+        texts.append(f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n")
+    return "\n".join(texts)
+
+
+def _header(name: str) -> str:
+    return _text(f"headers/{name}")
+
+
+def _text(name: str) -> str:
+    return (resources.files("bristle.exports") / "templates" / "fmu" / name).read_text(encoding="utf-8")
+
+
+def _zipped(inside: Mapping[str, str | bytes]) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for place, content in inside.items():
+            entry = zipfile.ZipInfo(place, WRITTEN)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content)
+    return stream.getvalue()
+
+
+def _digest(text: bytes) -> int:
+    digest = FNV_OFFSET
+    for byte in text:
+        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
+    return digest

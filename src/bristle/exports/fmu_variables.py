@@ -1,0 +1,128 @@
+"""The variables of an FMU: what goes in and out, and the parameters, with units and ranges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model, Motion
+from bristle.core.errors import InputError
+from bristle.core.variable import Variable, variables_of
+from bristle.exports.described import Source
+from bristle.exports.fmu_core import Core
+from bristle.exports.tunable import Tunable, tunable_of
+
+__all__ = ["CONSTANT", "INPUT", "OUTPUT", "PARAMETER", "START", "TIME", "Port", "Ports", "ports_of"]
+
+TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT = range(6)
+LARGEST = 1.7976931348623157e308
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of an FMU; its place among them is its value reference.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    role : int
+        ``TIME``, ``INPUT``, ``OUTPUT``, ``START`` (an output that can be set before the start), ``PARAMETER``,
+        which may be changed between two steps, or ``CONSTANT``.
+    variable : Variable
+        What it is, with its range.
+    value : float
+        Where it starts.
+    sure : str
+        What is known of how sure its value is.
+    """
+
+    name: str
+    role: int
+    variable: Variable
+    value: float
+    sure: str = ""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The smallest and the largest value that it takes: finite but for a parameter without an end."""
+        low, high = self.variable.min, self.variable.max
+        return (low, high) if self.role in (PARAMETER, CONSTANT) else (max(low, -LARGEST), min(high, LARGEST))
+
+
+@dataclass(frozen=True)
+class Ports:
+    """All variables, and for each model its parameters in the order in which they are among them.
+
+    Parameters
+    ----------
+    listed : tuple of Port
+        The variables.
+    tuned : dict of str to (Tunable, int)
+        For ``p`` and ``q``, where its parameters may be changed, which ones and the place of the first one.
+    fixed : tuple of str
+        Why parameters may not be changed, a sentence each.
+    """
+
+    listed: tuple[Port, ...]
+    tuned: dict[str, tuple[Tunable, int]]
+    fixed: tuple[str, ...]
+
+    def place(self, name: str) -> int:
+        """Return the value reference of a variable."""
+        return next(i for i, port in enumerate(self.listed) if port.name == name)
+
+
+def ports_of(core: Core, source: Source) -> Ports:
+    """Return the variables of an FMU."""
+    listed = [Port("time", TIME, Variable("time", "time"), 0.0), *_signals(core)]
+    tuned: dict[str, tuple[Tunable, int]] = {}
+    fixed: list[str] = []
+    for argument, (model, _) in core.parameters.items():
+        taken = {port.name for port in listed}
+        try:
+            tuned[argument] = tunable_of(model), len(listed)
+            role, values = PARAMETER, tuned[argument][0].values
+        except InputError:
+            role = CONSTANT
+            values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
+            fixed.append(f"the parameters of {model.name} are constant: it makes something else of them at the start")
+        listed += [
+            Port(f"{model.name}_{port.name}" if port.name in taken else port.name, role, *port_rest(port))
+            for port in _parameters(model, values, role, source)
+        ]
+    return Ports(tuple(listed), tuned, tuple(fixed))
+
+
+def port_rest(port: Port) -> tuple[Variable, float, str]:
+    """Return what a variable is beside its name and its role."""
+    return port.variable, port.value, port.sure
+
+
+def _signals(core: Core) -> list[Port]:
+    force = Port("force", OUTPUT, Variable("force", "mean friction force of the last internal step"), 0.0)
+    if core.plant is not None:
+        body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
+        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step"), 0.0)
+        return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
+    seen, defaults = variables_of(Motion), Motion._field_defaults
+    velocity = Variable("length/time", "velocity, held over a step; the sign of zero is a side")
+    position = Variable("length", "position at the end of a step; only friction that depends on it looks at it")
+    inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
+    return [*inputs, *(Port(name, INPUT, seen[name], defaults[name]) for name in core.subject.signals), force]
+
+
+def _parameters(model: Model, values: dict[str, Any], role: int, source: Source) -> list[Port]:
+    ports = []
+    for name, value in values.items():
+        variable, facts = model.component.variables[name], source.uncertainty.get(name, {})
+        interval = facts.get("interval")
+        sure = f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}" if interval else str(facts.get("status", ""))
+        if isinstance(value, np.ndarray):
+            ports += [Port(f"{name}[{i + 1}]", role, variable, v, sure) for i, v in enumerate(value.tolist())]
+        elif not math.isnan(float(value)):
+            ports.append(Port(name, role, variable, float(value), sure))
+    return ports

@@ -1,0 +1,210 @@
+typedef struct {
+    Situation now;
+    fmi3LogMessageCallback logger;
+    fmi3InstanceEnvironment environment;
+    bool logging;
+} Instance;
+
+static fmi3Status answer(const Instance *instance, const char *problem)
+{
+    if (!problem) {
+        return fmi3OK;
+    }
+    if (instance->logging && instance->logger) {
+        instance->logger(instance->environment, fmi3Error, "logStatusError", problem);
+    }
+    return fmi3Error;
+}
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
+                               const fmi3String categories[])
+{
+    (void)nCategories;
+    (void)categories;
+    ((Instance *)instance)->logging = loggingOn;
+    return fmi3OK;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
+    fmi3Boolean loggingOn, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+    const fmi3ValueReference requiredIntermediateVariables[], size_t nRequiredIntermediateVariables,
+    fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
+    fmi3IntermediateUpdateCallback intermediateUpdate)
+{
+    (void)instanceName;
+    (void)resourcePath;
+    (void)visible;
+    (void)eventModeUsed;
+    (void)earlyReturnAllowed;
+    (void)requiredIntermediateVariables;
+    (void)nRequiredIntermediateVariables;
+    (void)intermediateUpdate;
+    if (!instantiationToken || strcmp(instantiationToken, TOKEN) != 0) {
+        return NULL;
+    }
+    Instance *made = malloc(sizeof *made);
+    if (made) {
+        begin_anew(&made->now);
+        made->logger = logMessage;
+        made->environment = instanceEnvironment;
+        made->logging = loggingOn;
+    }
+    return made;
+}
+
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    free(instance);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
+{
+    Situation *now = &((Instance *)instance)->now;
+    (void)toleranceDefined;
+    (void)tolerance;
+    (void)stopTimeDefined;
+    (void)stopTime;
+    if (now->phase != CREATED || !is_finite(startTime)) {
+        return answer(instance, "it was started before, or its start is no number");
+    }
+    now->begin = startTime;
+    now->values[0] = startTime;
+    now->phase = STARTING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (now->phase != STARTING) {
+        return answer(instance, "it is not being started");
+    }
+    now->phase = STEPPING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    ((Instance *)instance)->now.phase = OVER;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    begin_anew(&((Instance *)instance)->now);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          fmi3Float64 values[], size_t nValues)
+{
+    const Instance *asked = instance;
+    for (size_t i = 0; i < nValueReferences; ++i) {
+        if (valueReferences[i] >= VARIABLES || nValues != nValueReferences) {
+            return answer(asked, "there is no variable with this value reference, or no room for its value");
+        }
+        values[i] = asked->now.values[valueReferences[i]];
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Float64 values[], size_t nValues)
+{
+    if (nValues != nValueReferences) {
+        return answer(instance, "each variable has one value");
+    }
+    for (size_t i = 0; i < nValueReferences; ++i) {
+        const char *problem = given(&((Instance *)instance)->now, valueReferences[i], values[i]);
+        if (problem) {
+            return answer(instance, problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    Situation *copy = *FMUState ? *FMUState : malloc(sizeof *copy);
+    if (!copy) {
+        return answer(instance, "there is no memory left");
+    }
+    *copy = ((Instance *)instance)->now;
+    *FMUState = copy;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
+{
+    if (!FMUState) {
+        return answer(instance, "there is no state");
+    }
+    ((Instance *)instance)->now = *(const Situation *)FMUState;
+    return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    (void)instance;
+    free(*FMUState);
+    *FMUState = NULL;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
+{
+    (void)instance;
+    (void)FMUState;
+    *size = SAVED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size)
+{
+    if (!FMUState || size < SAVED) {
+        return answer(instance, "there is no state, or no room for it");
+    }
+    save(FMUState, serializedState);
+    return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
+                                   fmi3FMUState *FMUState)
+{
+    Situation then;
+    if (!restored(&then, serializedState, size)) {
+        return answer(instance, "the bytes are not those of this FMU, or damaged");
+    }
+    Situation *copy = *FMUState ? *FMUState : malloc(sizeof *copy);
+    if (!copy) {
+        return answer(instance, "there is no memory left");
+    }
+    *copy = then;
+    *FMUState = copy;
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
+                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
+                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
+{
+    Situation *now = &((Instance *)instance)->now;
+    (void)noSetFMUStatePriorToCurrentPoint;
+    *eventHandlingNeeded = fmi3False;
+    *terminateSimulation = fmi3False;
+    *earlyReturn = fmi3False;
+{% if plant %}    const double failed = now->lasting[{{ failures_at }}];
+{% endif %}    const char *problem = gone_on(now, currentCommunicationPoint + communicationStepSize);
+    *lastSuccessfulTime = now->values[0];
+{% if plant %}    if (!problem && now->lasting[{{ failures_at }}] > failed) {
+        return fmi3Warning;
+    }
+{% endif %}    return answer(instance, problem);
+}

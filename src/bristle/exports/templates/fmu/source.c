@@ -1,0 +1,218 @@
+/* {{ title }}.
+   An FMU for FMI {{ fmi }}.0. Written by bristle {{ version }}; do not edit, export again.
+{% for line in facts %}   {{ line }}
+{% endfor %}   Build with {{ flags }}: a compiler that contracts a product and a sum into one operation gives other bits. */
+
+#include "fmi{{ fmi }}Functions.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
+#endif
+#ifdef __FAST_MATH__
+#error "-ffast-math gives other numbers: leave it out"
+#endif
+
+/* --- the model ------------------------------------------------------------------------------------------------- */
+
+{{ helpers }}
+{{ definitions }}
+{{ data }}
+/* --- variables --------------------------------------------------------------------------------------------------- */
+
+#define STEP {{ step }} /* [s] */
+#define VARIABLES {{ ports | length }}U
+#define LASTING {{ begin | length }}U
+#define MEMORY {{ [memory, 1] | max }}U
+#define TOKEN "{{ token }}"
+#define SAVED (8U * (5U + VARIABLES + LASTING + MEMORY))
+#define LAYOUT UINT64_C({{ layout }})
+
+enum { A_TIME, AN_INPUT, AN_OUTPUT, A_START, A_PARAMETER, A_CONSTANT };
+enum { CREATED, STARTING, STEPPING, OVER };
+
+static const unsigned char roles[VARIABLES] = { {{- roles | join(', ') -}} };
+static const double starts[VARIABLES] = {
+{% for port in ports %}    {{ port.start }}, /* {{ port.told }} */
+{% endfor %}};
+static const double lowest[VARIABLES] = { {{- lowest | join(', ') -}} };
+static const double highest[VARIABLES] = { {{- highest | join(', ') -}} };
+static const double virgin[LASTING] = { {{- begin | join(', ') -}} };
+/* How many values a whole number of the state takes; 0 where it is real. */
+static const double most[LASTING] = { {{- most | join(', ') -}} };
+
+/* All that changes. */
+typedef struct {
+    uint64_t steps; /* internal steps done */
+    double begin;   /* time of the first one [s] */
+    uint64_t phase;
+    double values[VARIABLES];
+    double lasting[LASTING];
+    double memory[MEMORY];
+} Situation;
+
+static inline bool is_finite(double x)
+{
+    return x - x == 0.0;
+}
+
+static void begin_anew(Situation *now)
+{
+    now->steps = 0;
+    now->begin = 0.0;
+    now->phase = CREATED;
+    memcpy(now->values, starts, sizeof starts);
+    memcpy(now->lasting, virgin, sizeof virgin);
+    for (size_t i = 0; i < MEMORY; ++i) {
+        now->memory[i] = 0.0;
+    }
+}
+
+/* Give a variable a value; say why not where it cannot have it. */
+static const char *given(Situation *now, unsigned reference, double value)
+{
+    if (reference >= VARIABLES) {
+        return "there is no variable with this value reference";
+    }
+    if (!(lowest[reference] <= value && value <= highest[reference])) {
+        return "a value is outside of its range";
+    }
+    if (roles[reference] == A_START && now->phase <= STARTING) {
+        now->lasting[reference - {{ first_start }}U] = value;
+    } else if (now->phase == OVER || (roles[reference] != AN_INPUT && roles[reference] != A_PARAMETER)) {
+        return "a variable cannot be set, or not now";
+    }
+    now->values[reference] = value;
+    return NULL;
+}
+
+static const char *one_step(Situation *now)
+{
+{% for line in stepping %}    {{ line }}
+{% endfor %}    if (!is_finite(force){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
+        return "the model has left the numbers";
+    }
+    now->values[{{ force_at }}] = force;
+{% for reference, place in shown %}    now->values[{{ reference }}] = now->lasting[{{ place }}];
+{% endfor %}    return NULL;
+}
+
+/* Go on to a time [s] in internal steps; what is left of the last one waits for the next call. */
+static const char *gone_on(Situation *now, double time)
+{
+    const double far = (time - now->begin) / STEP + 1e-6;
+    if (now->phase != STEPPING) {
+        return "a step before the start or after the end";
+    }
+    if (!(far >= 0.0 && far < 9e15) || (uint64_t)far < now->steps) {
+        return "time goes back, or is no number";
+    }
+    Situation before = *now;
+    for (const uint64_t last = (uint64_t)far; now->steps < last; ++now->steps) {
+        const char *problem = one_step(now);
+        if (problem) {
+            *now = before;
+            return problem;
+        }
+    }
+    now->values[0] = time;
+    return NULL;
+}
+
+/* --- bytes ------------------------------------------------------------------------------------------------------- */
+
+static unsigned char *put(unsigned char *at, uint64_t value)
+{
+    for (unsigned i = 0; i < 8U; ++i) {
+        at[i] = (unsigned char)((value >> (8U * i)) & 255U);
+    }
+    return at + 8;
+}
+
+static uint64_t got(const unsigned char *at)
+{
+    uint64_t value = 0;
+    for (unsigned i = 0; i < 8U; ++i) {
+        value |= (uint64_t)at[i] << (8U * i);
+    }
+    return value;
+}
+
+static unsigned char *put_reals(unsigned char *at, const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; ++i) {
+        const union { double number; uint64_t bits; } both = {values[i]};
+        at = put(at, both.bits);
+    }
+    return at;
+}
+
+static const unsigned char *got_reals(const unsigned char *at, double *values, size_t count)
+{
+    for (size_t i = 0; i < count; ++i) {
+        union { double number; uint64_t bits; } both;
+        both.bits = got(at);
+        values[i] = both.number;
+        at += 8;
+    }
+    return at;
+}
+
+static uint64_t digest(const unsigned char *bytes, size_t size)
+{
+    uint64_t value = UINT64_C(0xCBF29CE484222325);
+    for (size_t i = 0; i < size; ++i) {
+        value = (value ^ bytes[i]) * UINT64_C(0x100000001B3);
+    }
+    return value;
+}
+
+static void save(const Situation *now, unsigned char *bytes)
+{
+    unsigned char *at = put(put(put(bytes, LAYOUT), now->steps), now->phase);
+    at = put_reals(at, &now->begin, 1);
+    at = put_reals(at, now->values, VARIABLES);
+    at = put_reals(at, now->lasting, LASTING);
+    at = put_reals(at, now->memory, MEMORY);
+    (void)put(at, digest(bytes, SAVED - 8U));
+}
+
+/* Read what was saved; false where the bytes are not those of this FMU, or damaged, or hold what it never has. */
+static bool restored(Situation *then, const unsigned char *bytes, size_t size)
+{
+    if (size != SAVED || got(bytes) != LAYOUT || got(bytes + SAVED - 8U) != digest(bytes, SAVED - 8U)) {
+        return false;
+    }
+    then->steps = got(bytes + 8);
+    then->phase = got(bytes + 16);
+    const unsigned char *at = got_reals(bytes + 24, &then->begin, 1);
+    at = got_reals(at, then->values, VARIABLES);
+    at = got_reals(at, then->lasting, LASTING);
+    (void)got_reals(at, then->memory, MEMORY);
+    bool good = then->phase <= OVER && then->steps < UINT64_C(9000000000000000) && is_finite(then->begin);
+    for (size_t i = 0; i < VARIABLES; ++i) {
+        good = good && lowest[i] <= then->values[i] && then->values[i] <= highest[i];
+    }
+    for (size_t i = 0; i < LASTING; ++i) {
+        const double value = then->lasting[i];
+        good = good && is_finite(value);
+        good = good && (most[i] == 0.0 || (value >= 0.0 && value < most[i] && value == (double)(uint64_t)value));
+    }
+    for (size_t i = 0; i < MEMORY; ++i) {
+        good = good && is_finite(then->memory[i]);
+    }
+    return good;
+}
+
+/* --- FMI {{ fmi }}.0 ------------------------------------------------------------------------------------------------------ */
+
+{% if fmi == 2 %}{% include "fmu/fmi2.c" %}{% else %}{% include "fmu/fmi3.c" %}{% endif %}
+/* --- what it does not have --------------------------------------------------------------------------------------- */
+
+{{ absent }}

@@ -1,0 +1,317 @@
+"""FMUs: accepted by an importer, with the bits of bristle at the internal step, and with a state that goes on."""
+
+import importlib.util
+import zipfile
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, WARNINGS, differing
+
+import bristle as br
+from bristle.engine import force_along, interpreted, run_open_loop
+from bristle.exports import fmu_build
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+STEP, COUNT = 1e-3, 1000
+PLANT = br.plants.inertia(M=2.0)
+SLOTS = {"preisach_lugre": ("asymmetry", "load"), "gms": ("asymmetry",)}
+
+
+def example(name):
+    return example_of(with_slots(MODELS[name], SLOTS.get(name, ())))
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """FMUs of some models, of one for both versions."""
+    found = pytest.MonkeyPatch()
+    found.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
+    folder = tmp_path_factory.mktemp("written")
+    for name, fmi in (("preisach_lugre", 2), ("preisach_lugre", 3), ("gms", 2), ("lugre", 3), ("coulomb", 3)):
+        br.export(example(name), f"fmu{fmi}", folder / f"{name}_{fmi}", step=STEP, plant=PLANT)
+    found.undo()
+    return folder
+
+
+class Importer:
+    """An FMU in FMPy, one version like the other."""
+
+    def __init__(self, path, folder):
+        import fmpy
+        from fmpy.fmi2 import FMU2Slave
+        from fmpy.fmi3 import FMU3Slave
+
+        self.described = fmpy.read_model_description(str(path))
+        self.fmi = int(self.described.fmiVersion[0])
+        self.places = {variable.name: variable.valueReference for variable in self.described.modelVariables}
+        fmpy.extract(str(path), str(folder))
+        identifier = self.described.coSimulation.modelIdentifier
+        kind = FMU2Slave if self.fmi == 2 else FMU3Slave
+        self.unit = kind(guid=self.described.guid or self.described.instantiationToken, unzipDirectory=str(folder),
+                         modelIdentifier=identifier, instanceName="tested")  # fmt: skip
+
+    def start(self, time=0.0, **values):
+        self.unit.instantiate()
+        self.set(**values)
+        if self.fmi == 2:
+            self.unit.setupExperiment(startTime=time)
+            self.unit.enterInitializationMode()
+        else:
+            self.unit.enterInitializationMode(startTime=time)
+        self.unit.exitInitializationMode()
+        return self
+
+    def set(self, **values):
+        if values:
+            setter = self.unit.setReal if self.fmi == 2 else self.unit.setFloat64
+            setter([self.places[name] for name in values], list(values.values()))
+
+    def get(self, *names):
+        getter = self.unit.getReal if self.fmi == 2 else self.unit.getFloat64
+        return list(getter([self.places[name] for name in names]))
+
+    def step(self, time, length, **values):
+        self.set(**values)
+        self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=length)
+
+    def close(self):
+        self.unit.terminate()
+        self.unit.freeInstance()
+
+
+@pytest.fixture
+def opened(written, tmp_path):
+    """Return an FMU that is instantiated by FMPy."""
+    open_ones = []
+
+    def open_one(name, mass=False):
+        path = written / name / f"axis_x{'_mass' * mass}.fmu"
+        open_ones.append(Importer(path, tmp_path / f"unpacked_{len(open_ones)}"))
+        return open_ones[-1]
+
+    yield open_one
+    for each in open_ones:
+        each.close()
+
+
+def velocities(count=COUNT):
+    """Return velocities that turn, creep and stand still with both signs."""
+    generator = np.random.default_rng(5)
+    v = np.repeat(generator.standard_normal(count // 10), 10) * 10.0 ** generator.uniform(-6, -1, count)
+    v[generator.random(count) < 0.1] = 0.0
+    v[generator.random(count) < 0.05] = -0.0
+    return v
+
+
+def efforts(count=COUNT):
+    """Return efforts that hold the mass, let it slip, and turn it back."""
+    return 60.0 * np.sin(np.arange(count) * 0.02) * np.repeat(np.random.default_rng(6).uniform(0, 1, count // 50), 50)
+
+
+NAMES = ("preisach_lugre_2", "preisach_lugre_3", "gms_2", "lugre_3", "coulomb_3")
+
+
+@needs_compiler
+@needs_fmpy
+@pytest.mark.parametrize("mass", [False, True])
+@pytest.mark.parametrize("name", NAMES)
+def test_an_importer_finds_no_problem(written, name, mass):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(written / name / f"axis_x{'_mass' * mass}.fmu")) == []
+
+
+@needs_compiler
+@needs_fmpy
+@pytest.mark.parametrize("name", NAMES)
+def test_friction_along_a_velocity_has_the_bits_of_bristle(opened, name):
+    v, model = velocities(), example(name[:-2])
+    x = np.cumsum(v) * STEP
+    load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
+    unit, forces = opened(name).start(), []
+    for k in range(COUNT):
+        unit.step(k * STEP, STEP, v=v[k], x=x[k], **{key: values[k] for key, values in load.items()})
+        forces += unit.get("force")
+    with interpreted():
+        expected = force_along(model, v, STEP, x, **load)
+    assert np.ptp(expected) > 0.0
+    assert differing(np.array(forces), expected) == 0
+
+
+@needs_compiler
+@needs_fmpy
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
+    u = efforts()
+    unit, seen = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02), []
+    for k in range(COUNT):
+        before = unit.get("x", "v")
+        unit.step(0.25 + k * STEP, STEP, effort=u[k])
+        seen.append([*before, *unit.get("force")])
+    with interpreted():
+        trace = run_open_loop(PLANT, example(name[:-2]), u, STEP, x=1e-3, v=0.02)
+    assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
+    assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
+    for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
+        assert differing(np.ascontiguousarray(found), expected) == 0
+
+
+@needs_compiler
+@needs_fmpy
+def test_long_and_odd_communication_steps_are_internal_steps(opened):
+    u = efforts(COUNT)
+    one, other = opened("lugre_3", mass=True).start(), opened("lugre_3", mass=True).start()
+    for k in range(0, 120, 4):
+        for i in range(4):
+            one.step((k + i) * STEP, STEP, effort=u[k])
+        other.step(k * STEP, 2.7 * STEP, effort=u[k])  # two steps; the third waits for its end
+        other.step((k + 2.7) * STEP, 1.3 * STEP)
+        assert one.get("x", "v", "force") == other.get("x", "v", "force")
+    with pytest.raises(Exception, match="DoStep failed"):
+        other.step(10 * STEP, STEP)
+
+
+@needs_compiler
+@needs_fmpy
+@pytest.mark.parametrize("mass", [False, True])
+@pytest.mark.parametrize("name", ["preisach_lugre_2", "preisach_lugre_3"])
+def test_a_saved_state_goes_on_with_the_same_bits_and_a_damaged_one_is_refused(opened, name, mass):
+    inputs = [{"effort": value} for value in efforts()] if mass else [{"v": value, "x": 0.0} for value in velocities()]
+    generator = np.random.default_rng(20260)
+    at = int(generator.integers(300, COUNT - 300))
+    unit = opened(name, mass).start()
+    first_name = next(port for port in ("sigma_1", "f_p", "s") if port in unit.places)
+    unit.set(**{first_name: 1.1 * unit.get(first_name)[0]})
+    outputs = ("x", "v", "force") if mass else ("force",)
+
+    def walked(each, first):
+        seen = []
+        for k in range(first, first + 200):
+            each.step(k * STEP, STEP, **inputs[k])
+            seen += each.get(*outputs)
+        return seen
+
+    for k in range(at):
+        unit.step(k * STEP, STEP, **inputs[k])
+    restore = getattr(unit.unit, "deSerializeFMUstate" if unit.fmi == 2 else "deserializeFMUState")
+    take = getattr(unit.unit, "getFMUstate" if unit.fmi == 2 else "getFMUState")
+    give = getattr(unit.unit, "setFMUstate" if unit.fmi == 2 else "setFMUState")
+    serialize = getattr(unit.unit, "serializeFMUstate" if unit.fmi == 2 else "serializeFMUState")
+    release = getattr(unit.unit, "freeFMUstate" if unit.fmi == 2 else "freeFMUState")
+    state = take()
+    saved = bytes(serialize(state))
+    expected = walked(unit, at)
+    assert np.ptp(expected) > 0.0
+    give(state)
+    assert walked(unit, at) == expected
+    other = opened(name, mass).start()
+    again = getattr(other.unit, restore.__name__)(saved)
+    getattr(other.unit, give.__name__)(again)
+    assert walked(other, at) == expected
+    for place in [0, 8, 16, *generator.integers(24, len(saved), 8)]:
+        damaged = bytearray(saved)
+        damaged[place] ^= 4
+        with pytest.raises(Exception, match=r"erialize.* failed"):
+            restore(bytes(damaged))
+    with pytest.raises(Exception, match=r"erialize.* failed"):
+        restore(saved[:-8])
+    for each in (unit, other):
+        getattr(each.unit, release.__name__)(state if each is unit else again)
+
+
+def digest(content):
+    from bristle.exports.walk import hash_of
+
+    return hash_of(np.frombuffer(content, dtype="<f8").tolist())
+
+
+@needs_compiler
+@needs_fmpy
+def test_a_depth_beyond_the_memory_is_refused_even_with_a_right_digest(opened):
+    unit = opened("preisach_lugre_2").start()
+    unit.step(0.0, STEP, v=1e-3)
+    saved = bytearray(bytes(unit.unit.serializeFMUstate(unit.unit.getFMUstate())))
+    lasting = 8 * (4 + len(unit.places))
+    depth = lasting + 8 * list(example("preisach_lugre").component.State._fields).index("depth")
+    for value, fine in ((3.0, True), (1e6, False), (-1.0, False), (1.5, False)):
+        saved[depth : depth + 8] = np.array(value).tobytes()
+        saved[-8:] = digest(bytes(saved[:-8])).to_bytes(8, "little")
+        if fine:
+            unit.unit.deSerializeFMUstate(bytes(saved))
+        else:
+            with pytest.raises(Exception, match=r"erialize.* failed"):
+                unit.unit.deSerializeFMUstate(bytes(saved))
+
+
+@needs_compiler
+@needs_fmpy
+def test_parameters_are_tunable_and_their_ranges_are_kept(opened):
+    v = velocities(400)
+    unit, forces = opened("gms_2").start(), []
+    for k in range(400):
+        if k == 200:
+            unit.set(**{"k_i[2]": 2e6, "F_S_neg": 26.5})
+        unit.step(k * STEP, STEP, v=v[k], x=0.0)
+        forces += unit.get("force")
+    model = example("gms")
+    with interpreted():
+        expected = force_along(model, v, STEP, np.zeros(400))
+    assert forces[:200] == expected[:200].tolist()
+    assert forces[200:] != expected[200:].tolist()
+    for values in ({"F_S_neg": -1.0}, {"v": np.nan}, {"force": 1.0}):
+        with pytest.raises(Exception, match="SetReal failed"):
+            unit.set(**values)
+    described = {variable.name: variable for variable in unit.described.modelVariables}
+    assert (described["F_S_neg"].unit, described["F_S_neg"].min) == ("N", "1e-12")
+    assert described["k_i[2]"].variability == "tunable"
+
+
+@needs_compiler
+@needs_fmpy
+def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
+    v = velocities(400)
+    unit, forces = opened("lugre_3").start(sigma_0=2e6, F_C=11.0), []
+    for k in range(400):
+        unit.step(k * STEP, STEP, v=v[k], x=0.0)
+        forces += unit.get("force")
+    model = example("lugre").with_values(sigma_0=2e6, F_C=11.0)
+    with interpreted():
+        expected = force_along(model, v, STEP, np.zeros(400))
+    assert differing(np.array(forces), expected) == 0
+
+
+def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    found = br.export(example("coulomb"), "fmu3", tmp_path / "out")
+    assert any("holds its source only" in note for note in found.notes)
+    assert any("no mass" in note for note in found.notes)
+    assert found.files == ("axis_x.fmu",)
+    with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
+        names = set(archive.namelist())
+        build = ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
+    assert {"modelDescription.xml", "sources/axis_x.c", "sources/fmi3Functions.h", "sources/LICENSE.txt"} <= names
+    assert not any(name.startswith("binaries") for name in names)
+    files = build.find("BuildConfiguration/SourceFileSet")
+    assert "-ffp-contract=off" in files.attrib["compilerOptions"]
+    assert files.find("SourceFile").attrib["name"] == "axis_x.c"
+
+
+@needs_compiler
+def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(written, tmp_path, monkeypatch):
+    import subprocess
+
+    monkeypatch.setattr(fmu_build, "zig", list)
+    for name in ("preisach_lugre_2", "preisach_lugre_3"):
+        with zipfile.ZipFile(written / name / "axis_x_mass.fmu") as archive:
+            archive.extractall(tmp_path / name)
+        line = [COMPILER, "-std=c99", "-fsyntax-only", *WARNINGS, "axis_x_mass.c"]
+        ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stderr[:2000]
+    first, second = [br.export(example("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
+    content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
+    assert content[0] == content[1]
