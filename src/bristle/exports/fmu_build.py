@@ -63,7 +63,7 @@ def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
         if which == here and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
         elif across:
-            command = [*across, "-target", each.target, *([] if which[0] == "win32" else ["-fPIC"])]
+            command = [*across, "-g0", "-target", each.target, *([] if which[0] == "win32" else ["-fPIC"])]
         else:
             continue
         built.append(_library(command, name, sources, f"binaries/{folder}/{name}{each.suffix}"))
