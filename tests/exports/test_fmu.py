@@ -9,8 +9,10 @@ import pytest
 from tests.exports.native import COMPILER, WARNINGS, differing
 
 import bristle as br
+from bristle.cli.main import main
 from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu_build
+from bristle.files.model import write_model
 from bristle.friction import MODELS, with_slots
 from bristle.plants.terms import with_terms
 from bristle.testing import example_of
@@ -336,3 +338,17 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(written,
     first, second = [br.export(example("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
+
+
+def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    write_model(tmp_path / "model.toml", PLANT, example("coulomb"))
+    out = tmp_path / "out"
+    assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
+    assert "holds its source only" in capsys.readouterr().out
+    with zipfile.ZipFile(out / "axis_x_mass.fmu") as archive:
+        described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"
+    mass = next(variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M")
+    assert (mass.attrib["start"], mass.attrib["unit"]) == ("2.0", "kg")
