@@ -9,9 +9,12 @@ import pytest
 from tests.exports.native import COMPILER, WARNINGS, differing
 
 import bristle as br
+from bristle.cli.main import main
 from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu_build
+from bristle.files.model import write_model
 from bristle.friction import MODELS, with_slots
+from bristle.plants.terms import with_terms
 from bristle.testing import example_of
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
@@ -158,6 +161,26 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
         assert differing(np.ascontiguousarray(found), expected) == 0
+
+
+@needs_compiler
+@needs_fmpy
+def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, written, monkeypatch):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
+    plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
+    found = br.export(example("coulomb"), "fmu2", written / "termed", step=STEP, plant=plant)
+    assert any("constant" in note for note in found.notes)
+    u, seen = efforts()[:300], []
+    unit = opened("termed", mass=True).start()
+    for k in range(300):
+        seen += unit.get("x")
+        unit.step(k * STEP, STEP, effort=u[k])
+    with interpreted():
+        trace = run_open_loop(plant, example("coulomb"), u, STEP)
+    assert differing(np.array(seen), trace.position) == 0
+    with pytest.raises(Exception, match="SetReal failed"):
+        unit.set(M=3.0)
 
 
 @needs_compiler
@@ -309,9 +332,23 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(written,
     for name in ("preisach_lugre_2", "preisach_lugre_3"):
         with zipfile.ZipFile(written / name / "axis_x_mass.fmu") as archive:
             archive.extractall(tmp_path / name)
-        line = [COMPILER, "-std=c99", "-fsyntax-only", *WARNINGS, "axis_x_mass.c"]
+        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, "axis_x_mass.c"]
         ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
         assert ran.returncode == 0, ran.stderr[:2000]
     first, second = [br.export(example("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
+
+
+def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    write_model(tmp_path / "model.toml", PLANT, example("coulomb"))
+    out = tmp_path / "out"
+    assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
+    assert "holds its source only" in capsys.readouterr().out
+    with zipfile.ZipFile(out / "axis_x_mass.fmu") as archive:
+        described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"
+    mass = next(variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M")
+    assert (mass.attrib["start"], mass.attrib["unit"]) == ("2.0", "kg")

@@ -12,10 +12,11 @@ import io
 import re
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from importlib import resources
 
 from bristle.core.contracts import Model
-from bristle.core.dimensions import KINDS, Kind
+from bristle.core.dimensions import Kind
 from bristle.exports.c import initial_value
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
@@ -28,7 +29,7 @@ from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import subject_of
 from bristle.exports.walk import FNV_OFFSET, FNV_PRIME
 
-__all__ = ["fmu_files"]
+__all__ = ["Setting", "fmu_files"]
 
 HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -39,9 +40,31 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
 
 
+@dataclass(frozen=True)
+class Setting:
+    """How an FMU is written.
+
+    Parameters
+    ----------
+    name : str
+        What the FMU is called; the one with a plant has ``_mass`` behind it.
+    source : Source
+        Where the values come from.
+    step : float
+        Internal step [s].
+    fmi : {2, 3}
+        Version of FMI.
+    """
+
+    name: str
+    source: Source
+    step: float
+    fmi: int
+
+
 def fmu_files(
-    friction: Model, plant: Model | None, name: str, source: Source, step: float, fmi: int
-) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
+    friction: Model, plant: Model | None, setting: Setting
+) -> tuple[dict[str, str | bytes], tuple[str, ...]]:  # fmt: skip
     """Return the FMUs of a friction model, and what is to be said of them.
 
     Parameters
@@ -50,42 +73,35 @@ def fmu_files(
         The friction model.
     plant : Model or None
         What it is on: another FMU is written of both.
-    name : str
-        What the FMU is called; the one with the plant has ``_mass`` behind it.
-    source : Source
-        Where the values come from.
-    step : float
-        Internal step [s].
-    fmi : {2, 3}
-        Version of FMI.
+    setting : Setting
+        How they are written.
     """
     subject = subject_of(friction)
     written: dict[str, str | bytes] = {}
-    notes = [f"the internal step is {step:g} s: the bits are those of bristle at this step"]
-    bodies: list[tuple[str, Model | None]] = [(name, None)]
+    notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
+    bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
     if plant is None:
         notes.append("no mass is known: there is no FMU with a mass")
     elif plant.component.screw is not None:
         notes.append(f"{plant.name} has a screw: there is no FMU with a mass")
     else:
-        bodies.append((f"{name}_mass", plant))
-    for called, body in bodies:
-        archive, said = _archive(core_of(subject, body), called, source, step, fmi)
-        written[f"{called}.fmu"] = archive
-        notes += [text for text in said if text not in notes]
+        bodies.append((f"{setting.name}_mass", plant))
+    for name, body in bodies:
+        archive, remarks = _archive(core_of(subject, body), replace(setting, name=name))
+        written[f"{name}.fmu"] = archive
+        notes += [text for text in remarks if text not in notes]
     return written, tuple(notes)
 
 
-def _archive(core: Core, name: str, source: Source, step: float, fmi: int) -> tuple[bytes, tuple[str, ...]]:
-    ports = ports_of(core, source)
-    facts = _facts(core, ports, name, source, step, fmi)
+def _archive(core: Core, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
+    name, fmi = setting.name, setting.fmi
+    ports = ports_of(core, setting.source)
+    facts = _facts(core, ports, setting)
     token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
     token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
     headers = {header: _header(header) for header in HEADERS[fmi]}
     sources = {f"{name}.c": rendered("fmu/source.c", facts | {"token": token})} | headers
-    kind = core.subject.model.kind
-    assert kind in KINDS
-    described = Description(name, _title(core), _axis(kind), ports, step, token)
+    described = Description(name, _title(core), _axis(core.subject.model.kind), ports, setting.step, token)
     built = libraries(name, sources, fmi)
     inside: dict[str, str | bytes] = {"modelDescription.xml": described.text(fmi)}
     inside |= {f"sources/{file}": text for file, text in sources.items()}
@@ -93,20 +109,20 @@ def _archive(core: Core, name: str, source: Source, step: float, fmi: int) -> tu
     if fmi == 3:
         inside["sources/buildDescription.xml"] = build_text(name)
     inside |= {library.place: library.content for library in built if not library.problem}
-    return _zipped(inside), (*ports.fixed, *_said(built))
+    return _zipped(inside), (*ports.fixed, *_remarks(built))
 
 
 def _axis(kind: str) -> Kind:
     return "rotational" if kind == "rotational" else "translational"
 
 
-def _said(built: list[Library]) -> list[str]:
+def _remarks(built: list[Library]) -> list[str]:
     """Return which platforms there are libraries for."""
-    there = [library.place.split("/")[1] for library in built if not library.problem]
-    notes = [f"no library for {each.place.split('/')[1]}: {each.problem}" for each in built if each.problem]
-    if not there:
+    platforms = [library.place.split("/")[1] for library in built if not library.problem]
+    notes = [f"no library for {library.place.split('/')[1]}: {library.problem}" for library in built if library.problem]
+    if not platforms:
         return [*notes, f"no C compiler was found: the FMU holds its source only; build it with {FLAGS}"]
-    return [*notes, f"libraries for {', '.join(there)}"]
+    return [*notes, f"libraries for {', '.join(platforms)}"]
 
 
 def _title(core: Core) -> str:
@@ -120,27 +136,27 @@ def _unit(model: Model) -> str:
     return "N*m" if model.kind == "rotational" else "N"
 
 
-def _facts(core: Core, ports: Ports, name: str, source: Source, step: float, fmi: int) -> dict[str, object]:
+def _facts(core: Core, ports: Ports, setting: Setting) -> dict[str, object]:
     printer = Printer(core.unit, "double", [kind for _, kind in core.parameters.values()])
     definitions = printer.definitions()
     data, handed = _data(core, ports, printer)
     helpers = helpers_text(printer.helpers, "double", printer.integer)
     listed, kind = ports.listed, core.subject.model.kind
-    layout = f"{name} {core.subject.state.fields} {[port.name for port in listed]} {core.subject.memory_size}"
+    layout = f"{setting.name} {core.subject.state.fields} {[port.name for port in listed]} {core.subject.memory_size}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
-    told = [plain(f"{port.name} [{port.variable.unit(kind)}]: {port.variable.description}") for port in listed]
-    table = parameter_table(core.subject.model, source).splitlines()
+    meanings = [plain(f"{port.name} [{port.variable.unit(kind)}]: {port.variable.description}") for port in listed]
+    table = parameter_table(core.subject.model, setting.source).splitlines()
     return {
-        "title": plain(_title(core)), "version": version(), "facts": [*source.lines, *table], "flags": FLAGS,
-        "fmi": fmi, "helpers": helpers, "definitions": definitions, "data": data, "step": number(step),
-        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, told, strict=True)],
+        "title": plain(_title(core)), "version": version(), "facts": [*setting.source.lines, *table], "flags": FLAGS,
+        "fmi": setting.fmi, "helpers": helpers, "definitions": definitions, "data": data, "step": number(setting.step),
+        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
         "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
         "highest": [number(port.range[1]) for port in listed], "begin": [number(value) for value in core.begin],
         "most": [number(float(most)) for most in core.most], "memory": core.subject.memory_size,
         "layout": f"0x{_digest(layout.encode()):016X}", "plant": core.plant is not None,
         "failures_at": core.failures_at, "first_start": starts[0] if starts else 0,
         "force_at": ports.place("force"), "shown": [(at, place) for place, at in enumerate(starts)],
-        "stepping": _stepping(core, ports, handed), "absent": _absent(fmi),
+        "stepping": _stepping(core, ports, handed), "absent": _absent(setting.fmi),
     }  # fmt: skip
 
 
@@ -153,11 +169,10 @@ def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, st
             continue
         if argument in ports.tuned:
             tuned, _ = ports.tuned[argument]
-            made = f"made_{argument}"
             fields = [f"    {line}" for line in tuned.declared("double", model)]
             texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
-            texts.append(tuned.assembled(printer, kind, argument, made))
-            handed[argument] = f"{made}(&given_{argument})"
+            texts.append(tuned.assembled(printer, kind, argument, f"made_{argument}"))
+            handed[argument] = f"made_{argument}(&given_{argument})"
         else:
             arrays: list[str] = []
             text = initial_value(model.parameters, kind, "double", arrays, f"{argument}_")
@@ -171,14 +186,14 @@ def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, st
 
 def _stepping(core: Core, ports: Ports, handed: Mapping[str, str]) -> list[str]:
     """Return the lines of one step."""
-    given = {"lasting": "now->lasting", "memory": "now->memory", "dt": "STEP"} | dict(handed)
+    names = {"lasting": "now->lasting", "memory": "now->memory", "dt": "STEP"} | dict(handed)
     lines = []
     for argument, (_, first) in ports.tuned.items():
         if argument in handed:
             lines.append(f"{argument}_parameters given_{argument};")
             lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
     arguments = [
-        given[name] if name in given else f"now->values[{ports.place(name)}]"
+        names[name] if name in names else f"now->values[{ports.place(name)}]"
         for name in (parameter.name for parameter in core.entry.parameters)
     ]
     return [*lines, f"const double force = {core.entry.name}({', '.join(arguments)});"]

@@ -25,7 +25,7 @@ class Platform:
 
     fmi_2: str
     fmi_3: str
-    target: str
+    triple: str
     suffix: str
 
 
@@ -54,19 +54,19 @@ def zig() -> list[str]:
 
 def libraries(name: str, sources: Mapping[str, str], fmi: int) -> list[Library]:
     """Return the libraries that can be built here."""
-    here, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
+    local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
     built = []
-    for which, each in PLATFORMS.items():
-        folder = each.fmi_2 if fmi == 2 else each.fmi_3
+    for machine, target in PLATFORMS.items():
+        folder = target.fmi_2 if fmi == 2 else target.fmi_3
         if not folder:
             continue
-        if which == here and own:
+        if machine == local and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
         elif across:
-            command = [*across, "-target", each.target, *([] if which[0] == "win32" else ["-fPIC"])]
+            command = [*across, "-g0", "-target", target.triple, *([] if machine[0] == "win32" else ["-fPIC"])]
         else:
             continue
-        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{each.suffix}"))
+        built.append(_library(command, name, sources, f"binaries/{folder}/{name}{target.suffix}"))
     return built
 
 

@@ -98,8 +98,8 @@ class Description:
 
     def _common(self, port: Port) -> tuple[dict[str, str], dict[str, str]]:
         """Return attributes of the variable, and those of its number."""
-        said = port.variable.description + (f" ({port.sure})" if port.sure else "")
-        variable = {"description": said, "causality": CAUSALITY[port.role]}
+        text = port.variable.description + (f" ({port.sure})" if port.sure else "")
+        variable = {"description": text, "causality": CAUSALITY[port.role]}
         variable["variability"] = VARIABILITY.get(port.role, "continuous")
         number = {} if port.variable.unit(self.kind) == "1" else {"unit": port.variable.unit(self.kind)}
         if port.role != TIME and math.isfinite(port.variable.min):

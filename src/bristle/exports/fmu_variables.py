@@ -82,7 +82,7 @@ def ports_of(core: Core, source: Source) -> Ports:
     tuned: dict[str, tuple[Tunable, int]] = {}
     fixed: list[str] = []
     for argument, (model, _) in core.parameters.items():
-        taken = {port.name for port in listed}
+        names = {port.name for port in listed}
         try:
             tuned[argument] = tunable_of(model), len(listed)
             role, values = PARAMETER, tuned[argument][0].values
@@ -91,7 +91,7 @@ def ports_of(core: Core, source: Source) -> Ports:
             values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
             fixed.append(f"the parameters of {model.name} are constant: it makes something else of them at the start")
         listed += [
-            Port(f"{model.name}_{port.name}" if port.name in taken else port.name, role, *port_rest(port))
+            Port(f"{model.name}_{port.name}" if port.name in names else port.name, role, *port_rest(port))
             for port in _parameters(model, values, role, source)
         ]
     return Ports(tuple(listed), tuned, tuple(fixed))
@@ -108,11 +108,11 @@ def _signals(core: Core) -> list[Port]:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
         effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step"), 0.0)
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
-    seen, defaults = variables_of(Motion), Motion._field_defaults
+    around, defaults = variables_of(Motion), Motion._field_defaults
     velocity = Variable("length/time", "velocity, held over a step; the sign of zero is a side")
     position = Variable("length", "position at the end of a step; only friction that depends on it looks at it")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
-    return [*inputs, *(Port(name, INPUT, seen[name], defaults[name]) for name in core.subject.signals), force]
+    return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
 
 
 def _parameters(model: Model, values: dict[str, Any], role: int, source: Source) -> list[Port]:

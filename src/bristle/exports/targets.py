@@ -128,9 +128,10 @@ def _mjcf(request: Request) -> Product:
 
 
 def _fmu(request: Request, fmi: int) -> Product:
-    from bristle.exports.fmu import fmu_files
+    from bristle.exports.fmu import Setting, fmu_files
 
-    return Product(*fmu_files(request.model, request.plant, request.name, request.source, request.dt, fmi))
+    setting = Setting(request.name, request.source, request.dt, fmi)
+    return Product(*fmu_files(request.model, request.plant, setting))
 
 
 TARGETS: dict[str, Callable[[Request], Product]] = {

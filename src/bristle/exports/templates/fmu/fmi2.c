@@ -1,5 +1,6 @@
 typedef struct {
     Situation now;
+    Situation before;
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
     bool logging;
@@ -183,16 +184,9 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size,
                                    fmi2FMUstate *FMUstate)
 {
-    Situation then;
-    if (!restored(&then, (const unsigned char *)serializedState, size)) {
-        return answer(c, "the bytes are not those of this FMU, or damaged");
+    if (!handed_out(FMUstate, (const unsigned char *)serializedState, size)) {
+        return answer(c, "the bytes are not those of this FMU, or damaged, or there is no memory left");
     }
-    Situation *copy = *FMUstate ? *FMUstate : malloc(sizeof *copy);
-    if (!copy) {
-        return answer(c, "there is no memory left");
-    }
-    *copy = then;
-    *FMUstate = copy;
     return fmi2OK;
 }
 
@@ -202,7 +196,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     Instance *instance = c;
     (void)noSetFMUStatePriorToCurrentPoint;
 {% if plant %}    const double failed = instance->now.lasting[{{ failures_at }}];
-{% endif %}    const char *problem = gone_on(&instance->now, currentCommunicationPoint + communicationStepSize);
+{% endif %}    const char *problem = gone_on(&instance->now, &instance->before, currentCommunicationPoint + communicationStepSize);
 {% if plant %}    if (!problem && instance->now.lasting[{{ failures_at }}] > failed) {
         return fmi2Warning;
     }

@@ -1,5 +1,6 @@
 typedef struct {
     Situation now;
+    Situation before;
     fmi3LogMessageCallback logger;
     fmi3InstanceEnvironment environment;
     bool logging;
@@ -178,16 +179,9 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, f
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
                                    fmi3FMUState *FMUState)
 {
-    Situation then;
-    if (!restored(&then, serializedState, size)) {
-        return answer(instance, "the bytes are not those of this FMU, or damaged");
+    if (!handed_out(FMUState, serializedState, size)) {
+        return answer(instance, "the bytes are not those of this FMU, or damaged, or there is no memory left");
     }
-    Situation *copy = *FMUState ? *FMUState : malloc(sizeof *copy);
-    if (!copy) {
-        return answer(instance, "there is no memory left");
-    }
-    *copy = then;
-    *FMUState = copy;
     return fmi3OK;
 }
 
@@ -201,7 +195,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     *terminateSimulation = fmi3False;
     *earlyReturn = fmi3False;
 {% if plant %}    const double failed = now->lasting[{{ failures_at }}];
-{% endif %}    const char *problem = gone_on(now, currentCommunicationPoint + communicationStepSize);
+{% endif %}    const char *problem = gone_on(now, &((Instance *)instance)->before, currentCommunicationPoint + communicationStepSize);
     *lastSuccessfulTime = now->values[0];
 {% if plant %}    if (!problem && now->lasting[{{ failures_at }}] > failed) {
         return fmi3Warning;

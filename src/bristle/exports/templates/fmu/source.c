@@ -103,8 +103,9 @@ static const char *one_step(Situation *now)
 {% endfor %}    return NULL;
 }
 
-/* Go on to a time [s] in internal steps; what is left of the last one waits for the next call. */
-static const char *gone_on(Situation *now, double time)
+/* Go on to a time [s] in internal steps; what is left of the last one waits for the next call. Where a step fails,
+   nothing has changed. */
+static const char *gone_on(Situation *now, Situation *before, double time)
 {
     const double far = (time - now->begin) / STEP + 1e-6;
     if (now->phase != STEPPING) {
@@ -113,11 +114,11 @@ static const char *gone_on(Situation *now, double time)
     if (!(far >= 0.0 && far < 9e15) || (uint64_t)far < now->steps) {
         return "time goes back, or is no number";
     }
-    Situation before = *now;
+    *before = *now;
     for (const uint64_t last = (uint64_t)far; now->steps < last; ++now->steps) {
         const char *problem = one_step(now);
         if (problem) {
-            *now = before;
+            *now = *before;
             return problem;
         }
     }
@@ -208,6 +209,19 @@ static bool restored(Situation *then, const unsigned char *bytes, size_t size)
         good = good && is_finite(then->memory[i]);
     }
     return good;
+}
+
+/* Hand out a copy of what was restored; false, and nothing is touched, where it is refused. */
+static bool handed_out(void **state, const unsigned char *bytes, size_t size)
+{
+    Situation *then = malloc(sizeof *then);
+    if (!then || !restored(then, bytes, size)) {
+        free(then);
+        return false;
+    }
+    free(*state);
+    *state = then;
+    return true;
 }
 
 /* --- FMI {{ fmi }}.0 ------------------------------------------------------------------------------------------------------ */
