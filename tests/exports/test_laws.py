@@ -9,7 +9,7 @@ import pytest
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
 
 import bristle as br
-from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.exports.c_law import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
@@ -43,17 +43,17 @@ LAWS = {
 }  # fmt: skip
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
 FED = {
-    "nothing": (Feedforward(), 1),
-    "desired": (PAPER, 1),
-    "measured": (replace(PAPER, along="measured", rate_limit=2e4), 0),
-    "all": (Feedforward(friction=LUGRE, mass=M, limit=45.0, conditioning=2e-6), 3),
+    "nothing": (Feedforward(), 1, 30.0),
+    "desired": (PAPER, 1, np.inf),
+    "measured": (replace(PAPER, along="measured", rate_limit=2e4), 0, np.inf),
+    "all": (Feedforward(friction=LUGRE, mass=M, limit=45.0, conditioning=2e-6), 3, 80.0),
 }
 
 
-def variant_of(controller, fed, name="loop", limit=90.0):
-    feedforward, delay = FED[fed]
+def variant_of(controller, fed, name="loop"):
+    feedforward, delay, limit = FED[fed]
     return Variant(
-        name, inertia(M=M), LUGRE, LAWS[controller], encoder(resolution=1.25e-7, noise=1e-8, seed=5),
+        name, inertia(M=M), LUGRE, LAWS[controller], encoder(resolution=1.25e-7, noise=2e-7, seed=3),
         varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]), feedforward,
         Run(duration=SAMPLES * DT, sample_time=DT, delay=delay, effort_limit=limit, substeps=4),
     )  # fmt: skip
@@ -107,6 +107,7 @@ def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
     inputs, efforts = recorded(variant_of(controller, fed))
     assert len(efforts) == SAMPLES - 1
     assert np.ptp(efforts) > 20.0
+    assert inputs[0, 0] != inputs[0, 3]  # it begins where it is measured, not where it should be
     assert differing(replayed(exported[1], f"{controller}_{fed}", inputs), efforts) == 0
 
 
@@ -144,3 +145,44 @@ def test_each_start_begins_anew(exported):
     inputs, efforts = recorded(variant_of("observer", "all"))
     for _ in range(2):
         assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
+
+
+def test_a_variant_is_exported_from_python(tmp_path):
+    variant = variant_of("sliding_mode", "all")
+    found = br.export(variant, "c", tmp_path / "law", name="slide")
+    assert found.files[:3] == ("slide.h", "slide.c", "slide_selftest.c")
+    assert "4 samples" in found.notes[0]
+    header = (tmp_path / "law" / "slide.h").read_text()
+    assert "double place_ahead[4];" in header
+    assert "limit      80 " in header  # the controller knows that of its drive
+    assert all(len(line) <= 130 for line in header.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
+        ({"start": Start(position=1e-6)}, "away from the reference"),
+        ({"feedforward": Feedforward(plant=br.plants.with_terms(inertia, gravity=True)(M=M, g_sin=2.0))}, "gravity"),
+    ],
+)
+def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
+    with pytest.raises(br.core.InputError, match=words):
+        br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
+
+
+@pytest.mark.parametrize(("to", "given"), [("wasm", {}), ("c", {"tunable": True}), ("c", {"float32": True})])
+def test_a_law_is_c_with_fixed_parameters_in_double_precision(tmp_path, to, given):
+    with pytest.raises(br.core.InputError):
+        br.export(variant_of("cascade", "nothing"), to, tmp_path / "law", **given)
+
+
+def test_a_controller_of_ones_own_begins_by_a_kernel(tmp_path):
+    cascade = LAWS["cascade"].component
+
+    def start(measured, velocity, acceleration, dt, p):
+        return cascade.start(measured, velocity, acceleration, dt, p)
+
+    own = replace(LAWS["cascade"], component=replace(cascade, start=start))
+    with pytest.raises(br.core.InputError, match="is not a kernel"):
+        br.export(replace(variant_of("cascade", "nothing"), controller=own), "c", tmp_path / "law")

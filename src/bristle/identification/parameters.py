@@ -157,10 +157,13 @@ def _constant_beyond(dataset: Dataset) -> float:
     """
     velocity = dataset.velocity
     fast = np.abs(velocity) > SLIDES * float(np.max(np.abs(velocity)))
-    v, forward = velocity[fast], velocity[fast] > 0.0
+    v, forward, effort = velocity[fast], velocity[fast] > 0.0, dataset.effort[fast]
+    # Before sliding the effort takes all levels: it is the constant alone that keeps its sign on both sides.
+    if np.median(effort[forward]) * np.median(effort[~forward]) <= 0.0:
+        return 0.0
     columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)
-    level_forward, level_backward = unbounded(columns, dataset.effort[fast], rcond=SINGULAR)[:2]
-    return 0.5 * float(level_forward + level_backward) if level_forward * level_backward > 0.0 else 0.0
+    level_forward, level_backward = unbounded(columns, effort, rcond=SINGULAR)[:2]
+    return 0.5 * float(level_forward + level_backward)
 
 
 def _only_direction(dataset: Dataset) -> str:
