@@ -57,3 +57,35 @@ def test_an_operator_leaves_without_its_constant(bristle, place):
     assert "constant output beside the operator, 1.5 in SI, is left out" in found.out.replace("\n", " ")
     assert "axis_x_output(axis_x *axis, double x)" in Path("as_c/axis_x.h").read_text()
     assert bristle("export", "operator.toml", "--to", "wasm", "--out", "other").code == 2
+
+
+def test_the_law_of_a_variant_leaves_as_c(bristle, place):
+    line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "law")
+    found = bristle(*line, "--json")
+    assert found.code == 0
+    assert found.data["model"] == "cascade of base"
+    assert written_in("law") == {*found.data["files"], "summary.json"}
+    header = Path("law/axis_x.h").read_text()
+    assert "friction along the desired motion by coulomb_viscous" in header
+    assert "experiment: experiment.toml" in header
+    bare = bristle("export", "--law", "experiment.toml", "--variant", "none", "--to", "c", "--out", "bare")
+    assert bare.code == 0
+    assert "place_ahead" not in Path("bare/axis_x.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--law", "experiment.toml"], "must be named"),
+        (["--law", "experiment.toml", "--variant", "nome"], "none"),
+        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "belongs to a model"),
+        (["model.toml", "--law", "experiment.toml"], "one of them"),
+        (["model.toml", "--variant", "none"], "belongs to --law"),
+        ([], "one of them"),
+    ],
+)
+def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, arguments, words):
+    found = bristle("export", *arguments, "--to", "c", "--out", "out")
+    assert found.code == 2
+    assert words in found.err.replace("\n", " ")
+    assert not Path("out").exists()

@@ -9,7 +9,7 @@ import pytest
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
 
 import bristle as br
-from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.exports.c_law import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
@@ -144,3 +144,44 @@ def test_each_start_begins_anew(exported):
     inputs, efforts = recorded(variant_of("observer", "all"))
     for _ in range(2):
         assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
+
+
+def test_a_variant_is_exported_from_python(tmp_path):
+    variant = variant_of("sliding_mode", "all", limit=80.0)
+    found = br.export(variant, "c", tmp_path / "law", name="slide")
+    assert found.files[:3] == ("slide.h", "slide.c", "slide_selftest.c")
+    assert "4 samples" in found.notes[0]
+    header = (tmp_path / "law" / "slide.h").read_text()
+    assert "double place_ahead[4];" in header
+    assert "limit      80 " in header  # the controller knows that of its drive
+    assert all(len(line) <= 130 for line in header.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
+        ({"start": Start(position=1e-6)}, "away from the reference"),
+        ({"feedforward": Feedforward(plant=br.plants.with_terms(inertia, gravity=True)(M=M, g_sin=2.0))}, "gravity"),
+    ],
+)
+def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
+    with pytest.raises(br.core.InputError, match=words):
+        br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
+
+
+@pytest.mark.parametrize(("to", "given"), [("wasm", {}), ("c", {"tunable": True}), ("c", {"float32": True})])
+def test_a_law_is_c_with_fixed_parameters_in_double_precision(tmp_path, to, given):
+    with pytest.raises(br.core.InputError):
+        br.export(variant_of("cascade", "nothing"), to, tmp_path / "law", **given)
+
+
+def test_a_controller_of_ones_own_begins_by_a_kernel(tmp_path):
+    cascade = LAWS["cascade"].component
+
+    def start(measured, velocity, acceleration, dt, p):
+        return cascade.start(measured, velocity, acceleration, dt, p)
+
+    own = replace(LAWS["cascade"], component=replace(cascade, start=start))
+    with pytest.raises(br.core.InputError, match="is not a kernel"):
+        br.export(replace(variant_of("cascade", "nothing"), controller=own), "c", tmp_path / "law")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -14,27 +14,38 @@ from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
     from bristle.core import Model
+    from bristle.exports.targets import Product
 
 __all__ = ["EXAMPLE", "export"]
 
+STEP = "0.5 ms"
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
 
 def export(
     context: typer.Context,
+    *,
     model: Annotated[
-        Path, typer.Argument(metavar="MODEL.toml|RESULTS", help="A model file, or results of identify with one.")
-    ],
+        Path | None,
+        typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
+    ] = None,
     to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table, tf5200, mjcf, fmu2 or fmu3.")],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
-    *,
     name: Annotated[str, typer.Option(metavar="NAME", help="What files and functions are called.")] = "axis_x",
+    law: Annotated[
+        Path | None,
+        typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model."),
+    ] = None,
+    variant: Annotated[
+        str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")
+    ] = None,
     step: Annotated[
-        str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example; that inside of an FMU.")
-    ] = "0.5 ms",
+        str | None,
+        typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."),
+    ] = None,
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
     axis: AxisFile = None,
@@ -54,46 +65,34 @@ def export(
     AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
     MuJoCo with what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of
     both, with a library for each platform that there is a compiler for.
+
+    With --law, what a variant of an experiment commands, for c: its controller and all that is fed forward.
     """
-    from bristle.core.content import content_of
-    from bristle.exports.described import Source
-    from bristle.exports.face import PERIOD
-    from bristle.exports.targets import Request, files_for, name_for
-    from bristle.files.axis import read_axis
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator, read_operator
-    from bristle.files.provenance import provenance
+    from bristle.core import InputError
+    from bristle.exports.targets import name_for
     from bristle.files.results import SUMMARY, results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.files.toml import TOML_LIMIT
-    from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
-    from bristle.testing import admit
 
-    file = content_of(model / "model.toml" if model.is_dir() else model, limit=TOML_LIMIT)
+    read = model if law is None else law
+    if read is None or (law is not None and model is not None):
+        raise InputError("must be a model or a law, and one of them", path="export",
+                         mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
+    _refuse_beside(law is None, {"--variant": variant}, "--law")
+    given = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32}
+    _refuse_beside(law is not None, given, "a model")
+    file = read / "model.toml" if read.is_dir() else read
     with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
-        if holds_operator(file):
-            exported, offset, _ = read_operator(file)
-            plant = None
-            facts, code = {"uncertainty": {}, "treatment": {}}, ()
-            beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
+        if law is not None:
+            exported = _law(context, law, variant, to, name_for(name), allow_code=allow_code)
         else:
-            plant, exported, facts = read_model(file, allow_code=allow_code)
-            admit(exported)
-            code, beside = origins_of_code([base_of(exported.component)]), ()
-        source = provenance(context.obj, model=file, code=code)
-        request = Request(
-            exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
-            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, exported, facts["treatment"]),
-            points,
-            1.0 if plant is None else float(plant.values.get("M", 1.0)), plant,
-        )  # fmt: skip
-        product = files_for(to, request)
-        for file_name, content in product.files.items():
+            options = {"step": step or STEP, "tunable": tunable, "float32": float32, "axis": axis, "speed": speed,
+                       "points": points, "allow_code": allow_code}  # fmt: skip
+            exported = _model(context, file, to, name_for(name), options)
+        for file_name, content in exported.product.files.items():
             folder.write(file_name, content)
         summary: dict[str, Any] = {
-            "target": to, "model": exported.name, "files": list(product.files), "notes": [*product.notes, *beside],
-            "provenance": source,
+            "target": to, "model": exported.name, "files": list(exported.product.files),
+            "notes": [*exported.product.notes, *exported.beside], "provenance": exported.provenance,
         }  # fmt: skip
         folder.write(SUMMARY, json_text(summary))
     if as_json:
@@ -101,7 +100,78 @@ def export(
     else:
         for note in summary["notes"]:
             say(f"Note: {note}")
-    complain(f"wrote {out}: {', '.join(product.files)}")
+    complain(f"wrote {out}: {', '.join(exported.product.files)}")
+
+
+class _Exported(NamedTuple):
+    """Files of an export, what is in them, where it comes from, and notes of this command."""
+
+    product: Product
+    name: str
+    provenance: dict[str, str]
+    beside: tuple[str, ...] = ()
+
+
+def _refuse_beside(unfit: bool, given: Mapping[str, Any], owner: str) -> None:
+    """Refuse options that were given and belong to something else."""
+    from bristle.core import InputError
+
+    option = next((option for option, value in given.items() if value), None)
+    if unfit and option is not None:
+        raise InputError(f"belongs to {owner}", path=option, mend=f"Leave {option} out")
+
+
+def _model(context: typer.Context, model: Path, to: str, name: str, options: Mapping[str, Any]) -> _Exported:
+    """Return a friction model or an operator as files."""
+    from bristle.core.content import content_of
+    from bristle.exports.described import Source
+    from bristle.exports.face import PERIOD
+    from bristle.exports.targets import Request, files_for
+    from bristle.files.axis import read_axis
+    from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
+    from bristle.files.provenance import provenance
+    from bristle.files.toml import TOML_LIMIT
+    from bristle.files.user_model import origins_of_code
+    from bristle.friction import base_of
+    from bristle.testing import admit
+
+    file = content_of(model, limit=TOML_LIMIT)
+    if holds_operator(file):
+        exported, offset, _ = read_operator(file)
+        plant = None
+        facts, code = {"uncertainty": {}, "treatment": {}}, ()
+        beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
+    else:
+        plant, exported, facts = read_model(file, allow_code=options["allow_code"])
+        admit(exported)
+        code, beside = origins_of_code([base_of(exported.component)]), ()
+    source, axis = provenance(context.obj, model=file, code=code), options["axis"]
+    request = Request(
+        exported, name, PERIOD(options["step"], "--step", None), Source(source, facts["uncertainty"]),
+        options["tunable"], options["float32"], None if axis is None else read_axis(axis),
+        _speed(options["speed"], exported, facts["treatment"]), options["points"],
+        1.0 if plant is None else float(plant.values.get("M", 1.0)), plant,
+    )  # fmt: skip
+    return _Exported(files_for(to, request), exported.name, source, beside)
+
+
+def _law(
+    context: typer.Context, path: Path, variant: str | None, to: str, name: str, *, allow_code: bool
+) -> _Exported:  # fmt: skip
+    """Return the control law of a variant of an experiment as files."""
+    from bristle.exports.described import Source
+    from bristle.exports.targets import law_for, variant_of
+    from bristle.files.experiment import read_experiment
+    from bristle.files.provenance import provenance
+    from bristle.testing import admit
+
+    experiment = read_experiment(path, allow_code=allow_code)
+    chosen = variant_of(experiment, variant)
+    if chosen.feedforward.friction is not None:
+        admit(chosen.feedforward.friction)
+    source = provenance(context.obj, **experiment.origins)
+    return _Exported(law_for(to, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source)
 
 
 def _speed(text: str | None, friction: Model, treatment: Mapping[str, float]) -> float:

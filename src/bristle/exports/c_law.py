@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.c import FLAGS, initial_value, literal
 from bristle.exports.c_code import Printer, number, wrapped
@@ -93,11 +94,12 @@ class LawFiles:
             "description": plain(variant.controller.component.description), "facts": self.source.lines,
             "along": "" if friction is None else variant.feedforward.along,
             "friction": "" if friction is None else plain(friction.name),
-            "table": parameter_table(variant.controller, self.source).rstrip(),
+            "table": parameter_table(law.controller, self.source).rstrip(),
             "fed_table": "" if friction is None else parameter_table(friction, self.source).rstrip(),
             "fed": self._fed(), "unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind),
             "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}", "ahead": law.samples_ahead,
-            "delay": variant.run.delay, "limit": f"{variant.run.effort_limit:g}",
+            "delay": variant.run.delay,
+            "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
             "inputs": [
                 {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
                  "told": TOLD[name][0], "unit": unit_of(TOLD[name][1], kind), "several": name.endswith("_ahead")}
@@ -162,8 +164,12 @@ class LawFiles:
         lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
         lines = lines if feedforward.mass else []
         if feedforward.friction is not None:
-            shape = ", ".join(f"{name} {value:g}" for name, value in self.law.p.shape._asdict().items())
-            lines.append(f"friction along the {feedforward.along} motion: {feedforward.friction.name}, {shape}")
+            shape = [
+                f", {name} {value:g}" for name, value in self.law.p.shape._asdict().items()
+                if value != Shape._field_defaults[name]
+            ]  # fmt: skip
+            friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
+            lines.append(friction + "".join(shape))
         return [plain(line) for line in lines] or ["nothing"]
 
     # --- the self-test --------------------------------------------------------------------------------------------

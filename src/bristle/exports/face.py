@@ -5,18 +5,28 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, instance, model, optional, whole
-from bristle.core.variable import Variable
+from bristle.core.errors import InputError
+from bristle.core.experiment import Variant
+from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
-from bristle.exports.targets import Request, files_for, name_for
+from bristle.exports.targets import Request, files_for, law_for, name_for
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
 
 NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
+
+
+MODEL = model("friction", "hysteresis")
+
+
+def _model_or_variant(value: Any, path: str, kind: Kind | None) -> Model | Variant:
+    return value if isinstance(value, Variant) else MODEL(value, path, kind)
 
 
 @dataclass(frozen=True)
@@ -39,15 +49,15 @@ class Exported:
 
 
 @guarded(
-    model=model("friction", "hysteresis"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    model=_model_or_variant, to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
     plant=optional(model("plant")),
 )  # fmt: skip
 def export(
-    model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
-    float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS, mass: Amount = 1.0,
-    plant: Model | None = None, source: Source | None = None, force: bool = False,
+    model: Model | Variant, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP,
+    tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
+    mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
@@ -55,8 +65,9 @@ def export(
 
     Parameters
     ----------
-    model : Model
-        A friction model with parameters; for ``"c"``, a hysteresis operator too.
+    model : Model or Variant
+        A friction model with parameters; for ``"c"``, a hysteresis operator too, or a variant of an experiment, of
+        which the control law is written: its controller and all that is fed forward.
     to : str
         The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
         it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name,
@@ -107,21 +118,23 @@ def export(
     """
     from bristle.files.results import results_folder
 
-    request = Request(
-        model,
-        name_for(name),
-        float(step),
-        source or Source(),
-        tunable,
-        float32,
-        axis,
-        float(speed),
-        points,
-        float(mass),
-        plant,
-    )
+    called, told = name_for(name), source or Source()
     with results_folder(out, force=force) as folder:
-        product = files_for(to, request)
+        if isinstance(model, Variant):
+            _refuse_tuning(tunable=tunable, float32=float32)
+            product = law_for(to, model, called, told)
+        else:
+            request = Request(
+                model, called, float(step), told, tunable, float32, axis, float(speed), points, float(mass),
+                plant,
+            )  # fmt: skip
+            product = files_for(to, request)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes)
+
+
+def _refuse_tuning(**given: bool) -> None:
+    for name, value in given.items():
+        if value:
+            raise InputError("is for models, not for the law of a variant", path=name, mend=f"Leave {name} out")

@@ -16,7 +16,15 @@ import numpy as np
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference
+from bristle.core.contracts import (
+    NOMINAL_LOAD,
+    NOMINAL_TEMPERATURE,
+    NOT_KNOWN,
+    NOTHING_TRANSMITTED,
+    Model,
+    Motion,
+    Reference,
+)
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
@@ -128,6 +136,8 @@ class Law:
     ----------
     variant : Variant
         The loop.
+    controller : Model
+        Its controller, as its drive limits it.
     unit : Unit
         All functions.
     entry : Function
@@ -147,6 +157,7 @@ class Law:
     """
 
     variant: Variant
+    controller: Model
     unit: Unit
     entry: Function
     written: Callable[..., Any]
@@ -222,7 +233,17 @@ def law_of(variant: Variant) -> Law:
     builder = Builder()
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
     return Law(
-        variant, pruned(builder.unit, [entry]), entry, written, arguments, tuple(inputs), ahead, lasting, p, memory
+        variant,
+        controller,
+        pruned(builder.unit, [entry]),
+        entry,
+        written,
+        arguments,
+        tuple(inputs),
+        ahead,
+        lasting,
+        p,
+        memory,
     )
 
 

@@ -10,10 +10,11 @@ from functools import partial
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import Experiment, Variant
 from bristle.exports.described import Source
 from bristle.exports.names import RESERVED
 
-__all__ = ["TARGETS", "Product", "Request", "files_for", "name_for"]
+__all__ = ["TARGETS", "Product", "Request", "files_for", "law_for", "name_for", "variant_of"]
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
@@ -164,6 +165,44 @@ def files_for(target: str, request: Request) -> Product:
         raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
                          allowed=", ".join(ONLY_C))  # fmt: skip
     return TARGETS[target](request)
+
+
+def law_for(target: str, variant: Variant, name: str, source: Source) -> Product:
+    """Return the files of the control law of a variant for a target.
+
+    Raises
+    ------
+    InputError
+        If the target holds no law, or the variant has none that can be exported.
+    """
+    from bristle.exports.c_law import law_files
+    from bristle.exports.law import law_of
+
+    if target not in ONLY_C:
+        raise InputError("holds no control law", path="to", value=target, allowed=", ".join(ONLY_C))
+    law = law_of(variant)
+    ahead = [name for name in law.inputs if name.endswith("_ahead")]
+    several = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
+    note = f"the law is told {several} of the desired motion: {', '.join(ahead)}"
+    return Product(dict(law_files(law, name, source)), (note,) if ahead else ())
+
+
+def variant_of(experiment: Experiment, name: str | None) -> Variant:
+    """Return the variant of this name; the only one where none is named.
+
+    Raises
+    ------
+    InputError
+        If there is no such variant, or several and none is named.
+    """
+    variants = {variant.name: variant for variant in experiment.variants}
+    if name is None and len(variants) == 1:
+        return experiment.variants[0]
+    if name not in variants:
+        said = "must be named: the experiment has several" if name is None else "is not in the experiment"
+        raise InputError(said, path="variant", value=name or "", allowed=", ".join(variants),
+                         mend=did_you_mean(name, variants) if name else "")  # fmt: skip
+    return variants[name]
 
 
 def name_for(text: str) -> str:

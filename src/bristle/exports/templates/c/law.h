@@ -12,8 +12,8 @@
    {{ friction }}, fed forward along the {{ along }} motion:
 {{ fed_table }}
 {% endif %}
-   Sample time {{ dt }} s; from a measurement to the effort computed from it {{ delay }} samples; largest effort of the drive
-   {{ limit }} {{ unit_force }}. All of it is fixed. */
+   Sample time {{ dt }} s. Delay from a measurement to the effort computed from it: {{ delay }} sample{{ '' if delay == 1 else 's' }}.{% if limit %} Largest effort
+   of the drive: {{ limit }} {{ unit_force }}.{% endif %} */
 
 #ifndef {{ guard }}_H
 #define {{ guard }}_H
