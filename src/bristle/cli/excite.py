@@ -32,8 +32,7 @@ def excite(
     *,
     duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long the motion may take.")] = "60 s",
     travel: Annotated[
-        str | None,
-        typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start."),
+        str | None, typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start.")
     ] = None,
     start: Annotated[
         str | None,

@@ -44,7 +44,9 @@ def export(
     ] = None,
     step: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."),
+        typer.Option(
+            metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."
+        ),
     ] = None,
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
@@ -57,7 +59,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model as C, for the web, for a drive.
+    """Write a friction model or a control law as C, a model for the web or a drive too.
 
     c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
@@ -78,8 +80,8 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    given = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32}
-    _refuse_beside(law is not None, given, "a model")
+    of_model = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32}
+    _refuse_beside(law is not None, of_model, "a model")
     file = read / "model.toml" if read.is_dir() else read
     with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
         if law is not None:
@@ -112,11 +114,11 @@ class _Exported(NamedTuple):
     beside: tuple[str, ...] = ()
 
 
-def _refuse_beside(unfit: bool, given: Mapping[str, Any], owner: str) -> None:
+def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
     """Refuse options that were given and belong to something else."""
     from bristle.core import InputError
 
-    option = next((option for option, value in given.items() if value), None)
+    option = next((option for option, value in options.items() if value), None)
     if unfit and option is not None:
         raise InputError(f"belongs to {owner}", path=option, mend=f"Leave {option} out")
 

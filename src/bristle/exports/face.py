@@ -134,7 +134,7 @@ def export(
     return Exported(Path(out), tuple(product.files), product.notes)
 
 
-def _refuse_tuning(**given: bool) -> None:
-    for name, value in given.items():
+def _refuse_tuning(**options: bool) -> None:
+    for name, value in options.items():
         if value:
             raise InputError("is for models, not for the law of a variant", path=name, mend=f"Leave {name} out")
