@@ -31,7 +31,7 @@ __all__ = ["law_files"]
 SCALAR = "double"
 WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
 PER_VELOCITY = 100.0  # acceleration of the self-test over its velocity [1/s]
-TOLD = {
+INPUTS = {
     "position": ("desired position", "length"), "velocity": ("desired velocity", "length/time"),
     "acceleration": ("desired acceleration", "length/time^2"),
     "measured": ("position as the sensor reads it", "length"),
@@ -102,7 +102,7 @@ class LawFiles:
             "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
             "inputs": [
                 {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
-                 "told": TOLD[name][0], "unit": unit_of(TOLD[name][1], kind), "several": name.endswith("_ahead")}
+                 "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
                 for name in law.inputs
             ],
             "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,

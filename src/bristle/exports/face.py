@@ -118,14 +118,14 @@ def export(
     """
     from bristle.files.results import results_folder
 
-    called, told = name_for(name), source or Source()
+    label, origin = name_for(name), source or Source()
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
             _refuse_tuning(tunable=tunable, float32=float32)
-            product = law_for(to, model, called, told)
+            product = law_for(to, model, label, origin)
         else:
             request = Request(
-                model, called, float(step), told, tunable, float32, axis, float(speed), points, float(mass),
+                model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
                 plant,
             )  # fmt: skip
             product = files_for(to, request)

@@ -47,7 +47,7 @@ class Fed(NamedTuple):
     effort: Annotated[float, Variable("force", "friction that was fed forward")]
 
 
-class Nothing(NamedTuple):
+class NoCompensator(NamedTuple):
     """Stands where a law has no compensator."""
 
 
@@ -92,16 +92,16 @@ BEFORE_THE_FIRST = """
         for i in range({delay}):
             fed = led(fed, memory, place_ahead[i], {to_come}, dt, p.shape, p.friction)"""
 ALONG_DESIRED = """
-    planned = {known}
+    planned = {inertia}
     fed = led(fed, memory, place_ahead[{delay}], planned, dt, p.shape, p.friction)
     planned = planned + fed.effort
     told = planned"""
 ALONG_MEASURED = """
-    planned = {known}
+    planned = {inertia}
     fed = led(fed, memory, measured, NOTHING_TRANSMITTED, dt, p.shape, p.friction)
     told = planned + fed.effort"""
 NO_FRICTION = """
-    planned = {known}
+    planned = {inertia}
     told = planned"""
 CONTROLLED = """
     controller = lasting.controller
@@ -220,12 +220,12 @@ def law_of(variant: Variant) -> Law:
     state, memory = _compensator(variant)
     lasting = Lasting(
         component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
-        Nothing() if friction is None else Fed(state, 0.0, 0.0),
+        NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
     )
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
     p = Parameters(
         controller.parameters, float(variant.run.effort_limit), float(feedforward.mass),
-        Nothing() if friction is None else friction.parameters, shape,
+        NoCompensator() if friction is None else friction.parameters, shape,
     )  # fmt: skip
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
@@ -249,13 +249,13 @@ def law_of(variant: Variant) -> Law:
 
 def _check(variant: Variant) -> None:
     """Refuse what is more than a law that follows a reference."""
-    for name, has, why in (
+    for name, has, reason in (
         ("effort", variant.effort is not None, "drives an open loop, which has no law"),
         ("learning", variant.learning is not None, "needs the whole motion, again and again"),
         ("start", variant.start is not None, "begins away from the reference"),
     ):
         if has:
-            raise InputError(f"{why}: it is not exported", path=f"{variant.name}.{name}")
+            raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
     plant = variant.feedforward.plant
     if plant is not None and terms_of(plant) is not None:
         raise InputError("feeds gravity and cogging forward, which is not exported", path=f"{variant.name}.feedforward",
@@ -266,7 +266,7 @@ def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
     """Return state and memory of the compensator before the first sample."""
     friction, amplitude = variant.feedforward.friction, variant.feedforward.conditioning
     if friction is None:
-        return Nothing(), np.zeros(0)
+        return NoCompensator(), np.zeros(0)
     if amplitude > 0.0:
         from bristle.engine import conditioned
 
@@ -279,16 +279,16 @@ def _text(arguments: Sequence[str], variant: Variant) -> str:
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
     now = f"acceleration_ahead[{delay - 1}]" if delay else "acceleration"
-    known = f"inertial({now}, acceleration_ahead[{delay}], p.mass)" if feedforward.mass else "0.0"
+    inertia = f"inertial({now}, acceleration_ahead[{delay}], p.mass)" if feedforward.mass else "0.0"
     before = "(acceleration_ahead[i - 1] if i > 0 else acceleration)"
     to_come = f"inertial({before}, acceleration_ahead[i], p.mass)" if feedforward.mass else "0.0"
     text = HEAD.format(arguments=", ".join(arguments))
     if feedforward.friction is None:
-        text += NO_FRICTION.format(known=known)
+        text += NO_FRICTION.format(inertia=inertia)
     else:
         text += AT_FIRST.format(begins="position" if along_desired else "measured")
         text += BEFORE_THE_FIRST.format(delay=delay, to_come=to_come) if along_desired and delay else ""
-        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(known=known, delay=delay)
+        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(inertia=inertia, delay=delay)
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
 
 

@@ -182,8 +182,8 @@ def law_for(target: str, variant: Variant, name: str, source: Source) -> Product
         raise InputError("holds no control law", path="to", value=target, allowed=", ".join(ONLY_C))
     law = law_of(variant)
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
-    several = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
-    note = f"the law is told {several} of the desired motion: {', '.join(ahead)}"
+    samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
+    note = f"the law is told {samples} of the desired motion: {', '.join(ahead)}"
     return Product(dict(law_files(law, name, source)), (note,) if ahead else ())
 
 
@@ -199,8 +199,8 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name is None and len(variants) == 1:
         return experiment.variants[0]
     if name not in variants:
-        said = "must be named: the experiment has several" if name is None else "is not in the experiment"
-        raise InputError(said, path="variant", value=name or "", allowed=", ".join(variants),
+        reason = "must be named: the experiment has several" if name is None else "is not in the experiment"
+        raise InputError(reason, path="variant", value=name or "", allowed=", ".join(variants),
                          mend=did_you_mean(name, variants) if name else "")  # fmt: skip
     return variants[name]
 
