@@ -121,7 +121,7 @@ REFINED = AXIS.with_name("axis_refined.toml")
 @pytest.mark.parametrize(
     ("model", "percent"),
     [
-        ("stribeck_free+periodic+asymmetry", 2.3),
+        pytest.param("stribeck_free+periodic+asymmetry", 2.3, marks=pytest.mark.slow),
         ("stribeck_free+position+periodic+asymmetry", 2.0),
     ],
 )
