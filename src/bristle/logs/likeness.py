@@ -11,6 +11,7 @@ __all__ = ["correlation", "explained", "rate_of", "roughness", "slope"]
 SMOOTHING = (3, 15)  # samples
 LONG = 2000  # samples for each of them
 EDGE = 20
+SHORTEST = 1e-15  # of the unit of time, from sample to sample: less is no time
 
 
 def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
@@ -23,16 +24,23 @@ def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
         return np.gradient(smooth)
     even = np.linspace(times[0], times[-1], times.size)
     steps = np.gradient(even)
-    return np.gradient(smooth) / (steps if np.all(steps > 0) else 1.0)
+    return np.gradient(smooth) / (steps if np.all(steps > SHORTEST) else 1.0)
 
 
 def correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Return the correlation of two signals, 0 where one of them stands still."""
     if first.size != second.size or first.size < EDGE:
         return 0.0
-    a, b = first - first.mean(), second - second.mean()
+    a, b = _sized(first), _sized(second)
     scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
     return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+
+
+def _sized(signal: np.ndarray) -> np.ndarray:
+    """Return a signal about its mean, 1 at most, whose squares are neither too large nor too small for a number."""
+    about = signal - signal.mean()
+    largest = float(np.max(np.abs(about)))
+    return about / largest if largest > 0.0 else about
 
 
 def slope(first: np.ndarray, second: np.ndarray) -> float:
