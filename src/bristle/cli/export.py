@@ -59,7 +59,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model or a control law as C, a model for the web or a drive too.
+    """Write a friction model or a control law as C, or for a drive.
 
     c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the

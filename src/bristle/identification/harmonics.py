@@ -15,6 +15,7 @@ import numpy as np
 from bristle.core.axis import Axis, Cogging
 from bristle.core.contracts import Plant
 from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge
@@ -126,4 +127,4 @@ def _without(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
 def _energy_in(pair: np.ndarray, residual: np.ndarray) -> float:
     """Return the sum of squares that a pair of waves takes from a residual."""
     gram, right = pair.T @ pair, pair.T @ residual
-    return float(right @ np.linalg.lstsq(gram, right, rcond=1e-9)[0])
+    return float(right @ unbounded(gram, right, rcond=1e-9))
