@@ -7,6 +7,7 @@ import pytest
 from tests.cli.conftest import written_in
 from tests.logs.exports import EXPORTS, motion
 
+from bristle.logs import readers
 from bristle.logs.passage import KINDS
 
 
@@ -61,6 +62,15 @@ def test_a_report_of_a_log(bristle, place):
     page = Path("contents/report.html").read_text()
     assert "What it contains" in page
     assert "<svg" in page
+
+
+@pytest.mark.parametrize("axis", [(), ("--axis", "axis.toml")], ids=["untold", "told"])
+def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(bristle, place, monkeypatch, axis):
+    read, kinds = readers._read, []
+    monkeypatch.setattr(readers, "_read", lambda kind, *rest: kinds.append(kind) or read(kind, *rest))
+    assert bristle("log", "log.csv", *axis, "--out", "contents").code == 0
+    assert kinds == ["csv"]
+    assert "report.html" in written_in("contents")
 
 
 def test_a_log_with_problems_has_its_numbers_and_no_report(bristle, place):

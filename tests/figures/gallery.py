@@ -131,7 +131,7 @@ def gallery(names=PLAIN, many=None):
         "fitted": lambda: figures.fitted(best),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
-        "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
         "loop_family": lambda: figures.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
         "margins": lambda: figures.margins(assess(rig(1))),

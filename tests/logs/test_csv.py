@@ -13,13 +13,14 @@ from bristle.core.content import SIZE_LIMIT
 from bristle.core.errors import InputError
 from bristle.logs import csv
 from bristle.logs.choice import ALL
+from bristle.logs.request import Request
 from bristle.logs.table import Table, split_unit
 
 HERE = Path("log.csv")
 
 
 def read_csv(data: bytes, source: Path) -> Table:
-    return csv.read(data, source, None, ALL, SIZE_LIMIT)
+    return csv.read(data, Request(source, None, ALL, SIZE_LIMIT))
 
 
 T = np.arange(30) * 0.5
@@ -231,3 +232,11 @@ def test_a_million_rows_are_read_in_seconds():
     table = read_csv(text.encode(), HERE)
     assert table.columns["u"].size == 1_000_000
     assert time.perf_counter() - start < 10
+
+
+def test_channels_with_times_of_their_own_are_no_larger_than_is_allowed_either():
+    lines = ["t1,a,t2,b", *(f"{0.1 * k},{k},{0.2 * k},{-k}" for k in range(20))]
+    data = ("\n".join(lines) + "\n").encode()
+    assert read_csv(data, HERE).columns["b"].size == 20
+    with pytest.raises(InputError, match="larger|more than"):
+        csv.read(data, Request(HERE, None, ALL, 100))

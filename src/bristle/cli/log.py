@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from bristle.core.content import Content
     from bristle.files.proposal import Proposal
     from bristle.files.results import Results
+    from bristle.logs.summary import Summary
 
 __all__ = ["EXAMPLE", "log"]
 
@@ -64,7 +65,8 @@ def log(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
-    from bristle.logs import summarize
+    from bristle.logs.readers import read_table
+    from bristle.logs.summary import summary_of
     from bristle.logs.tables import content_of_log
     from bristle.report.figure_files import figure_files
 
@@ -78,7 +80,10 @@ def log(
     ):
         content = content_of_log(file, limit=limit)
         proposal = _proposal(content, limit) if log_axis is None else None
-        summary = _with_messages(summarize(content, proposal.axis if proposal else log_axis, size_limit=limit))
+        used = proposal.axis if proposal else log_axis
+        table = proposal.table if proposal else read_table(content, used and used.table, size_limit=limit)
+        looked_at = summary_of(table, used)
+        summary = _with_messages(looked_at.data)
         summary["proposal"] = {"text": None, "missing": []}
         if proposal is not None:
             summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
@@ -87,8 +92,7 @@ def log(
                 summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
         if folder:
             source = provenance(context.obj, log=content, axis=described)
-            used = proposal.axis if proposal else log_axis
-            _write(folder, content, used, summary | {"provenance": source}, context.obj, limit)
+            _write(folder, looked_at._replace(data=summary | {"provenance": source}), used, context.obj)
     if out:
         complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
     if write is not None:
@@ -135,23 +139,20 @@ def _with_messages(summary: dict[str, Any]) -> dict[str, Any]:
     return summary | {"diagnostics": as_data(found)}
 
 
-def _write(
-    folder: Results, file: Content, axis: Axis | None, summary: dict[str, Any], command: str, limit: int
-) -> None:
+def _write(folder: Results, looked_at: Summary, axis: Axis | None, command: str) -> None:
     """Write the numbers, and the report of a log that can be used."""
     from bristle.files.results import SUMMARY
     from bristle.files.summary import as_json
 
-    if summary["problems"]:
+    summary, log, passages = looked_at
+    if log is None:
         folder.write(SUMMARY, as_json(summary))
         return
-    from bristle.logs import passages, read_log
     from bristle.report.log import log_report
     from bristle.report.results import write_report
 
-    recorded = read_log(file, axis, size_limit=limit)
     page = log_report(
-        recorded, passages(recorded, axis), name=axis.name if axis else file.source.stem, command=command,
+        log, passages, name=axis.name if axis else Path(summary["file"]).stem, command=command,
         provenance=summary["provenance"], found=[entry["message"] for entry in summary["diagnostics"]],
     )  # fmt: skip
     write_report(folder, page, summary)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core import units
@@ -64,6 +64,8 @@ class Proposal:
         Keys that are to be filled in.
     axis : Axis
         The axis, with SI for each unit and 1 for each constant that is missing.
+    table : Table
+        The columns that it was made of.
     notes : tuple of str
         What was assumed, and which columns could have been taken instead.
     """
@@ -71,6 +73,7 @@ class Proposal:
     text: str
     missing: tuple[str, ...]
     axis: Axis
+    table: Table = field(repr=False, compare=False)
     notes: tuple[str, ...] = ()
 
 
@@ -126,7 +129,7 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:
         notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
-    return Proposal(_text(table, roles, tables, axis.kind), missing, axis, tuple(notes))
+    return Proposal(_text(table, roles, tables, axis.kind), missing, axis, table, tuple(notes))
 
 
 def _kind(roles: Roles) -> Kind | None:

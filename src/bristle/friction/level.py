@@ -18,14 +18,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.contracts import FrictionModel
+from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
-from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable, variables_of
+from bristle.core.variable import Variable
+from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
 __all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen"]
@@ -75,45 +74,16 @@ def trial(state, memory, motion, dt, p):
     return force + share * (force - p.rise.viscous * motion.v), move
 
 
-@kernel
-def commit(state, memory, move, p):
-    """Commit the move of the model."""
-    return friction_commit(state, memory, move, p.inner)
-
-
 @dataclass(frozen=True, kw_only=True)
-class RisenModel(FrictionModel):
+class RisenModel(EnclosingModel):
     """A friction model with slots that raise its level."""
 
-    inner: FrictionModel
-    slots: tuple[str, ...]
-
-    @property
-    def own(self) -> tuple[str, ...]:
-        """The parameters of its slots."""
-        return tuple(name for slot in self.slots for name in LEVELS[slot])
+    coefficients = Rise
+    of_slot = LEVELS
+    without_default = ("pitch",)
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _risen, (self.inner, self.slots)
-
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model, then those of its slots."""
-        variables = variables_of(Rise)
-        return ReadOnly(self.inner.variables | {name: variables[name] for name in self.own})
-
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value: a pitch must be given."""
-        return self.inner.defaults | {name: 0.0 for name in self.own if name != "pitch"}
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name not in self.own and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name not in self.own and self.inner.is_integer(name)
 
     def assemble(self, values: Mapping[str, Any]) -> Risen:
         """Return what kernels receive, from the values that a person sets."""
@@ -156,7 +126,7 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
         commit=commit,
         memory_size=lambda p: model.memory_size(p.inner),
         reference=model.reference,
-        relations=tuple(_of_inner(relation) for relation in model.relations),
+        relations=relations_of(model),
         module=model.module,
         example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in LEVELS[slot]},
         inner=model,
@@ -166,7 +136,3 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
 
 _CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
 _EXAMPLE = {"c_T": 0.1, "pitch": 5e-3, "h_c1": 0.7, "h_s1": -0.3, "h_c2": 0.3, "h_s2": 0.2}
-
-
-def _of_inner(relation: Relation) -> Relation:
-    return relation._replace(holds=lambda p: relation.holds(p.inner))

@@ -19,13 +19,12 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
 from bristle.core.dimensions import exponents_of
-from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
+from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
-from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable, variables_of
+from bristle.core.variable import Variable
+from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 
 __all__ = [
     "HALF_RANGE",
@@ -137,12 +136,6 @@ def trial(state, memory, motion, dt, p):
 
 
 @kernel
-def commit(state, memory, move, p):
-    """Commit the move of the model."""
-    return friction_commit(state, memory, move, p.inner)
-
-
-@kernel
 def rate(state, motion, p):
     """Return the force [N or N*m] of the model as it varies, and the rate of its state."""
     force, d_state = friction_rate(state, motion, p.inner)
@@ -151,48 +144,24 @@ def rate(state, motion, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class VariedModel(FrictionModel):
+class VariedModel(EnclosingModel):
     """A friction model with slots that let it vary."""
 
-    inner: FrictionModel
-    slots: tuple[str, ...]
-
-    @property
-    def places(self) -> tuple[str, ...]:
-        """The parameters of its slots."""
-        return tuple(name for slot in self.slots for name in VARIATIONS[slot])
+    coefficients = Place
+    of_slot = VARIATIONS
+    without_default = ("x_L", "pitch")
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _varied, (self.inner, self.slots)
 
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model, then those of its slots."""
-        variables = variables_of(Place)
-        return ReadOnly(self.inner.variables | {name: variables[name] for name in self.places})
-
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value: a range and a pitch must be given."""
-        constants = {name: 0.0 for name in self.places if name not in ("x_L", "pitch")}
-        return self.inner.defaults | constants
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name not in self.places and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name not in self.places and self.inner.is_integer(name)
-
     def assemble(self, values: Mapping[str, Any]) -> Varied:
         """Return what kernels receive, from the values that a person sets."""
         inner = {name: values[name] for name in self.inner.variables}
-        return Varied(self.inner.assemble(inner), Place(**{name: values[name] for name in self.places}))
+        return Varied(self.inner.assemble(inner), Place(**{name: values[name] for name in self.own}))
 
     def values(self, parameters: Varied) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
-        return self.inner.values(parameters.inner) | {name: getattr(parameters.place, name) for name in self.places}
+        return self.inner.values(parameters.inner) | {name: getattr(parameters.place, name) for name in self.own}
 
 
 def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
@@ -213,7 +182,7 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
         rate=rate if model.rate else None,
         memory_size=lambda p: model.memory_size(p.inner),
         reference=model.reference,
-        relations=(*(_of_inner(relation) for relation in model.relations), *_relations(slots)),
+        relations=(*relations_of(model), *_relations(slots)),
         # A factor times a coefficient of the model is not linear in both.
         linear=model.linear and slots == ("periodic",),
         module=model.module,
@@ -228,10 +197,6 @@ _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
     "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,
 }  # fmt: skip
-
-
-def _of_inner(relation: Relation) -> Relation:
-    return relation._replace(holds=lambda p: relation.holds(p.inner))
 
 
 def _relations(slots: tuple[str, ...]) -> tuple[Relation, ...]:

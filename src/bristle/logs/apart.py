@@ -16,15 +16,16 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bristle.core.errors import InputError, shortened
 from bristle.logs.choice import Choice
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
-__all__ = ["Request", "read_apart", "serve"]
+__all__ = ["read_apart", "serve"]
 
 SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
@@ -34,18 +35,8 @@ SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read
 ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
-class Request(NamedTuple):
-    """What is to be read: a module of `bristle.logs` with a function ``read``, and its arguments beside the data."""
-
-    reader: str
-    source: Path
-    table: str | None
-    choice: Choice
-    limit: int
-
-
-def read_apart(data: bytes, request: Request) -> Table:
-    """Return the table in a binary file, read in a process of its own.
+def read_apart(reader: str, data: bytes, request: Request) -> Table:
+    """Return the table in a binary file, read in a process of its own by the module `reader` of `bristle.logs`.
 
     Raises
     ------
@@ -53,7 +44,7 @@ def read_apart(data: bytes, request: Request) -> Table:
         What the reader says, or that it did not come back.
     """
     head = {
-        "reader": request.reader,
+        "reader": reader,
         "source": str(request.source),
         "table": request.table,
         "names": None if request.choice.names is None else sorted(request.choice.names),
@@ -108,7 +99,7 @@ def serve() -> None:
     read: Callable[..., Table] = import_module(f"bristle.logs.{head['reader']}").read
     choice = Choice(None if head["names"] is None else frozenset(head["names"]), head["usual"])
     try:
-        table = read(data, Path(head["source"]), head["table"], choice, head["limit"])
+        table = read(data, Request(Path(head["source"]), head["table"], choice, head["limit"]))
     except InputError as error:
         parts = {name: getattr(error, name) for name in ("message", "path", "allowed", "mend")}
         value = error.value if isinstance(error.value, (str, int, float)) else None

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["is_archived", "read"]
@@ -47,26 +46,22 @@ def is_archived(lines: Sequence[str]) -> bool:
     return _pattern_of(lines) is not None
 
 
-def read(lines: Sequence[str], source: Path, choice: Choice, limit: int) -> Table:
+def read(lines: Sequence[str], request: Request) -> Table:
     """Return the signals of an archive, each with its own times.
 
     Parameters
     ----------
     lines : sequence of str
         The whole file.
-    source : Path
-        The file.
-    choice : Choice
-        Which signals are read.
-    limit : int
-        Largest size of the signals read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
     InputError
         If there are more signals than an archive has.
     """
-    refuse_larger(len(lines) * NUMBER_BYTES, limit, source)
+    refuse_larger(len(lines) * NUMBER_BYTES, request.limit, request.source)
     pattern = _pattern_of(lines)
     assert pattern is not None
     name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
@@ -81,15 +76,19 @@ def read(lines: Sequence[str], source: Path, choice: Choice, limit: int) -> Tabl
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
     if len(signals) > MOST_SIGNALS:
-        raise InputError(f"names {len(signals)} signals", path=str(source), allowed=f"up to {MOST_SIGNALS}",
+        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}",
                          mend="Export one column a signal")  # fmt: skip
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = [
-        Series(name, np.array(values) if choice(name) else None, _seconds(times, origin) if choice(name) else None)
+        Series(
+            name,
+            np.array(values) if request.choice(name) else None,
+            _seconds(times, origin) if request.choice(name) else None,
+        )
         for name, (times, values) in signals.items()
     ]
     notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
-    return table_of_series(series, source, "archive", notes=notes)
+    return table_of_series(series, request.source, "archive", notes=notes)
 
 
 def _seconds(times: list[str], origin: datetime | None) -> np.ndarray:

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core.content import SIZE_LIMIT, refuse_larger
+from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.archived import is_archived
 from bristle.logs.archived import read as read_archive
-from bristle.logs.choice import Choice
 from bristle.logs.layout import (
     COMMENTS,
     PREAMBLE_LINES,
@@ -27,6 +26,7 @@ from bristle.logs.layout import (
     why_no_number,
     without_comments,
 )
+from bristle.logs.request import Request
 from bristle.logs.scope import head_of
 from bristle.logs.scope import read as read_scope
 from bristle.logs.stamped_text import (
@@ -56,7 +56,7 @@ PIECE = 2**20
 NUMBER_BYTES = 8
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a text file.
 
     Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a
@@ -67,41 +67,37 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: such a file is one table.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
     InputError
         If a cell is no number, a row has another number of cells, or the file ends within a row.
     """
-    data, encoding = _decodable(data, source)
-    special = _special(data, encoding, source, choice, limit)
+    data, encoding = _decodable(data, request.source)
+    special = _special(data, encoding, request)
     if special is not None:
         return special
-    starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, source)
+    starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
-    layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], source)
-    body, notes = _without_open_end(data[starts[layout.first] :], layout, source, encoding)
+    layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
+    body, notes = _without_open_end(data[starts[layout.first] :], layout, request.source, encoding)
     facts = facts_above(lines, layout)
-    if (apart := _with_own_times(body, layout, source, choice, encoding, notes)) is not None:
+    if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts)
     numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
-    by_number = {number: name for number, name in numbers.items() if choice.names is not None and choice(number)}
+    by_number = {
+        number: name for number, name in numbers.items() if request.choice.names is not None and request.choice(number)
+    }
     chosen = [i for i, numeric in enumerate(layout.numeric)
-              if numeric and (choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
-    values = _numbers(body, layout, source, chosen, limit, encoding)
+              if numeric and (request.choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
+    values = _numbers(body, layout, request.source, chosen, request.limit, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
-    columns |= {layout.names[i]: stamps for i, stamps in dates.items() if choice(layout.names[i])}
+    columns |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
     counts = large_counts(body, layout, encoding)
-    columns |= {layout.names[i]: stamps for i, stamps in counts.items() if choice(layout.names[i])}
+    columns |= {layout.names[i]: stamps for i, stamps in counts.items() if request.choice(layout.names[i])}
     dates |= counts
     numeric = [numeric or i in dates for i, numeric in enumerate(layout.numeric)]
     left_out = [name for name, is_numeric in zip(layout.names, numeric, strict=True) if not is_numeric]
@@ -110,7 +106,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
     units |= units_of_labview(lines, layout)
     names = tuple(name for name, is_numeric in zip(layout.names, numeric, strict=True) if is_numeric)
-    texts = _texts(lines[layout.first], layout, source)
+    texts = _texts(lines[layout.first], layout, request.source)
     return Table(
         columns, units | {layout.names[i]: "s" for i in dates},
         texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
@@ -119,9 +115,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     )  # fmt: skip
 
 
-def _with_own_times(
-    body: bytes, layout: Layout, source: Path, choice: Choice, encoding: str, notes: list[str]
-) -> Table | None:
+def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str, notes: list[str]) -> Table | None:
     """Return the table of a file with several columns of time, or with columns that are empty every so often."""
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
     separator = (layout.delimiter or "").encode()
@@ -134,22 +128,22 @@ def _with_own_times(
     layout = replace(layout, names=names_beside_times(layout.names))
     columns = partly_empty(body, layout, encoding) if gaps else None
     if columns is None and has_clocks:
-        numeric_columns = [i for i, numeric in enumerate(layout.numeric) if numeric]
+        numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
         columns = dict(
-            zip(numeric_columns, _numbers(body, layout, source, numeric_columns, SIZE_LIMIT, encoding), strict=True)
+            zip(numeric, _numbers(body, layout, request.source, numeric, request.limit, encoding), strict=True)
         )
     if columns is None:
         return None
-    return with_own_times(columns, layout, source, choice, [*layout.notes, *notes])
+    return with_own_times(columns, layout, request.source, request.choice, [*layout.notes, *notes])
 
 
-def _special(data: bytes, encoding: str, source: Path, choice: Choice, limit: int) -> Table | None:
+def _special(data: bytes, encoding: str, request: Request) -> Table | None:
     """Return the table of a text file whose channels bring their own times; None where it is of another kind."""
     head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
     if (scope := head_of(head)) is not None:
-        return read_scope(data.decode(encoding).split("\n"), scope, source, choice, limit)
+        return read_scope(data.decode(encoding).split("\n"), scope, request)
     if is_archived(head):
-        return read_archive(data.decode(encoding).split("\n"), source, choice, limit)
+        return read_archive(data.decode(encoding).split("\n"), request)
     return None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
@@ -22,22 +22,16 @@ LONGEST_ATTRIBUTE = 200  # [byte]
 MOST_OBJECTS = 100_000
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a group, or of a matrix, of an HDF5 file.
 
     Parameters
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Name of the group or matrix; where not given, all columns are named ``group/column`` (``structure.field`` in
-        a file of MATLAB), unless there is one group only.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
+    request : Request
+        What is read of it. A table is the name of a group or matrix; without it, all columns are named
+        ``group/column`` (``structure.field`` in a file of MATLAB), unless there is one group only.
 
     Raises
     ------
@@ -50,14 +44,16 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         content = h5py.File(io.BytesIO(data), "r")
     except OSError as error:
         raise InputError(
-            f"is truncated or damaged, or no HDF5 file ({error})", path=str(source), mend="Copy or save it again"
+            f"is truncated or damaged, or no HDF5 file ({error})",
+            path=str(request.source),
+            mend="Copy or save it again",
         ) from None
     separator = "." if data.startswith(MAT_73) else "/"
     values: dict[str, Stored] = {}
     units: dict[str, str] = {}
     notes: list[str] = []
     with content:
-        for path, node in _data_sets(content, source):
+        for path, node in _data_sets(content, request.source):
             name = path.replace("/", separator)
             stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
             if not stored.holds_columns or _is_text(node):
@@ -69,7 +65,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             elif any(key in node.attrs for key in UNIT_ATTRIBUTES):
                 notes.append(f"the unit of {name} is no text and was left out")
         arrays = Arrays(values, units, separator, tuple(notes))
-        return table_from(arrays, table, source, "HDF5", choice=choice, limit=limit)
+        return table_from(arrays, request, "HDF5")
 
 
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:

@@ -15,6 +15,7 @@ from bristle.core.errors import InputError
 from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table, split_unit
 from bristle.logs.words import is_time, unit_of_time
 
@@ -44,36 +45,30 @@ def looks_like_json(head: bytes) -> bool:
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a JSON file.
 
     Parameters
     ----------
     data : bytes
         Content of the file: one object or list, or one object in each line.
-    source : Path
-        The file.
-    table : str or None
-        Name of the list of records, where the file holds several.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Not used: what is read is no larger than the file.
+    request : Request
+        What is read of it; a table is the name of the list of records.
 
     Raises
     ------
     InputError
         If it is no JSON, or holds no records and no columns.
     """
-    content = _parsed(data, source)
+    content = _parsed(data, request.source)
     tables = dict(_tables(content, "", 0))
     if not tables:
-        raise InputError("holds no records and no columns of numbers", path=str(source), mend=MEND)
-    name = _chosen(tables, table, source)
+        raise InputError("holds no records and no columns of numbers", path=str(request.source), mend=MEND)
+    name = _chosen(tables, request.table, request.source)
     columns, units = tables[name]
     facts = {key: value for key, value in _facts(content, "", 0) if isinstance(value, str)}
     constants = {key: float(value) for key, value in _facts(content, "", 0) if not isinstance(value, str)}
-    return _table(columns, units, source, choice, facts, constants)
+    return _table(columns, units, request.source, request.choice, facts, constants)
 
 
 def _parsed(data: bytes, source: Path) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -23,21 +23,15 @@ MATRIX, COMPRESSED = 14, 15
 DEEPEST = 64
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a MAT file; fields of structures are named ``structure.field``.
 
     Parameters
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: all variables are one table.
-    choice : Choice
-        Which columns are kept.
-    limit : int
-        Largest size of the variables, unpacked [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
@@ -45,14 +39,14 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         If the file is truncated or damaged, or holds no column of numbers.
     """
     if data.startswith(MAT):
-        _examine(data, source, limit)
+        _examine(data, request.source, request.limit)
     import scipy.io
 
     try:
         content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
         raise InputError(
-            f"is truncated or damaged, or no MAT file ({error})", path=str(source), mend="Copy or save it again"
+            f"is truncated or damaged, or no MAT file ({error})", path=str(request.source), mend="Copy or save it again"
         ) from None
     columns: dict[str, np.ndarray] = {}
     constants: dict[str, float] = {}
@@ -67,9 +61,9 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             else:
                 arrays = _columns_of(full, values)
                 names += arrays
-                columns |= {name: arrays[name].astype(float) for name in arrays if choice(name)}
+                columns |= {name: arrays[name].astype(float) for name in arrays if request.choice(name)}
     if not names:
-        raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors")
+        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
     return Table(columns, constants=constants, notes=tuple(notes), format="MAT", names=tuple(names))
 
 

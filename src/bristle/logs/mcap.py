@@ -14,6 +14,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError, said_by_library
 from bristle.logs.choice import Choice
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -26,7 +27,7 @@ SECOND = 1_000_000_000  # [ns]
 ENCODINGS = ("cdr", "json")
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the numbers in the messages of a recording, each with its times.
 
     A joint of a `JointState` is ``NAME.position``, ``NAME.velocity`` and ``NAME.effort``; any other number has the path
@@ -36,14 +37,8 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        A topic, or the name of a joint, where the recording holds several.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
+    request : Request
+        What is read of it; a table is a topic, or the name of a joint.
 
     Raises
     ------
@@ -74,15 +69,15 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
                 times.append(stamp)
                 values.append(value)
                 count += 1
-            refuse_larger(NUMBER_BYTES * count, limit, source)
+            refuse_larger(NUMBER_BYTES * count, request.limit, request.source)
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001  (a damaged file makes the library raise anything)
         raise InputError(
-            f"is truncated or damaged{said_by_library(error)}", path=str(source), mend="Copy or record it again"
+            f"is truncated or damaged{said_by_library(error)}", path=str(request.source), mend="Copy or record it again"
         ) from None
     notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
-    return _table(fields, source, table, choice, notes)
+    return _table(fields, request.source, request.table, request.choice, notes)
 
 
 def _table(

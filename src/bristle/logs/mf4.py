@@ -15,6 +15,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError, said_by_library
 from bristle.logs.choice import Choice
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -23,7 +24,7 @@ NUMBER_BYTES = 16  # of a sample and its time
 MASTERS = (2, 3)  # kinds of channels that others are sampled by: real ones, and those that are only counted
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the channels of a measurement data file, converted to their physical units.
 
     A channel has its own name where no other has it, else the number of its group before it.
@@ -32,14 +33,8 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: channels of all groups are one table.
-    choice : Choice
-        Which channels are read.
-    limit : int
-        Largest size of the channels read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
@@ -51,12 +46,12 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
     try:
         with asammdf.MDF(io.BytesIO(data)) as content:
-            return _table(content, source, choice, limit)
+            return _table(content, request.source, request.choice, request.limit)
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001  (a damaged file makes the library raise anything)
         raise InputError(
-            f"is truncated or damaged{said_by_library(error)}", path=str(source), mend="Copy or record it again"
+            f"is truncated or damaged{said_by_library(error)}", path=str(request.source), mend="Copy or record it again"
         ) from None
 
 

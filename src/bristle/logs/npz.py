@@ -12,8 +12,8 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError, said_by_library
-from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
@@ -24,22 +24,16 @@ HEADER = 10_000  # [byte] at most, before the numbers of an array
 MOST_ARRAYS = 100_000
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns.
 
     Parameters
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Name of the array whose columns are taken; where not given, all columns are named ``array/column``, unless there
-        is one array only. Columns without a name are ``column_1`` and so on.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
+    request : Request
+        What is read of it. A table is the name of an array; without it, all columns are named ``array/column``, unless
+        there is one array only. Columns without a name are ``column_1`` and so on.
 
     Raises
     ------
@@ -48,17 +42,17 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     """
     try:
         if data.startswith(ARRAY):
-            arrays = {source.stem: _stored(lambda: io.BytesIO(data), len(data), source)}
-            return table_from(_columns_in(arrays, []), table, source, "NPZ", choice=choice, limit=limit)
+            arrays = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
+            return table_from(_columns_in(arrays, []), request, "NPZ")
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            arrays, notes = _members(archive, source, limit)
-            return table_from(_columns_in(arrays, notes), table, source, "NPZ", choice=choice, limit=limit)
+            arrays, notes = _members(archive, request.source, request.limit)
+            return table_from(_columns_in(arrays, notes), request, "NPZ")
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
             f"is truncated or damaged{said_by_library(error)}",
-            path=str(source),
+            path=str(request.source),
             mend="Copy it again, or save arrays of numbers",
         ) from None
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -21,21 +20,15 @@ NUMBER_BYTES = 8
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the columns of a Parquet file; time stamps become seconds from the first one.
 
     Parameters
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: such a file is one table.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
@@ -48,28 +41,28 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     try:
         file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
         names, notes = distinct(file.schema_arrow.names)
-        chosen = [name for name in names if choice(name)]
+        chosen = [name for name in names if request.choice(name)]
         # Columns of one name can only be read together.
         selection = None if notes else chosen
         count = len(names if selection is None else selection)
-        refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, limit, source)
+        refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
         content = file.read(columns=selection, use_threads=False)
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
-            f"is truncated or damaged ({error})", path=str(source), mend="Copy or export it again"
+            f"is truncated or damaged ({error})", path=str(request.source), mend="Copy or export it again"
         ) from None
     columns, units = {}, {}
     read = names if selection is None else content.schema.names
     for name, part, values in zip(read, content.schema, content.columns, strict=True):
-        numbers = _numbers(values) if choice(name) else None
+        numbers = _numbers(values) if request.choice(name) else None
         if numbers is None:
-            notes += [f"column {name!r} holds no numbers and was left out"] if choice(name) else []
+            notes += [f"column {name!r} holds no numbers and was left out"] if request.choice(name) else []
             continue
         columns[name] = numbers
         if unit := _unit_of(part):
             units[name] = unit
-    if not columns and choice.names is None:
-        raise InputError("holds no column of numbers", path=str(source))
+    if not columns and request.choice.names is None:
+        raise InputError("holds no column of numbers", path=str(request.source))
     numeric = [name for name, part in zip(names, file.schema_arrow, strict=True) if _may_be_numbers(part.type)]
     return Table(columns, units, notes=tuple(notes), format="Parquet", names=tuple(numeric))
 

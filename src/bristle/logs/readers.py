@@ -14,6 +14,7 @@ from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.names import with_plain_names
+from bristle.logs.request import Request
 from bristle.logs.stamped_text import period_told
 from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
@@ -71,7 +72,7 @@ def read_table(
     if content.part is not None and kind not in HOLD_TABLES:
         raise InputError("is no file with several tables", path=str(content.source), value=content.part,
                          mend="Leave out what follows the name of the file")  # fmt: skip
-    read = _read(kind, content, content.part or table, choice, size_limit)
+    read = _read(kind, content, Request(content.source, content.part or table, choice, size_limit))
     if table is not None and kind not in HOLD_TABLES:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
     read = _with_period(read)
@@ -86,16 +87,16 @@ def _with_period(table: Table) -> Table:
     return dataclasses.replace(table, sample_time=period_told(constants))
 
 
-def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:
+def _read(kind: str, content: Content, request: Request) -> Table:
     """Read a file; whatever its reader does not foresee is damage of the file."""
     if kind in APART:
-        from bristle.logs.apart import Request, read_apart
+        from bristle.logs.apart import read_apart
 
         _refuse_without(kind, content.source)
-        return read_apart(content.data, Request(kind, content.source, table, choice, limit))
+        return read_apart(kind, content.data, request)
     read: Callable[..., Table] = import_module(f"bristle.logs.{kind}").read
     try:
-        return read(content.data, content.source, table, choice, limit)
+        return read(content.data, request)
     except InputError:
         raise
     except MemoryError:

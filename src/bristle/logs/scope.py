@@ -11,10 +11,10 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
 from bristle.logs.layout import cells_of, numbers_in, why_no_number
 from bristle.logs.names import distinct
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["Head", "head_of", "read"]
@@ -95,7 +95,7 @@ def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], a
     return Head(delimiter, first, names, described, facts)
 
 
-def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: int) -> Table:
+def read(lines: Sequence[str], head: Head, request: Request) -> Table:
     """Return the channels of a trace, each with its time.
 
     Parameters
@@ -104,12 +104,8 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
         The whole file.
     head : Head
         Its head.
-    source : Path
-        The file.
-    choice : Choice
-        Which channels are read.
-    limit : int
-        Largest size of the channels read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
@@ -119,7 +115,7 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
     body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
     cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
     body = body[:-1] if cut else body
-    refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, limit, source)
+    refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, request.limit, request.source)
     columns = list(zip_longest(*(line.split(head.delimiter) for line in body), fillvalue=""))
     columns = [[cell.strip().strip('"') for cell in column] for column in columns]
     columns = _beside_keys(columns, head)
@@ -130,13 +126,13 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
         filled = [cell for cell in columns[place] if cell]
         values = numbers_in(filled, head.delimiter != ",")
         if values is None:
-            texts[name] = _no_number(filled, name, head, source)
+            texts[name] = _no_number(filled, name, head, request.source)
         elif values.size:
-            times = _time_of(columns, place, head, values.size, source) if choice(name) else None
+            times = _time_of(columns, place, head, values.size, request.source) if request.choice(name) else None
             if times is not None and times.dtype.kind == "i":
                 times = (times - _earliest(columns, head)) / TICKS
             about = _about(head, place)
-            series.append(Series(name, values if choice(name) else None, times, _unit(head, place), about))
+            series.append(Series(name, values if request.choice(name) else None, times, _unit(head, place), about))
     scaled = [
         name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")
     ]
@@ -145,7 +141,7 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
     if cut:
         notes.append("the file does not end with a line break: its last row may be cut and was left out")
     return table_of_series(
-        series, source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts)
+        series, request.source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts)
     )
 
 

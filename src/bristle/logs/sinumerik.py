@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import io
 import re
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -22,21 +21,15 @@ ENTITY = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 MEND = "Export the trace as CSV"
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the signals of a trace in XML, each with the times at which it was taken.
 
     Parameters
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: such a file is one table.
-    choice : Choice
-        Which signals are read.
-    limit : int
-        Not used: what is read is no larger than the file.
+    request : Request
+        What is read of it.
 
     Raises
     ------
@@ -44,7 +37,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         If it is no such trace, is damaged, or declares entities.
     """
     if ENTITY.search(data[: 2**16]):
-        raise InputError("declares entities, which are not read", path=str(source), mend=MEND)
+        raise InputError("declares entities, which are not read", path=str(request.source), mend=MEND)
     signals: dict[str, tuple[str, str, str]] = {}
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}
@@ -59,17 +52,17 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
                 _keep(element.attrib, times, values)
                 element.clear()
     except ElementTree.ParseError as error:
-        raise InputError(f"is truncated or damaged ({error})", path=str(source), mend="Copy it again") from None
+        raise InputError(f"is truncated or damaged ({error})", path=str(request.source), mend="Copy it again") from None
     keys = [key for key in signals if key in values] or list(values)
     if not keys:
-        raise InputError("is no trace with records of signals", path=str(source), mend=MEND)
+        raise InputError("is no trace with records of signals", path=str(request.source), mend=MEND)
     names, notes = distinct(signals.get(key, (key, "", ""))[0].strip() for key in keys)
     series = [
-        Series(name, np.array(values[key]) if choice(name) else None, np.array(times[key]),
+        Series(name, np.array(values[key]) if request.choice(name) else None, np.array(times[key]),
                signals.get(key, ("", "", ""))[1], signals.get(key, ("", "", ""))[2])
         for name, key in zip(names, keys, strict=True)
     ]  # fmt: skip
-    return table_of_series(series, source, "SINUMERIK trace", notes=notes)
+    return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)
 
 
 def _keep(record: dict[str, str], times: dict[str, list[float]], values: dict[str, list[float]]) -> None:

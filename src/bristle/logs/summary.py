@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,21 @@ from bristle.logs.assembly import assembled, clock_for
 from bristle.logs.check import CheckThresholds, checked
 from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.gather import axis_of, gather
-from bristle.logs.log import log_of
+from bristle.logs.log import Log, log_of
+from bristle.logs.passage import Passage
 from bristle.logs.passages import passages
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-__all__ = ["summarize"]
+__all__ = ["Summary", "summarize", "summary_of"]
+
+
+class Summary(NamedTuple):
+    """What is in a log: as plain data, and the log itself with its experiments where it has no problem."""
+
+    data: dict[str, Any]
+    log: Log | None = None
+    passages: tuple[Passage, ...] = ()
 
 
 @guarded(axis=optional(instance(Axis, "an axis")))
@@ -50,7 +59,11 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     InputError
         If the file cannot be read at all.
     """
-    table = read_table(given, axis and axis.table, size_limit=size_of(size_limit))
+    return summary_of(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis).data
+
+
+def summary_of(table: Table, axis: Axis | None = None) -> Summary:
+    """Return what is in a table of a log; without an axis, columns called as usual are taken."""
     summary: dict[str, Any] = {
         "file": printable(table.origin.name),
         "format": table.format,
@@ -70,16 +83,18 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
         "diagnostics": [],
         "problems": [],
     }
+    log, experiments = None, ()
     try:
-        summary |= _as_log(table, axis or axis_of(table))
+        part, log, experiments = _as_log(table, axis or axis_of(table))
+        summary |= part
     except InputError as problem:
         summary["problems"] = [_sentence_of(problem, table)]
     if summary["sample_time"]:
         summary["rate"] = 1 / summary["sample_time"]
-    return summary
+    return Summary(summary, log, experiments)
 
 
-def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
+def _as_log(table: Table, axis: Axis) -> Summary:
     gathered = gather(table, axis)
     problems = [*gathered.problems, *problems_of(gathered, axis, str(table.source))]
     part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
@@ -99,14 +114,16 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
     if clock is not None:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}
+    log, experiments = None, ()
     if clock is not None and not problems:
         log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
         part["diagnostics"] = [
             diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))
         ]
-        part["passages"] = [passage.as_data() for passage in passages(log, axis)]
-    return part | {"problems": [_sentence_of(problem, table) for problem in problems]}
+        experiments = passages(log, axis)
+        part["passages"] = [passage.as_data() for passage in experiments]
+    return Summary(part | {"problems": [_sentence_of(problem, table) for problem in problems]}, log, experiments)
 
 
 def _sentence_of(problem: InputError, table: Table) -> str:

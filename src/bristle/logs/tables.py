@@ -13,7 +13,7 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.choice import ALL, Choice
+from bristle.logs.request import Request
 from bristle.logs.table import Table, some_of
 
 __all__ = ["Arrays", "Stored", "content_of_log", "table_from"]
@@ -99,9 +99,7 @@ class _Column(NamedTuple):
     part: int | str | None = None
 
 
-def table_from(
-    arrays: Arrays, table_name: str | None, source: Path, kind: str, *, choice: Choice = ALL, limit: int = SIZE_LIMIT
-) -> Table:
+def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     """Return the columns of one table of a file, or of all of them, each under its full name.
 
     A group of columns is a table, and so is an array of several columns; those without a name are ``column_1`` and
@@ -112,16 +110,10 @@ def table_from(
     ----------
     arrays : Arrays
         What the file holds.
-    table_name : str or None
-        Name of the table.
-    source : Path
-        The file.
+    request : Request
+        What is read of it.
     kind : str
         Kind of file.
-    choice : Choice
-        Which columns are read.
-    limit : int
-        Largest size of the columns read [byte].
 
     Raises
     ------
@@ -132,19 +124,24 @@ def table_from(
     names = list(tables)
     notes = list(arrays.notes)
     if not names:
-        raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors")
-    if table_name is not None and table_name not in tables:
+        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
+    if request.table is not None and request.table not in tables:
         if len(names) > 1:
-            raise _no_such_table(table_name, names, source)
+            raise _no_such_table(request.table, names, request.source)
         if names[0]:
-            notes.append(f"there is no table {table_name!r} in this log: {names[0]!r}, its only one, was taken")
-    chosen = table_name if table_name in tables else names[0] if len(names) == 1 else None
+            notes.append(f"there is no table {request.table!r} in this log: {names[0]!r}, its only one, was taken")
+    chosen = request.table if request.table in tables else names[0] if len(names) == 1 else None
     if chosen is None:
         available = {_full(table, name, arrays): column for table in names for name, column in tables[table].items()}
     else:
         available = tables[chosen]
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
-    columns = _read({name: column for name, column in available.items() if choice(name)}, arrays, source, limit)
+    columns = _read(
+        {name: column for name, column in available.items() if request.choice(name)},
+        arrays,
+        request.source,
+        request.limit,
+    )
     units = {name: arrays.units[full] for name in available if (full := _origin(chosen, name, arrays)) in arrays.units}
     return Table(
         columns, units, {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},

@@ -17,6 +17,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.choice import Choice
 from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.request import Request
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -28,7 +29,7 @@ UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 NUMBER_BYTES = 8
 
 
-def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+def read(data: bytes, request: Request) -> Table:
     """Return the channels of a TDMS file, scaled as the file says.
 
     A channel has its own name where no other has it, else ``group/channel``.
@@ -37,29 +38,23 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     ----------
     data : bytes
         Content of the file.
-    source : Path
-        The file.
-    table : str or None
-        Not used: channels of all groups are one table.
-    choice : Choice
-        Which channels are read.
-    limit : int
-        Largest size of the channels read [byte].
+    request : Request
+        What is read of it.
 
     Raises
     ------
     InputError
         If the file is truncated or damaged, or holds no channel of numbers.
     """
-    _refuse_truncated(data, source)
+    _refuse_truncated(data, request.source)
     with _remarks_kept() as remarks:
-        columns, about = _channels(data, source, choice, limit, remarks)
+        columns, about = _channels(data, request.source, request.choice, request.limit, remarks)
     if remarks:
-        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
+        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
     if not about.names:
-        raise InputError("holds no channel of numbers", path=str(source))
+        raise InputError("holds no channel of numbers", path=str(request.source))
     if len(set(about.increments.values())) > 1 and set(about.increments) >= set(columns):
-        return _with_own_times(columns, about, source)
+        return _with_own_times(columns, about, request.source)
     if len(set(about.increments.values())) > 1:
         about.notes.append("the channels differ in their sample time, which was ignored")
     periods = set(about.increments.values())
