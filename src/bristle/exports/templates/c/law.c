@@ -1,27 +1,4 @@
-/* {{ title }}. See {{ name }}.h. Written by bristle {{ version }}; do not edit, export again. */
-
-#include "{{ name }}.h"
-
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
-
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
-#endif
-#ifdef __FAST_MATH__
-#error "-ffast-math gives other numbers: leave it out"
-#endif
-
-{{ helpers }}
-{{ definitions }}
-{{ data }}
-static inline bool is_finite(double x)
-{
-    return x - x == 0.0;
-}
-
-void {{ name }}_start({{ name }} *axis)
+{% include "c/head.c" %}void {{ name }}_start({{ name }} *axis)
 {
     axis->effort = 0.0;
     axis->begun = 0;

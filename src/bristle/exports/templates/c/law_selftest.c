@@ -9,22 +9,7 @@
 
 static double x[{{ positions }}];
 
-static uint64_t hashed(uint64_t value, double effort)
-{
-    const union { double number; uint64_t bits; } both = {effort};
-    for (unsigned i = 0; i < 8U; ++i) {
-        value = (value ^ ((both.bits >> (8U * i)) & 255U)) * UINT64_C(0x100000001B3);
-    }
-    return value;
-}
-
-static int fails(const char *what)
-{
-    printf("{{ name }}: %s\n", what);
-    return 1;
-}
-
-static double velocity(unsigned k)
+{% include "c/hashed.c" %}static double velocity(unsigned k)
 {
     return (x[k + 1U] - x[k]) / {{ dt }};
 }

@@ -8,22 +8,7 @@
 
 #define COUNT {{ count }}
 
-static uint64_t hashed(uint64_t value, double force)
-{
-    const union { double number; uint64_t bits; } both = {force};
-    for (unsigned i = 0; i < 8U; ++i) {
-        value = (value ^ ((both.bits >> (8U * i)) & 255U)) * UINT64_C(0x100000001B3);
-    }
-    return value;
-}
-
-static int fails(const char *what)
-{
-    printf("{{ name }}: %s\n", what);
-    return 1;
-}
-
-int main(void)
+{% include "c/hashed.c" %}int main(void)
 {
     static const double scales[{{ scales | length }}] = { {{- scales | join(', ') -}} };
     static {{ name }} axis, copy;

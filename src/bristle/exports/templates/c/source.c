@@ -1,27 +1,4 @@
-/* {{ title }}. See {{ name }}.h. Written by bristle {{ version }}; do not edit, export again. */
-
-#include "{{ name }}.h"
-
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
-
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
-#endif
-#ifdef __FAST_MATH__
-#error "-ffast-math gives other numbers: leave it out"
-#endif
-
-{{ helpers }}
-{{ definitions }}
-{{ data }}
-static inline bool is_finite(double x)
-{
-    return x - x == 0.0;
-}
-
-void {{ name }}_start({{ name }} *axis)
+{% include "c/head.c" %}void {{ name }}_start({{ name }} *axis)
 {
     axis->position = 0.0;
     axis->force = 0.0;
@@ -71,33 +48,7 @@ double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in
     return advanced(axis, x, dt{% for signal in signals %}, {{ signal }}{% endfor %});
 }
 {% endif %}{% endif %}
-static uint64_t digest(const unsigned char *bytes, size_t size)
-{
-    uint64_t value = UINT64_C(0xCBF29CE484222325);
-    for (size_t i = 0; i < size; ++i) {
-        value = (value ^ bytes[i]) * UINT64_C(0x100000001B3);
-    }
-    return value;
-}
-
-static unsigned char *put(unsigned char *at, uint64_t value)
-{
-    for (unsigned i = 0; i < 8U; ++i) {
-        at[i] = (unsigned char)((value >> (8U * i)) & 255U);
-    }
-    return at + 8;
-}
-
-static uint64_t got(const unsigned char *at)
-{
-    uint64_t value = 0;
-    for (unsigned i = 0; i < 8U; ++i) {
-        value |= (uint64_t)at[i] << (8U * i);
-    }
-    return value;
-}
-
-static unsigned char *put_real(unsigned char *at, double value)
+{% include "shared/bytes.c" %}static unsigned char *put_real(unsigned char *at, double value)
 {
     const union { double number; uint64_t bits; } both = {value};
     return put(at, both.bits);

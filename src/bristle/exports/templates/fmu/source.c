@@ -12,14 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "numbers must be rounded after every operation: use SSE2 or NEON, not the x87 unit"
-#endif
-#ifdef __FAST_MATH__
-#error "-ffast-math gives other numbers: leave it out"
-#endif
-
-/* --- the model ------------------------------------------------------------------------------------------------- */
+{% include "shared/guards.c" %}/* --- the model ------------------------------------------------------------------------------------------------- */
 
 {{ helpers }}
 {{ definitions }}
@@ -128,24 +121,7 @@ static const char *gone_on(Situation *now, Situation *before, double time)
 
 /* --- bytes ------------------------------------------------------------------------------------------------------- */
 
-static unsigned char *put(unsigned char *at, uint64_t value)
-{
-    for (unsigned i = 0; i < 8U; ++i) {
-        at[i] = (unsigned char)((value >> (8U * i)) & 255U);
-    }
-    return at + 8;
-}
-
-static uint64_t got(const unsigned char *at)
-{
-    uint64_t value = 0;
-    for (unsigned i = 0; i < 8U; ++i) {
-        value |= (uint64_t)at[i] << (8U * i);
-    }
-    return value;
-}
-
-static unsigned char *put_reals(unsigned char *at, const double *values, size_t count)
+{% include "shared/bytes.c" %}static unsigned char *put_reals(unsigned char *at, const double *values, size_t count)
 {
     for (size_t i = 0; i < count; ++i) {
         const union { double number; uint64_t bits; } both = {values[i]};
@@ -163,15 +139,6 @@ static const unsigned char *got_reals(const unsigned char *at, double *values, s
         at += 8;
     }
     return at;
-}
-
-static uint64_t digest(const unsigned char *bytes, size_t size)
-{
-    uint64_t value = UINT64_C(0xCBF29CE484222325);
-    for (size_t i = 0; i < size; ++i) {
-        value = (value ^ bytes[i]) * UINT64_C(0x100000001B3);
-    }
-    return value;
 }
 
 static void save(const Situation *now, unsigned char *bytes)
