@@ -15,7 +15,7 @@ from bristle.core.motion import Motion
 from bristle.core.variable import unit_of, variables_of
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
-from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE
@@ -110,21 +110,16 @@ class CFiles:
         return unit_of(quantity, model.kind)
 
     def _told(self, signal: str) -> str:
-        variable = variables_of(Motion)[signal]
-        unit = variable.unit(self.subject.model.kind)
-        return plain(variable.description) + (f" [{unit}]" if unit != "1" else "")
+        return told(variables_of(Motion)[signal], self.subject.model.kind)
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
     def _state_lines(self, printer: Printer) -> list[str]:
         variables, kind = variables_of(self.subject.state.cls), self.subject.model.kind
-        lines = []
-        for name, part in self.subject.state.fields:
-            variable = variables[name]
-            unit = variable.unit(kind)
-            meaning = plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
-            lines.append(f"{printer.named(part, printer.names.variable(name))}; /* {meaning} */")
-        return lines
+        return [
+            f"{printer.named(part, printer.names.variable(name))}; /* {told(variables[name], kind)} */"
+            for name, part in self.subject.state.fields
+        ]
 
     def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         lines = [

@@ -18,7 +18,7 @@ from bristle.core.variable import Variable, unit_of
 from bristle.exports.c import FLAGS, initial_value, literal
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
-from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.law import Inputs, Law
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
@@ -115,12 +115,8 @@ class LawFiles:
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
     def _state_lines(self, printer: Printer) -> list[str]:
-        kind, lines = self.law.variant.controller.kind, []
-        for leaf in self._leaves():
-            unit = leaf.variable.unit(kind)
-            meaning = plain(leaf.variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
-            lines.append(f"{printer.named(leaf.type, leaf.name)}; /* {meaning} */")
-        return lines
+        kind = self.law.variant.controller.kind
+        return [f"{printer.named(leaf.type, leaf.name)}; /* {told(leaf.variable, kind)} */" for leaf in self._leaves()]
 
     def _leaves(self) -> list[Leaf]:
         return list(_leaves(self.law.lasting, self.law.types[0], ()))

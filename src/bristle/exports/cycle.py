@@ -17,6 +17,7 @@ from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
+from bristle.exports.scope import defined
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import INTEGER, REAL, Array
@@ -95,7 +96,4 @@ def _defined(text: str, subject: Subject) -> Callable[..., Any]:
         "POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
         "LARGEST": LARGEST,
     }  # fmt: skip
-    exec(compile(text, "<cycle>", "exec"), scope)
-    function = scope["advanced"]
-    function.source = text
-    return function
+    return defined("advanced", text, scope)

@@ -11,8 +11,9 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
+from bristle.core.variable import Kind, Variable
 
-__all__ = ["Source", "parameter_rows", "parameter_table", "plain"]
+__all__ = ["Source", "parameter_rows", "parameter_table", "plain", "told"]
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,12 @@ class Source:
     def lines(self) -> list[str]:
         """What is facts of the making, a line each."""
         return [f"{key}: {plain(str(value))}" for key, value in self.provenance.items()]
+
+
+def told(variable: Variable, kind: Kind) -> str:
+    """Return what a variable means, with its unit, for a comment."""
+    unit = variable.unit(kind)
+    return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
 
 
 def parameter_rows(model: Model, source: Source) -> Iterator[tuple[str, str, str, str, str, str]]:

@@ -6,7 +6,6 @@ the tree as any kernel is. What lasts from step to step is an array: the state, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +16,7 @@ from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
+from bristle.exports.scope import defined
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import INTEGER, REAL, Array, Struct, type_of
@@ -114,7 +114,9 @@ def core_of(subject: Subject, plant: Model | None) -> Core:
         parameters = {"q": (plant, plant_parameters)} | parameters
     entry_types = [Array(len(begin), writable=True), Array(subject.memory_size, writable=True), *[REAL] * (inputs + 1)]
     builder = Builder()
-    entry = builder.function(_defined(text, scope), [*entry_types, *(kind for _, kind in parameters.values())])
+    entry = builder.function(
+        defined("stepped", text, scope), [*entry_types, *(kind for _, kind in parameters.values())]
+    )
     return Core(subject, plant, pruned(builder.unit, [entry]), entry, np.array(begin), tuple(most), parameters)
 
 
@@ -135,10 +137,3 @@ def _load(kind: Struct, at: int) -> str:
 def _store(kind: Struct, source: str, at: int) -> str:
     lines = [f"    lasting[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(kind.fields)]
     return "\n".join(lines) or "    pass"
-
-
-def _defined(text: str, scope: dict[str, Any]) -> Callable[..., Any]:
-    exec(compile(text, "<fmu>", "exec"), scope)
-    function = scope["stepped"]
-    function.source = text
-    return function

@@ -31,7 +31,7 @@ from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
-from bristle.exports.scope import NotExportableError, is_kernel
+from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
 from bristle.plants.terms import terms_of
@@ -298,10 +298,7 @@ def _defined(text: str, component: Any) -> Callable[..., Any]:
         "law": law, "start": component.start, "resume": component.resume, "NOT_KNOWN": NOT_KNOWN,
         "NOTHING_TRANSMITTED": NOTHING_TRANSMITTED,
     }  # fmt: skip
-    exec(compile(text, "<law>", "exec"), scope)
-    function = scope["command"]
-    function.source = text
-    return function
+    return defined("command", text, scope)
 
 
 def _struct(kind: Any) -> Struct:

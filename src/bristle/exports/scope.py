@@ -13,7 +13,7 @@ from typing import Any
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernels
 
-__all__ = ["NotExportableError", "definition_of", "global_value", "is_kernel", "is_named_tuple"]
+__all__ = ["NotExportableError", "defined", "definition_of", "global_value", "is_kernel", "is_named_tuple"]
 
 
 class NotExportableError(InputError):
@@ -23,6 +23,14 @@ class NotExportableError(InputError):
         place = f"{function.__module__}.{function.__name__}"
         line = getattr(node, "lineno", None)
         super().__init__(reason, path=f"{place}, line {line}" if line else place)
+
+
+def defined(name: str, text: str, scope: dict[str, Any]) -> Callable[..., Any]:
+    """Return the kernel of this name in a text, which sees what is in `scope`; the text is kept for its tree."""
+    exec(compile(text, f"<{name}>", "exec"), scope)
+    function = scope[name]
+    function.source = text
+    return function
 
 
 @cache

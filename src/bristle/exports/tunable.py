@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.exports.c_code import Printer, number
-from bristle.exports.described import plain
+from bristle.exports.described import plain, told
 from bristle.exports.types import REAL, Struct
 
 __all__ = ["Tunable", "tunable_of"]
@@ -41,11 +41,11 @@ class Tunable:
         lines = []
         for name, value in self.values.items():
             variable = model.component.variables[name]
-            unit = variable.unit(model.kind)
             size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
-            meaning = plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
             allowed = plain(variable.allowed(model.kind))
-            lines.append(f"{scalar} {name}{size}; /* {meaning}{f', {allowed}' if allowed else ''} */")
+            lines.append(
+                f"{scalar} {name}{size}; /* {told(variable, model.kind)}{f', {allowed}' if allowed else ''} */"
+            )
         return lines
 
     def started(self, scalar: str) -> list[str]:
