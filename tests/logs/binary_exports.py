@@ -172,6 +172,56 @@ def hdf5_german(folder: Path, m: Motion) -> Path:
     return path
 
 
+def tdms_waveforms(folder: Path, m: Motion) -> Path:
+    """Two waveforms of one rate."""
+    nptdms = pytest.importorskip("nptdms")
+    path = folder / "waveforms.tdms"
+    _, x, f = _numbers(m)
+    with nptdms.TdmsWriter(str(path)) as writer:
+        writer.write_segment([
+            nptdms.RootObject({"Operator": "lab"}),
+            nptdms.ChannelObject("Log", "ActPos", x, {"wf_increment": 1e-3, "NI_UnitDescription": "mm"}),
+            nptdms.ChannelObject("Log", "ActForce", f, {"wf_increment": 1e-3, "NI_UnitDescription": "N"}),
+        ])  # fmt: skip
+    return path
+
+
+def tdms_own_time(folder: Path, m: Motion) -> Path:
+    """A time beside the channels, in pieces as they were recorded."""
+    nptdms = pytest.importorskip("nptdms")
+    path = folder / "pieces.tdms"
+    t, x, f = _numbers(m)
+    with nptdms.TdmsWriter(str(path)) as writer:
+        for part in np.array_split(np.arange(t.size), 7):
+            writer.write_segment([
+                nptdms.ChannelObject("Messung", name, values[part], {"unit_string": unit})
+                for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))
+            ])  # fmt: skip
+    return path
+
+
+def hdf5_records(folder: Path, m: Motion) -> Path:
+    """Rows of named numbers, compressed."""
+    h5py = pytest.importorskip("h5py")
+    path = folder / "records.h5"
+    rows = np.rec.fromarrays(_numbers(m), names="time_s,position_mm,force_N")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("log", data=rows, compression="gzip", chunks=(512,))
+    return path
+
+
+def hdf5_rate(folder: Path, m: Motion) -> Path:
+    """Channels at the root, the sample time a number beside them."""
+    h5py = pytest.importorskip("h5py")
+    path = folder / "rate.hdf5"
+    _, x, f = _numbers(m)
+    with h5py.File(path, "w") as file:
+        file["sample_time"] = 1e-3
+        for name, unit, values in (("actual_position", "mm", x), ("motor_force", "N", f)):
+            file.create_dataset(name, data=values).attrs["units"] = np.bytes_(unit)
+    return path
+
+
 BINARY = {
     "MF4, one group": Export(mf4_one_group),
     "MF4, two rates": Export(mf4_two_rates, exact=False),
@@ -183,5 +233,9 @@ BINARY = {
     "MAT, matrix": Export(matlab_matrix, UNIT | FORCE),
     "MAT 7.3": Export(matlab_73, UNIT | FORCE),
     "TDMS, two rates": Export(tdms_two_rates, exact=False),
+    "TDMS, waveforms": Export(tdms_waveforms),
+    "TDMS, own time": Export(tdms_own_time),
     "HDF5": Export(hdf5_german),
+    "HDF5, records": Export(hdf5_records),
+    "HDF5, rate": Export(hdf5_rate),
 }

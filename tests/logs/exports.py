@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Callable
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -214,6 +215,35 @@ def labview(folder: Path, m: Motion) -> Path:
     return _written(folder / "log.lvm", "\r\n".join(lines) + "\r\n", "cp1252")
 
 
+def labview_columns(folder: Path, m: Motion) -> Path:
+    """A time beside each channel, and a decimal point."""
+    slow = m.every(2)
+    lines = ["LabVIEW Measurement\t", "Writer_Version\t0.92", "Reader_Version\t1", "Separator\tTab",
+             "Multi_Headings\tYes", "X_Columns\tMulti", "Time_Pref\tAbsolute", "Operator\tlab", "Date\t2025/03/14",
+             "Time\t09:31:12.123456", "***End_of_Header***\t", "\t", "Channels\t2\t\t\t",
+             f"Samples\t{m.time_us.size}\t\t{slow.time_us.size}\t", "Date\t2025/03/14\t\t2025/03/14\t",
+             "Time\t09:31:12.1\t\t09:31:12.1\t", "Y_Unit_Label\tmm\t\tN\t", "X_Dimension\tTime\t\tTime\t",
+             "X0\t0.0000000000000000E+0\t\t0.0000000000000000E+0\t", "Delta_X\t0.001000\t\t0.002000\t",
+             "***End_of_Header***\t\t\t\t", "X_Value\tPosition\tX_Value\tForce\tComment"]  # fmt: skip
+    right = [f"{decimal(t, 6)}\t{f}" for t, f in zip(slow.time_us, newton(slow.torque), strict=True)]
+    lines += [f"{decimal(t, 6)}\t{x}\t{force}\t" for t, x, force in zip_longest(
+        m.time_us, mm(m.position_um), right, fillvalue="\t")]  # fmt: skip
+    return _written(folder / "columns.lvm", "\r\n".join(lines) + "\r\n", "cp1252")
+
+
+def labview_no_times(folder: Path, m: Motion) -> Path:
+    """Samples alone, separated by commas: their times are in the header."""
+    lines = ["LabVIEW Measurement", "Writer_Version,2", "Reader_Version,2", "Separator,Comma", "Decimal_Separator,.",
+             "Multi_Headings,No", "X_Columns,No", "Time_Pref,Relative", "Operator,lab", "Date,2025/03/14",
+             "Time,09:31:12.123456", "***End_of_Header***", "", "Channels,2,,",
+             f"Samples,{m.time_us.size},{m.time_us.size},", "Date,2025/03/14,2025/03/14,",
+             "Time,09:31:12.1,09:31:12.1,", "Y_Unit_Label,mm,N,", "X_Dimension,Time,Time,", "X0,0.0E+0,0.0E+0,",
+             "Delta_X,1.000000E-3,1.000000E-3,", "***End_of_Header***,,,",
+             "X_Value,Position,Force,Comment"]  # fmt: skip
+    lines += [f",{x},{f}," for x, f in zip(mm(m.position_um), newton(m.torque), strict=True)]
+    return _written(folder / "plain.lvm", "\r\n".join(lines) + "\r\n", "cp1252")
+
+
 def quoted(folder: Path, m: Motion) -> Path:
     """Decimal commas between commas, each cell in quotation marks."""
     lines = ['"Zeit [s]","Weg [mm]","Kraft [N]"'] + [f'"{decimal(t, 6, True)}","{x}","{f}"' for t, x, f in zip(
@@ -290,6 +320,32 @@ def sinumerik(folder: Path, m: Motion) -> Path:
     return _written(folder / "trace.xml", "\n".join(parts), "utf-8")
 
 
+def sinumerik_unnamed(folder: Path, m: Motion) -> Path:
+    """Signals without a description, in a name space, all at one rate."""
+    parts = ['<?xml version="1.0" encoding="utf-8"?>',
+             '<tr:traceDataRoot xmlns:tr="http://www.example.org/trace"><tr:traceData><tr:dataFrame>',
+             '<tr:frameHeader startTime="2025-03-14T09:31:12" stopInc="0"/>',
+             '<tr:dataSignal id="a" name="/Nck/!SD/nckServoDataActPos1stEnc64[u1,1]" units="mm"/>',
+             '<tr:dataSignal id="b" name="/DriveVsa/Force r80[u1,1]" units="N"/>']  # fmt: skip
+    parts += [f'<tr:rec time="{decimal(t, 6)}" a="{x}" b="{f}"/>' for t, x, f in zip(
+        m.time_us, mm(m.position_um), newton(m.torque), strict=True)]  # fmt: skip
+    parts.append("</tr:dataFrame></tr:traceData></tr:traceDataRoot>")
+    return _written(folder / "session.xml", "".join(parts), "utf-8")
+
+
+def sinumerik_changes(folder: Path, m: Motion) -> Path:
+    """A signal that is written only where it changes: until then a NaN stands there, as the number of its bits."""
+    parts = ["<traceDataRoot><traceData><dataFrame>",
+             '<dataSignal id="f1" description="Position actual value X1" units="mm"/>',
+             '<dataSignal id="f2" description="Force actual value X1" units="N"/>']  # fmt: skip
+    before = None
+    for t, x, f in zip(m.time_us, mm(m.position_um), newton(m.torque), strict=True):
+        parts.append(f'<rec time="{decimal(t, 6)}" f1="{x}" f2="{"9221120237041090560" if f == before else f}"/>')
+        before = f
+    parts.append("</dataFrame></traceData></traceDataRoot>")
+    return _written(folder / "changes.xml", "\n".join(parts), "utf-8")
+
+
 def epics_dates(folder: Path, m: Motion) -> Path:
     start = datetime.datetime(2025, 3, 14, 9, 31, 12)
     lines = []
@@ -345,6 +401,8 @@ EXPORTS = {
     "units behind strokes": Export(stroke_units),
     "dates": Export(date_stamps),
     "LabVIEW": Export(labview),
+    "LabVIEW, times": Export(labview_columns, exact=False),
+    "LabVIEW, no times": Export(labview_no_times),
     "quoted": Export(quoted),
     "long ago": Export(long_ago),
     "pairs": Export(several_times, exact=False),
@@ -353,6 +411,8 @@ EXPORTS = {
     "columns": Export(columns),
     "lines": Export(json_lines, RATED_FORCE),
     "SINUMERIK": Export(sinumerik, exact=False),
+    "SINUMERIK, no names": Export(sinumerik_unnamed),
+    "SINUMERIK, changes": Export(sinumerik_changes),
     "EPICS, dates": Export(epics_dates, UNIT | FORCE),
     "EPICS, seconds": Export(epics_seconds, UNIT | FORCE),
     "EPICS, states": Export(epics_states, UNIT | FORCE),

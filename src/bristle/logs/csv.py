@@ -84,6 +84,8 @@ def read(data: bytes, request: Request) -> Table:
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
     body, notes = _without_open_end(data[starts[layout.first] :], layout, request.source, encoding)
     facts = facts_above(lines, layout)
+    above = units_of_labview(lines, layout)
+    layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts)
     numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
@@ -104,7 +106,6 @@ def read(data: bytes, request: Request) -> Table:
     if left_out:
         notes.append(f"text was left out: {', '.join(left_out[:20])}" + (" and others" if len(left_out) > 20 else ""))
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
-    units |= units_of_labview(lines, layout)
     names = tuple(name for name, is_numeric in zip(layout.names, numeric, strict=True) if is_numeric)
     texts = _texts(lines[layout.first], layout, request.source)
     return Table(

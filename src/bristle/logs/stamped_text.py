@@ -55,7 +55,8 @@ def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     """Return what stands above the header of a text file, as names and what is said of them."""
     above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
     matches = (_FACT.fullmatch(line[:LONGEST_FACT]) for line in above)
-    return {match[1].strip(): re.sub(r"[;\t]+", " ", match[2]).strip() for match in matches if match}
+    between = r"[;\t,]+" if layout.delimiter == "," and not layout.decimal_comma else r"[;\t]+"
+    return {match[1].strip(): re.sub(between, " ", match[2]).strip() for match in matches if match}
 
 
 def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
@@ -63,8 +64,9 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     row = next((line for line in lines[: layout.first] if line.lower().startswith("y_unit_label")), None)
     if row is None:
         return {}
-    signals = [name for name in layout.names if not name.lower().startswith("x_value")]
-    return {name: unit for name, unit in zip(signals, cells_of(row, layout.delimiter)[1:], strict=False) if unit}
+    # Its first cell says what it is, and stands above the times.
+    cells = zip(layout.names[1:], cells_of(row, layout.delimiter)[1:], strict=False)
+    return {name: unit for name, unit in cells if unit and not name.lower().startswith("x_value")}
 
 
 def period_told(facts: dict[str, str]) -> float | None:
