@@ -15,6 +15,7 @@ from bristle.core.motion import Motion
 from bristle.core.variable import unit_of, variables_of
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
@@ -182,26 +183,9 @@ class CFiles:
 
     def _saved(self, printer: Printer) -> dict[str, Any]:
         state, size = self.subject.state, self.subject.memory_size
-        real = self.scalar == "double"
-        fields = []
-        for place, (name, part) in enumerate(state.fields):
-            at, field = f"bytes + {32 + 8 * place}", f"axis->state.{printer.names.variable(name)}"
-            if part == REAL:
-                save, restore = f"put_real(at, {'' if real else '(double)'}{field})", f"got_real({at})"
-                refused, restore = f"!is_finite(got_real({at}))", restore if real else f"(float){restore}"
-            else:
-                # As many turning points as the memory has room for, and one for the present.
-                capacity = size // 2 if name == "depth" and size else 2**31
-                save = f"put(at, (uint64_t){field})"
-                restore, refused = f"({printer.type_name(part)})got({at})", f"got({at}) >= {capacity}U"
-            fields.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
-        layout = f"{self.subject.model.name} {self.scalar} {state.fields} {size}".encode()
-        memory_at = 32 + 8 * len(fields)
-        return {
-            "saved": memory_at + 8 * size + 8, "saved_state": fields, "memory_at": memory_at,
-            "layout": f"0x{_digest(layout):016X}", "widened": "" if real else "(double)",
-            "narrowed": "" if real else "(float)",
-        }  # fmt: skip
+        fields = [(printer.names.variable(name), part) for name, part in state.fields]
+        layout = f"{self.subject.model.name} {self.scalar} {state.fields} {size}"
+        return saved_facts(printer, ("position", "force"), fields, size, layout)
 
     # --- self-test and example ------------------------------------------------------------------------------------
 
@@ -263,12 +247,3 @@ def _array(name: str, values: np.ndarray, scalar: str) -> str:
 def literal(value: Any, kind: Type, scalar: str) -> str:
     """Return a number of this type as C reads it."""
     return number(float(value), scalar) if kind == REAL else str(int(value))
-
-
-def _digest(text: bytes) -> int:
-    from bristle.exports.walk import FNV_OFFSET, FNV_PRIME
-
-    digest = FNV_OFFSET
-    for byte in text:
-        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
-    return digest

@@ -18,6 +18,7 @@ from bristle.core.variable import Variable, unit_of
 from bristle.exports.c import FLAGS, initial_value, literal
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.law import Inputs, Law
 from bristle.exports.loops import loops_of
@@ -109,7 +110,7 @@ class LawFiles:
             "helpers": helpers_text(printer.helpers, SCALAR, printer.integer), "data": self._data(printer, p),
             "remembered": "remembered[i]" if np.any(law.memory) else number(0.0),
             "start": self._start(), "step": self._step(printer, lasting), "after": self._after(printer),
-            "loops": loops_of(law), "steps": self.steps,
+            "loops": loops_of(law), "steps": self.steps, **self._saved(printer),
         }  # fmt: skip
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
@@ -120,6 +121,12 @@ class LawFiles:
 
     def _leaves(self) -> list[Leaf]:
         return list(_leaves(self.law.lasting, self.law.types[0], ()))
+
+    def _saved(self, printer: Printer) -> dict[str, Any]:
+        law, friction = self.law, self.law.variant.feedforward.friction
+        fields = [(leaf.name, leaf.type) for leaf in self._leaves()]
+        layout = f"{law.variant.controller.name} {friction and friction.name} {law.dt!r} {fields} {law.memory_size}"
+        return saved_facts(printer, ("effort",), fields, law.memory_size, layout)
 
     def _start(self) -> list[str]:
         return [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, SCALAR)};" for leaf in self._leaves()]

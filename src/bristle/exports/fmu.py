@@ -27,7 +27,7 @@ from bristle.exports.fmu_description import FLAGS, Description, build_text
 from bristle.exports.fmu_variables import START, Ports, ports_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import subject_of
-from bristle.exports.walk import FNV_OFFSET, FNV_PRIME
+from bristle.exports.walk import digest_of
 
 __all__ = ["Setting", "fmu_files"]
 
@@ -153,7 +153,7 @@ def _facts(core: Core, ports: Ports, setting: Setting) -> dict[str, object]:
         "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
         "highest": [number(port.range[1]) for port in listed], "begin": [number(value) for value in core.begin],
         "most": [number(float(most)) for most in core.most], "memory": core.subject.memory_size,
-        "layout": f"0x{_digest(layout.encode()):016X}", "plant": core.plant is not None,
+        "layout": f"0x{digest_of(layout.encode()):016X}", "plant": core.plant is not None,
         "failures_at": core.failures_at, "first_start": starts[0] if starts else 0,
         "force_at": ports.place("force"), "shown": [(at, place) for place, at in enumerate(starts)],
         "stepping": _stepping(core, ports, handed), "absent": _absent(setting.fmi),
@@ -230,10 +230,3 @@ def _zipped(inside: Mapping[str, str | bytes]) -> bytes:
             entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, content)
     return stream.getvalue()
-
-
-def _digest(text: bytes) -> int:
-    digest = FNV_OFFSET
-    for byte in text:
-        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
-    return digest

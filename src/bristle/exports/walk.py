@@ -26,6 +26,7 @@ __all__ = [
     "SEED",
     "TERM",
     "Walk",
+    "digest_of",
     "hash_of",
     "walk_of",
 ]
@@ -73,11 +74,15 @@ def walk_of(subject: Subject, dt: float) -> Walk:
 
 
 def hash_of(forces: Iterable[float]) -> int:
-    """Return the 64-bit hash of Fowler, Noll and Vo (1a) of the bytes of some numbers, lowest byte first."""
+    """Return the hash of the bytes of some numbers, lowest byte first."""
+    return digest_of(b"".join(struct.pack("<d", force) for force in forces))
+
+
+def digest_of(content: bytes) -> int:
+    """Return the 64-bit hash of Fowler, Noll and Vo (1a) of some bytes."""
     digest = FNV_OFFSET
-    for force in forces:
-        for byte in struct.pack("<d", force):
-            digest = ((digest ^ byte) * FNV_PRIME) % 2**64
+    for byte in content:
+        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
     return digest
 
 

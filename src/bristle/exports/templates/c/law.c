@@ -30,3 +30,5 @@ double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs)
     axis->begun = 1;
     return axis->effort;
 }
+
+{% include "c/saved.c" %}

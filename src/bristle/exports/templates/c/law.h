@@ -18,6 +18,7 @@
 #ifndef {{ guard }}_H
 #define {{ guard }}_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -43,12 +44,21 @@ typedef struct {{ name }} {
 {% endif %}{% if memory %}    double memory[{{ memory }}]; /* what the contact of the compensator remembers */
 {% endif %}} {{ name }};
 
+/* Bytes that `{{ name }}_save` writes. */
+#define {{ guard }}_SAVED {{ saved }}
+
 /* Begin anew. Call it before anything else, and whenever the law takes over: the first cycle then takes over the desired
    motion, with its velocity and acceleration, at the position that is measured. */
 void {{ name }}_start({{ name }} *axis);
 
 /* The effort to be commanded [{{ unit_force }}]. Call it once in every cycle, {{ rate }} times a second. */
 double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs);
+
+/* Write what the law keeps from cycle to cycle into {{ guard }}_SAVED bytes, the same on every target. */
+void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
+
+/* Go on from what was saved. Return 1; or 0, and change nothing, where the bytes are not those of this law or damaged. */
+int {{ name }}_load({{ name }} *axis, const unsigned char *bytes, size_t size);
 
 #ifdef __cplusplus
 }

@@ -17,7 +17,8 @@ static double x[{{ positions }}];
 int main(void)
 {
     static const double scales[{{ scales | length }}] = { {{- scales | join(', ') -}} };
-    static {{ name }} axis;
+    static {{ name }} axis, copy;
+    static unsigned char saved[{{ guard }}_SAVED];
     static {{ name }}_inputs inputs;
     const double expected_last = {{ last }};
     uint64_t hash = UINT64_C(0xCBF29CE484222325);
@@ -41,6 +42,15 @@ int main(void)
         }
 {% endfor %}        effort = {{ name }}_effort(&axis, &inputs);
         hash = hashed(hash, effort);
+        if (k == COUNT / 2U) {
+            {{ name }}_save(&axis, saved);
+            {{ name }}_start(&copy);
+            if (!{{ name }}_load(&copy, saved, sizeof saved)) {
+                return fails("what was saved is refused");
+            }
+        } else if (k > COUNT / 2U && {{ name }}_effort(&copy, &inputs) != effort) {
+            return fails("goes on differently from what was saved");
+        }
     }
     printf("{{ name }}: hash %08lx%08lx, last effort %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), effort);
@@ -51,6 +61,10 @@ int main(void)
     inputs.measured = (x[COUNT] - x[COUNT]) / (x[COUNT] - x[COUNT]);
     if ({{ name }}_effort(&axis, &inputs) != effort || (axis.flags & {{ guard }}_REFUSED) == 0) {
         return fails("a position that is no number is not held off");
+    }
+    saved[{{ guard }}_SAVED / 2U] ^= 1U;
+    if ({{ name }}_load(&copy, saved, sizeof saved)) {
+        return fails("damaged bytes are taken");
     }
     printf("{{ name }}: the same bits as bristle\n");
     return 0;
