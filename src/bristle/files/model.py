@@ -32,7 +32,7 @@ from bristle.plants import find as find_plant
 if TYPE_CHECKING:
     from tomlkit.items import Table
 
-__all__ = ["FITTED_TO", "ModelFile", "friction_from", "read_model", "write_model"]
+__all__ = ["FITTED_TO", "TREATMENT", "ModelFile", "friction_from", "read_model", "write_model"]
 
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"

@@ -18,6 +18,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.files.arrays import read_arrays
 from bristle.files.axis import read_axis
+from bristle.files.bands import NUMBERS
 from bristle.files.model import read_model
 from bristle.files.results import SUMMARY
 from bristle.identification.prediction_interval import Bands
@@ -27,7 +28,6 @@ from bristle.workflow.model_in_hand import ModelInHand
 
 __all__ = ["Loaded", "load"]
 
-ERRORS = ("noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
 SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
 
 
@@ -174,7 +174,7 @@ def _resampling(
     """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
     if numbers is None or not (draws or bands):
         return None
-    errors = {name: numbers[name] for name in ERRORS}
+    errors = {name: numbers[name] for name in NUMBERS if name != "scatter"}
     curve = numbers["virgin_curve"]
     return Resampling(
         bands=Bands(draws or (bands or {})["draws"], scatter=numbers["scatter"]["value"], **errors),

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["DiagnosticWithMessage", "ModelInHand"]
 
-TREATMENT = ("cutoff", "decimation", "velocity_max", "delay", "smoothing", "slow", "lag")
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
 
 
@@ -142,6 +141,7 @@ class ModelInHand(WithCard):
         Prediction
             Measured and predicted signals, and the errors [%].
         """
+        from bristle.files.model import TREATMENT
         from bristle.prediction.predict import predict
 
         resampling, treatment = self.best.resampling, self._treatment
