@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.edge import guarded, instance, whole
-from bristle.engine.steady import steady_force
 from bristle.identification.result import Fit
 from bristle.identification.roles import Role, name_of, offset_of
+from bristle.prediction.steady_side import placed, steady_side
 
-__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "placed", "steady_curve"]
+__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "levels_of", "steady_curve"]
 
 FINE = 300  # points of the steady curve on each side
-NEAREST = 1e-6  # of the largest speed: the first of these points
-HALVINGS = 40
-STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 
 
 @guarded(fit=instance(Fit, "a model that was identified"), entries=whole(4, 1000))
@@ -88,19 +85,28 @@ def level_values(fit: Fit) -> LevelValues | None:
     LevelValues or None
         None for a plant on a spring, which does not move on steadily.
     """
-    sides = {bool(np.signbit(side[0, 0])): side[:, 1] for side in _sides(fit)}
-    if not sides:
-        return None
-    variables, values = fit.friction.component.variables, fit.friction.values
-    constant = offset_of(variables, values)
-    middle = {back: 0.5 * float(force.min() + force.max()) for back, force in sides.items()}
-    deviation = max(0.5 * float(np.ptp(force)) for force in sides.values())
-    inertia = name_of(Role.INERTIA, fit.plant.component.variables)
-    return LevelValues(
-        fit.plant.values[inertia] if inertia else 0.0, constant,
-        middle[False] - constant if False in middle else None, constant - middle[True] if True in middle else None,
-        deviation,
-    )  # fmt: skip
+    sides = {direction: along for direction, along, _ in _branches(fit)}
+    return levels_of(fit.plant, fit.friction, sides) if sides else None
+
+
+def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
+    """Return the friction as one level for each direction.
+
+    Parameters
+    ----------
+    plant : Model or None
+        Whose inertia it is; 0 without one.
+    friction : Model
+        The friction model.
+    sides : mapping of float to ndarray
+        By direction, 1 and -1, what `steady_side` returns.
+    """
+    constant = offset_of(friction.component.variables, friction.values)
+    level = {way: 0.5 * float(side[:, 1].min() + side[:, 1].max()) - way * constant for way, side in sides.items()}
+    deviation = max(0.5 * float(np.ptp(side[:, 1])) for side in sides.values())
+    inertia = None if plant is None else name_of(Role.INERTIA, plant.component.variables)
+    mass = plant.values[inertia] if plant is not None and inertia else 0.0
+    return LevelValues(mass, constant, level.get(1.0), level.get(-1.0), deviation)
 
 
 def steady_curve(fit: Fit) -> list[tuple[float, float]]:
@@ -129,57 +135,14 @@ def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
 
 def _sides(fit: Fit) -> list[np.ndarray]:
     """Return the steady friction on each side of standstill, shape (point, 2), velocity ascending."""
+    return [side for _, _, side in _branches(fit)]
+
+
+def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Return each direction of the log, the steady friction along it, and the same over velocity, ascending."""
     if fit.plant.values.get("k"):
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
-    sides = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
-    branches = []
-    for side, top in sides:
-        speeds = np.union1d(top * np.geomspace(NEAREST, 1.0, FINE // 2), np.linspace(0.0, top, FINE // 2))
-        curve = [
-            (math.copysign(speed, side), steady_force(fit.friction, math.copysign(max(speed, 1e-9 * top), side)))
-            for speed in speeds.tolist()
-        ]
-        branches.append(np.array(curve if side > 0.0 else curve[::-1]))
-    return branches
-
-
-def placed(curve: np.ndarray, count: int) -> list[int]:
-    """Return the points of a curve between which straight lines deviate least, at most `count`, both ends among them.
-
-    Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
-    """
-    low, high = STRAIGHT * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))
-    without = _reached(curve, low, count)
-    if without is not None:
-        return without
-    best = [0, len(curve) - 1]
-    for _ in range(HALVINGS):
-        allowed = 0.5 * (low + high)
-        corners = _reached(curve, allowed, count)
-        if corners is None:
-            low = allowed
-        else:
-            best, high = corners, allowed
-    return best
-
-
-def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
-    """Return the points, each the last that a straight line reaches within a deviation; None if it takes more."""
-    corners = [0]
-    while corners[-1] < len(curve) - 1:
-        if len(corners) == count:
-            return None
-        corners.append(_furthest(curve, corners[-1], allowed))
-    return corners
-
-
-def _furthest(curve: np.ndarray, first: int, allowed: float) -> int:
-    """Return the last point that a straight line from the first one reaches, all between within a deviation."""
-    run, rise = (curve[first + 1 :] - curve[first]).T
-    # Each point leaves a cone of slopes for all lines that go beyond it.
-    upper = np.minimum.accumulate((rise + allowed) / run)
-    lower = np.maximum.accumulate((rise - allowed) / run)
-    slope = rise / run
-    fits = np.flatnonzero((slope <= upper) & (slope >= lower))
-    return first + 1 + int(fits[-1])
+    tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
+    sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
+    return [(direction, side, side if direction > 0.0 else -side[::-1]) for direction, side in sides]
