@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLE", "export"]
 
 STEP = "0.5 ms"
+TARGETS = "c, wasm, table, tf5200, sinumerik, cogging, mjcf, fmu2 or fmu3."
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -30,7 +31,7 @@ def export(
         Path | None,
         typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
     ] = None,
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table, tf5200, mjcf, fmu2 or fmu3.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help=TARGETS)],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
@@ -54,7 +55,12 @@ def export(
     speed: Annotated[
         str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
     ] = None,
-    points: Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table for each direction, at most.")] = 20,
+    points: Annotated[
+        int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")
+    ] = 20,
+    log: Annotated[
+        Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
+    ] = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -63,10 +69,12 @@ def export(
 
     c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
-    script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log that
-    AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
-    MuJoCo with what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of
-    both, with a library for each platform that there is a compiler for.
+    script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log and of the
+    drive that AXIS.toml describes; with --points 3, gravity, a level for each direction and the inertia. tf5200: the
+    same for the friction compensation of a Beckhoff TF5200 CNC. sinumerik: start values for that of a SINUMERIK, to
+    be tuned by the circularity test. cogging: its harmonics, where they were identified. mjcf: a scene of MuJoCo with
+    what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of both, with a
+    library for each platform that there is a compiler for.
 
     With --law, what a variant of an experiment commands, for c: its controller and all that is fed forward.
     """
@@ -80,15 +88,16 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    of_model = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32}
+    of_model = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32,
+                "--log": log}  # fmt: skip
     _refuse_beside(law is not None, of_model, "a model")
     file = read / "model.toml" if read.is_dir() else read
-    with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
+    with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
             exported = _law(context, law, variant, to, name_for(name), allow_code=allow_code)
         else:
             options = {"step": step or STEP, "tunable": tunable, "float32": float32, "axis": axis, "speed": speed,
-                       "points": points, "allow_code": allow_code}  # fmt: skip
+                       "points": points, "log": log, "allow_code": allow_code}  # fmt: skip
             exported = _model(context, file, to, name_for(name), options)
         for file_name, content in exported.product.files.items():
             folder.write(file_name, content)
@@ -136,6 +145,7 @@ def _model(context: typer.Context, model: Path, to: str, name: str, options: Map
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
     from bristle.friction import base_of
+    from bristle.logs import read_log
     from bristle.testing import admit
 
     file = content_of(model, limit=TOML_LIMIT)
@@ -148,12 +158,13 @@ def _model(context: typer.Context, model: Path, to: str, name: str, options: Map
         plant, exported, facts = read_model(file, allow_code=options["allow_code"])
         admit(exported)
         code, beside = origins_of_code([base_of(exported.component)]), ()
-    source, axis = provenance(context.obj, model=file, code=code), options["axis"]
+    axis = None if options["axis"] is None else read_axis(options["axis"])
+    log = None if options["log"] is None else read_log(options["log"], axis)
+    source = provenance(context.obj, model=file, log=log, code=code)
     request = Request(
         exported, name, PERIOD(options["step"], "--step", None), Source(source, facts["uncertainty"]),
-        options["tunable"], options["float32"], None if axis is None else read_axis(axis),
-        _speed(options["speed"], exported, facts["treatment"]), options["points"],
-        1.0 if plant is None else float(plant.values.get("M", 1.0)), plant,
+        options["tunable"], options["float32"], axis, _speed(options["speed"], exported, facts["treatment"]),
+        options["points"], 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, log, facts,
     )  # fmt: skip
     return _Exported(files_for(to, request), exported.name, source, beside)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from bristle.core.experiment import Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
 from bristle.exports.targets import Request, files_for, law_for, name_for
+from bristle.logs.log import Log
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
 
@@ -57,7 +59,8 @@ class Exported:
 def export(
     model: Model | Variant, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP,
     tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
-    mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None, force: bool = False,
+    mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None,
+    log: Log | str | os.PathLike[str] | None = None, info: Mapping[str, Any] | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
@@ -70,8 +73,9 @@ def export(
         which the control law is written: its controller and all that is fed forward.
     to : str
         The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
-        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name,
-        ``"mjcf"`` a scene of MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
+        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name, ``"sinumerik"``
+        start values for the control of that name, ``"cogging"`` the harmonics of cogging, ``"mjcf"`` a scene of
+        MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
     out : path-like
         The new folder to write into; its parent must exist.
     name : str
@@ -83,17 +87,21 @@ def export(
     float32 : bool
         Whether C has numbers of single precision; they are not the bits of bristle then.
     axis : Axis, optional
-        The axis, whose columns tell the units of a table; SI without one.
+        The axis, whose columns, transmission and rated effort tell the units of a table; SI without one.
     speed : float or str
         Largest speed of a table [m/s or rad/s].
     points : int
-        Entries of a table for each direction, at most.
+        Entries of a table, at most; 3 of a ``"table"`` are gravity and one level for each direction.
     mass : float or str
         What the scene moves [kg or kg*m^2].
     plant : Model, optional
         What the friction is on: another FMU is written of both.
     source : Source, optional
         Where the values come from, for the comments.
+    log : Log or path-like, optional
+        Along whose motion a table is compared with the model: what it loses is told in numbers.
+    info : mapping, optional
+        What the model file tells besides, the third that `read_model` returns: how that log was treated.
     force : bool
         Whether an earlier export that is there is replaced.
 
@@ -116,6 +124,7 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
+    from bristle.files.given import log_and_axis
     from bristle.files.results import results_folder
 
     label, origin = name_for(name), source or Source()
@@ -126,7 +135,7 @@ def export(
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
-                plant,
+                plant, None if log is None else log_and_axis(log, axis)[0], info or {},
             )  # fmt: skip
             product = files_for(to, request)
         for file, content in product.files.items():

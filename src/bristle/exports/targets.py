@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
+from bristle.core.typography import printable
 from bristle.exports.described import Source
 from bristle.exports.names import RESERVED
+
+if TYPE_CHECKING:
+    from bristle.logs.log import Log
 
 __all__ = ["TARGETS", "Product", "Request", "files_for", "law_for", "name_for", "variant_of"]
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+DUST = 1e-9  # of the largest force: a difference that is none
+VALUES, FEWEST = 3, 4  # points that are gravity and two levels; the fewest of a table
 
 
 @dataclass(frozen=True)
@@ -42,11 +51,16 @@ class Request:
     speed : float
         Largest speed of a table [m/s or rad/s].
     points : int
-        Entries of a table for each direction, at most.
+        Entries of a table, at most; 3 of a ``table`` are gravity and one level for each direction.
     mass : float
         What a scene moves [kg or kg*m^2].
     plant : Model or None
         What the friction is on, where it is known.
+    log : Log or None
+        Along whose motion a table is compared with the model.
+    info : mapping
+        What a model file tells besides: ``provenance``, which log it was fitted to, and how that was treated,
+        ``treatment``.
     """
 
     model: Model
@@ -60,6 +74,8 @@ class Request:
     points: int = 20
     mass: float = 1.0
     plant: Model | None = None
+    log: Log | None = None
+    info: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -101,24 +117,109 @@ def _wasm(request: Request) -> Product:
 
 
 def _table(request: Request) -> Product:
-    from bristle.exports.drive import losses, side_of, table_text
-    from bristle.prediction.drive_units import log_units
+    from bristle.exports.drive import losses, said_of_units, side_of, table_text
+    from bristle.prediction.drive_units import table_units
 
-    forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
-    scale = log_units(request.axis, request.model.kind)
-    notes = losses(request.model, forward, backward, scale, symmetric=False)
-    return Product({f"{request.name}.csv": table_text(forward, backward, scale)}, notes)
+    if request.points == VALUES:
+        return _values(request)
+    if request.points < FEWEST:
+        raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} or more")
+    sides = {way: side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)}
+    units = table_units(request.axis, request.model.kind)
+    effort, entries = units.efforts[0], {way: side.entries for way, side in sides.items()}
+    notes = (
+        *losses(request.model, sides[1.0], sides[-1.0], effort, symmetric=False), *_error_on_log(request, entries),
+        *said_of_units(request.axis, effort),
+    )  # fmt: skip
+    files: dict[str, str | bytes] = {f"{request.name}.csv": table_text(sides[1.0], sides[-1.0], units.log)}
+    if units.drive is not None:
+        files[f"{request.name}_drive.csv"] = table_text(sides[1.0], sides[-1.0], units.drive)
+        notes = (*notes, f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}")
+    return Product(files, notes)
+
+
+def _values(request: Request) -> Product:
+    """Return gravity, one level for each direction, and the inertia."""
+    from bristle.exports.drive import curve_of, level_losses, said_of_units, values_text
+    from bristle.prediction.drive_table import levels_of
+    from bristle.prediction.drive_units import table_units
+
+    curves = {way: curve_of(request.model, way, request.speed) for way in (1.0, -1.0)}
+    levels = levels_of(request.plant, request.model, curves)
+    units = table_units(request.axis, request.model.kind)
+    effort = units.efforts[0]
+    forces = {1.0: (levels.forward or 0.0) + levels.constant, -1.0: (levels.backward or 0.0) - levels.constant}
+    flat = {way: np.array([[0.0, force]]) for way, force in forces.items()}
+    notes = (
+        *level_losses(request.model, curves, levels, effort), *_error_on_log(request, flat),
+        *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
+        *said_of_units(request.axis, effort),
+    )  # fmt: skip
+    text = values_text(levels, units, inertia=bool(levels.inertia))
+    return Product({f"{request.name}.csv": text}, notes)
 
 
 def _tf5200(request: Request) -> Product:
-    from bristle.exports.drive import losses, mean_side, side_of, tf5200_text
-    from bristle.prediction.drive_units import log_units
+    from bristle.exports.drive import losses, mean_side, said_of_units, side_of
+    from bristle.exports.tf5200 import as_written, current_unit, rounding_lost, tf5200_text
+    from bristle.identification.roles import offset_of
+    from bristle.prediction.drive_units import table_units
 
     forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
     mean = mean_side(forward, backward, request.points)
-    scale = log_units(request.axis, request.model.kind)
-    notes = losses(request.model, forward, backward, scale, symmetric=True)
-    return Product({f"{request.name}.txt": tf5200_text(request.model, mean, scale, notes, request.source.lines)}, notes)
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    constant = offset_of(request.model.component.variables, request.model.values)
+    current = current_unit(request.axis, effort)
+    written = as_written(mean.entries, current, request.model.kind)
+    entries = {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
+    notes = (
+        *losses(request.model, forward, backward, effort, symmetric=True), *rounding_lost(current),
+        *_error_on_log(request, entries), *said_of_units(request.axis, effort),
+    )  # fmt: skip
+    text = tf5200_text(request.model, mean, current, notes, request.source.lines)
+    return Product({f"{request.name}.txt": text}, notes)
+
+
+def _sinumerik(request: Request) -> Product:
+    from bristle.exports.drive import curve_of, memory_lost
+    from bristle.exports.sinumerik import sinumerik_text, start_values
+    from bristle.prediction.drive_units import table_units
+
+    forward, backward = [curve_of(request.model, way, request.speed) for way in (1.0, -1.0)]
+    values = start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    notes = (
+        "start values, to be tuned by the circularity test",
+        *memory_lost(request.model, forward, backward, effort),
+    )
+    return Product({f"{request.name}.txt": sinumerik_text(request.model, values, notes, request.source.lines)}, notes)
+
+
+def _cogging(request: Request) -> Product:
+    from bristle.exports.cogging import cogging_notes, cogging_text, waves_of
+    from bristle.exports.drive import said_of_units
+    from bristle.prediction.drive_units import table_units
+
+    waves = waves_of(request.plant)
+    efforts = table_units(request.axis, request.model.kind).efforts
+    notes = (*cogging_notes(waves, efforts[0]), *said_of_units(request.axis, efforts[0]))
+    return Product({f"{request.name}.csv": cogging_text(waves, efforts, notes, request.source.lines)}, notes)
+
+
+def _error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
+    """Return how far a table is from the model along the log that was given, in a sentence."""
+    if request.log is None:
+        return ()
+    from bristle.prediction.drive_units import log_units
+    from bristle.prediction.table_error import table_error
+
+    effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
+    scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
+    error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
+    largest, rms = (f"{effort.of(value if value > DUST * scale else 0.0):.2g} {effort.name}" for value in error)
+    own = request.log.origin.checksum in request.info.get("provenance", {}).values()
+    which = "its own log" if own else printable(request.log.origin.name)
+    return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
 
 
 def _mjcf(request: Request) -> Product:
@@ -136,12 +237,13 @@ def _fmu(request: Request, fmi: int) -> Product:
 
 
 TARGETS: dict[str, Callable[[Request], Product]] = {
-    "c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200, "mjcf": _mjcf,
-    "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
+    "c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
+    "mjcf": _mjcf, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
 }  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
 TUNABLE = ("c", "fmu2", "fmu3")
+TABLES = ("table", "tf5200")
 
 
 def files_for(target: str, request: Request) -> Product:
@@ -161,6 +263,9 @@ def files_for(target: str, request: Request) -> Product:
     if request.single and target not in ONLY_C:
         raise InputError("is not written in single precision", path=target, allowed=", ".join(ONLY_C),
                          mend="Leave float32 out")  # fmt: skip
+    if request.log is not None and target not in TABLES:
+        raise InputError("is no table that could be compared on a log", path=target, allowed=", ".join(TABLES),
+                         mend="Leave the log out")  # fmt: skip
     if request.model.component.family == "hysteresis" and target not in ONLY_C:
         raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
                          allowed=", ".join(ONLY_C))  # fmt: skip

@@ -8,11 +8,23 @@ from typing import NamedTuple
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column
+from bristle.core.dimensions import exponents_of
 from bristle.core.variable import Kind, unit_of
 
-__all__ = ["DriveUnit", "DriveUnits", "LogUnits", "drive_units", "log_units"]
+__all__ = [
+    "DriveUnit",
+    "DriveUnits",
+    "LogUnits",
+    "TableUnits",
+    "drive_units",
+    "length_units",
+    "log_units",
+    "table_units",
+    "units_of",
+]
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
+FEED = 1e-3 / 60.0  # m/s for a mm/min, which numerical controls count in
 NEARLY = 1e-9
 
 
@@ -32,6 +44,15 @@ class LogUnits(NamedTuple):
 
     velocity: DriveUnit
     effort: DriveUnit
+
+
+class TableUnits(NamedTuple):
+    """The units of a file for a drive: those of the log, of the drive where others are known, and each of an effort."""
+
+    log: LogUnits
+    drive: LogUnits | None
+    efforts: tuple[DriveUnit, ...]
+    inertias: tuple[DriveUnit, ...]
 
 
 class DriveUnits(NamedTuple):
@@ -55,7 +76,8 @@ def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
     columns = {} if axis is None else axis.columns
     length = _own(columns["position"]) if "position" in columns else DriveUnit(unit_of("length", kind), 1.0)
     effort = _own(columns["effort"]) if "effort" in columns else DriveUnit(unit_of("force", kind), 1.0)
-    return LogUnits(DriveUnit(f"{length.name}/s", length.si), effort)
+    velocity = _own(columns["velocity"]) if "velocity" in columns else DriveUnit(f"{length.name}/s", length.si)
+    return LogUnits(velocity, effort)
 
 
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
@@ -81,6 +103,105 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
         (*_besides_si([own.velocity], unit_of("length/time", kind)), *motor),
         (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated), tuple(inertia),
     )  # fmt: skip
+
+
+def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
+    """Return the units of a file for the drive of an axis: those of its log, and the others that it may want.
+
+    Parameters
+    ----------
+    axis : Axis or None
+        Its columns, its transmission (`arm`), its rated effort; SI without one.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    own, more = log_units(axis, kind), drive_units(axis, kind)
+    feed = [DriveUnit("mm/min", FEED)] if axis is not None and kind == "translational" else []
+    velocities = _of_other_sizes((own.velocity, *feed, *more.velocities))
+    efforts = _of_other_sizes((own.effort, *more.efforts))
+    drive = LogUnits(velocities[-1], next((unit for unit in efforts if "%" in unit.name), efforts[-1]))
+    si = DriveUnit(unit_of("mass", kind), 1.0)
+    return TableUnits(own, None if drive == own else drive, efforts, (si, *more.inertias))
+
+
+def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
+    """Return the units of a distance, besides SI: that of the log's position, degrees of the motor."""
+    if axis is None:
+        return ()
+    own = [_own(axis.columns["position"])] if "position" in axis.columns else []
+    motor = [DriveUnit("deg of the motor", math.radians(1.0) * axis.arm)] if axis.arm is not None else []
+    return _of_other_sizes((*_besides_si(own, unit_of("length", kind)), *motor))
+
+
+def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
+    """Return the units that a parameter has in the log and at the motor of an axis, besides SI.
+
+    Parameters
+    ----------
+    quantity : str
+        What the parameter is: a product of powers of force, length and time.
+    axis : Axis or None
+        Its columns, its transmission, its rated effort; no units without one.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+
+    Returns
+    -------
+    tuple of DriveUnit
+        None for what has no unit, or one of time alone.
+    """
+    powers = exponents_of(quantity)
+    force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
+    if axis is None or powers or (force, length) == (0.0, 0.0):
+        return ()
+    known = drive_units(axis, kind)
+    if (force, length, time) == (1.0, 0.0, 0.0):
+        return _of_other_sizes(known.efforts)
+    if (force, length, time) == (1.0, -1.0, 2.0):
+        return known.inertias
+    if (force, length, time) == (0.0, 1.0, -1.0):
+        return _of_other_sizes(known.velocities)
+    if (force, length, time) == (0.0, 1.0, 0.0):
+        return length_units(axis, kind)
+    return _of_other_sizes(_products(axis, kind, force, length, time))
+
+
+def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
+    """Return what a product is in: effort and position of the log; percent of rated, or torque, and turns of the motor.
+
+    A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
+    """
+    own, known, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
+    speeds = length == -time and length != 0.0
+    logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))
+    at_motor = None if axis.arm is None else (known.velocities[-1] if speeds else distance[-1])
+    effort = known.efforts[-1] if known.efforts else own.effort
+    pairs = [(own.effort, logged), *([(effort, at_motor)] if at_motor is not None else [])]
+    rest = 0.0 if speeds else time
+    made = [_product(pair, (force, length, rest)) for pair in pairs]
+    in_si = unit_of("force", kind), unit_of("length/time" if speeds else "length", kind)
+    return tuple(unit for unit, pair in zip(made, pairs, strict=True) if (pair[0].name, pair[1].name) != in_si)
+
+
+def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
+    names = [(f"({unit.name})" if " " in unit.name or "/" in unit.name else unit.name) for unit in pair] + ["s"]
+    over, under = [], []
+    for name, power in zip(names, powers, strict=True):
+        if power:
+            text = name if abs(power) == 1.0 else f"{name}^{abs(power):g}"
+            (over if power > 0.0 else under).append(text)
+    bare = "*".join(over) or "1"
+    written = bare.strip("()") if not under and len(over) == 1 else "/".join([bare, *under])
+    return DriveUnit(written, pair[0].si ** powers[0] * pair[1].si ** powers[1])
+
+
+def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:
+    """Return units without those that are as large as an earlier one: the same under another name."""
+    kept: list[DriveUnit] = []
+    for unit in listed:
+        if not any(math.isclose(unit.si, other.si, rel_tol=NEARLY) for other in kept):
+            kept.append(unit)
+    return tuple(kept)
 
 
 def _own(column: Column) -> DriveUnit:

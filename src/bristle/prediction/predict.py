@@ -32,7 +32,7 @@ from bristle.simulation.recorded.closed_loop import START_SAMPLES
 from bristle.simulation.recorded.course import LOOPS, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
-__all__ = ["MODES", "predict", "unexplained_force"]
+__all__ = ["MODES", "predict", "rows_as_fitted", "unexplained_force"]
 
 MODES = ("inverse", *LOOPS)
 MOST = 0.4  # of the sampling frequency, for a cut-off
@@ -113,7 +113,7 @@ def predict(
     log = parted(log, axis)
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = _rows(log, axis, *filtering, delay, smoothing, slow)
+        dataset = rows_as_fitted(log, axis, *filtering, delay, smoothing, slow)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
         prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))
@@ -247,7 +247,7 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
     return None if predicted is None else relative_error_percent(signal, predicted)
 
 
-def _rows(
+def rows_as_fitted(
     log: Log, axis: Axis | None, cutoff: float | None, decimation: int | None, delay: float | None,
     smoothing: float | None, slow: float | None,
 ) -> Dataset:  # fmt: skip
@@ -288,7 +288,7 @@ def unexplained_force(
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    dataset = _rows(log, axis, cutoff, None, delay, smoothing, slow)
+    dataset = rows_as_fitted(log, axis, cutoff, None, delay, smoothing, slow)
     force = np.zeros(len(log))
     for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
         residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)

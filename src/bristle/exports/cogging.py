@@ -1,0 +1,79 @@
+"""Cogging for a drive that takes it as harmonics: order, amplitude and phase, the largest first.
+
+Drives differ in where a turn begins and in the sign of the phase, and public documentation of such parameters says
+neither: the file states its own, to be converted by hand.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.plants.terms import TermedPlant, terms_of
+from bristle.prediction.drive_units import DriveUnit
+
+__all__ = ["MOST", "Wave", "cogging_notes", "cogging_text", "waves_of"]
+
+MOST = 9
+
+
+class Wave(NamedTuple):
+    """One harmonic: how often a turn of what, amplitude [N or N*m] and phase [deg, 0 to 360)."""
+
+    turner: str
+    order: int
+    amplitude: float
+    phase: float
+
+
+def waves_of(plant: Model | None) -> list[Wave]:
+    """Return the cogging of a plant, the largest harmonic first.
+
+    Raises
+    ------
+    InputError
+        If the plant has none.
+    """
+    terms = None if plant is None else terms_of(plant)
+    if plant is None or terms is None or not terms.cosines.size:
+        raise InputError(
+            "was not identified, so that there is no file of it", path="cogging",
+            value="" if plant is None else plant.name,
+            mend="Write [[cogging]] into the axis file, identify again, and export that",
+        )  # fmt: skip
+    component: TermedPlant = plant.component
+    parts = zip(component.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True)
+    waves = [
+        Wave(turner, order, math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine)) % 360.0)
+        for (turner, order), cosine, sine in parts
+    ]
+    return sorted(waves, key=lambda wave: -wave.amplitude)
+
+
+def cogging_notes(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
+    """Return what of the cogging has no place in the file, in a sentence."""
+    left = waves[MOST:]
+    if not left:
+        return ()
+    amplitude = effort.of(sum(wave.amplitude for wave in left))
+    orders = ", ".join(str(wave.order) for wave in left)
+    return (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {effort.name} in all",)
+
+
+def cogging_text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple[str, ...], facts: list[str]) -> str:
+    """Return the harmonics as CSV behind comments that say what phase and amplitude mean."""
+    head = [
+        "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
+        "angle: of the turn, 0 where the position of the log is 0, growing with it. A drive counts from its own zero "
+        "and may write the phase otherwise: try the sign with a part of the amplitude.", *facts, *notes,
+    ]  # fmt: skip
+    columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
+    rows = [
+        ",".join([
+            str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner
+        ])
+        for wave in waves[:MOST]
+    ]  # fmt: skip
+    return "\n".join([*(f"# {line}" for line in head), ",".join(columns), *rows, ""])

@@ -1,0 +1,96 @@
+r"""Start values of the friction compensation of a SINUMERIK 840D sl or 828D, to be tuned by the circularity test.
+
+The control adds a pulse to the setpoint of velocity where an axis reverses. Its documentation gives names and units and
+the way to tune it, and no values of an axis: these come from the friction that was identified and from the gains of
+the velocity loop. A pulse :math:`\Delta v\,e^{-t/T}` through a loop :math:`k_v (1 + 1/(T_n s))` commands the effort
+:math:`k_v \Delta v` at once, and keeps it where :math:`T = T_n`. Friction turns by :math:`F_+ + F_-`: hence
+:math:`\Delta v = (F_+ + F_-)/k_v`.
+
+What is left to the machine is not written: the adaptation to the acceleration, and the share for short blocks.
+
+References
+----------
+.. [1] Siemens, "SINUMERIK 840D sl / 828D Extended Functions", Function Manual 03/2013, 6FC5397-1BP40-3BA1, K3,
+   section 4.6: friction compensation.
+.. [2] Siemens, "SINUMERIK 840C (IA)", 6FC5197-AA50, section 9.5.3.1: with which amplitude and time constant to begin.
+.. [3] Siemens, "CNC Part 1 (NCK, PLC, drive)", Commissioning Manual 11/2006, 6FC5397-2AP10-2BA0, table 10-2: units of
+   machine data.
+"""
+
+from __future__ import annotations
+
+import math
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.exports.described import plain
+
+__all__ = ["sinumerik_text", "start_values"]
+
+CONTROLLER = "cascade"
+UNIT = {"translational": ("mm/min", 1e-3 / 60.0), "rotational": ("rev/min", 2.0 * math.pi / 60.0)}
+FUNCTION_MANUAL = "Function Manual Extended Functions, K3 section 4.6, 03/2013, 6FC5397-1BP40-3BA1"
+UNITS_MANUAL = "Commissioning Manual CNC Part 1, table 10-2, 11/2006, 6FC5397-2AP10-2BA0"
+START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
+
+
+def start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | None]:
+    """Return the pulse of velocity [m/s or rad/s], and its time constant [s]; None where the loop does not tell it.
+
+    Parameters
+    ----------
+    axis : Axis or None
+        Its controller is that of the velocity loop.
+    turns_by : float
+        What friction turns by at a reversal [N or N*m].
+
+    Raises
+    ------
+    InputError
+        If the axis has no such controller.
+    """
+    controller = None if axis is None else axis.controller
+    if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
+        raise InputError(
+            "needs the gain of the velocity loop: the amplitude is a pulse of its setpoint", path="sinumerik",
+            value=None if controller is None else controller.name, allowed=f"a {CONTROLLER} with k_v",
+            mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
+        )  # fmt: skip
+    gains = controller.values
+    return turns_by / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
+
+
+def sinumerik_text(
+    model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]
+) -> str:  # fmt: skip
+    """Return the machine data, one a line, with what they mean and where that is written as comments."""
+    pulse, lasts = values
+    unit, si = UNIT[model.kind]
+    head = [
+        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity "
+        "test.", *facts, *(plain(note) for note in notes),
+        f"Machine data: {FUNCTION_MANUAL}.", f"Units: {UNITS_MANUAL}.",
+        "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
+        "setpoint that commands at once, through the gain of the velocity loop, what friction turns by at a reversal.",
+        f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
+        "it in small steps until the quadrant transitions do not show.",
+        _said_of_time(lasts),
+        "Not written: MD32530 and MD32550 to MD32570 belong to the adaptation; MD32580, the share for short blocks, is "
+        "found on the machine.",
+    ]  # fmt: skip
+    rows = [
+        ("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""),
+        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""), ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
+    ]  # fmt: skip
+    rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
+    lines = [f"; {line}" for line in head]
+    lines += [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
+    return "\n".join([*lines, ""])
+
+
+def _said_of_time(lasts: float | None) -> str:
+    few = f"{START_MANUAL}: begin with a few cycles of the position controller"
+    if lasts is None:
+        return f"MD32540, the time constant of the pulse, is not written: the velocity loop has no integral ({few})."
+    return f"MD32540 is the integral time of the velocity loop: with it the pulse commands a step of effort ({few})."

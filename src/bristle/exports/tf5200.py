@@ -1,0 +1,90 @@
+"""Friction compensation of a TwinCAT 3 CNC, as its list of compensation values has it.
+
+Its velocities, its distance and its entries have the units of the documentation; the unit of its currents is that of
+the torque that the drive reports.
+
+References
+----------
+.. [1] Beckhoff, "TF5200 | TwinCAT 3 CNC, friction compensation", compensation values P-COMP-00041 to P-COMP-00047.
+   https://infosys.beckhoff.com/content/1033/tf5200_friction_comp/352391819.html
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS
+from bristle.exports.drive import Side
+from bristle.prediction.drive_units import DriveUnit
+from bristle.prediction.reversal import reversal_distance
+
+__all__ = ["as_written", "current_unit", "rounding_lost", "tf5200_text"]
+
+MOST, SCALE_OF_ONE, LONGEST_DELAY = 20, 1000, 10
+DELAY_UNIT = {"translational": 1e-7, "rotational": math.radians(1e-4)}
+SPEED_UNIT = {"translational": ("um/s", 1e-6), "rotational": ("0.001 deg/s", math.radians(1e-3))}
+PER_MILLE = "0.1 % of rated"
+
+
+def current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
+    """Return the unit of the currents: 0.1 % of rated where that is known, and that of the log elsewhere."""
+    if axis is not None and axis.rated:
+        return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
+    return DriveUnit(PER_MILLE, 0.1 * effort.si) if effort.name == "%" else effort
+
+
+def rounding_lost(current: DriveUnit) -> tuple[str, ...]:
+    """Return by how much currents are rounded, in a sentence; none where they are not."""
+    return (f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",) if _is_whole(current) else ()
+
+
+def as_written(entries: np.ndarray, current: DriveUnit, kind: str) -> np.ndarray:
+    """Return entries as the list has them, rounded, in SI."""
+    unit = SPEED_UNIT[kind][1]
+    return np.array([[_whole(v, unit) * unit, float(_out(f, current)) * current.si] for v, f in entries.tolist()])
+
+
+def tf5200_text(model: Model, side: Side, current: DriveUnit, notes: tuple[str, ...], facts: list[str]) -> str:
+    """Return the list of compensation values, with what it loses and where it comes from as comments."""
+    if len(side.entries) > MOST:
+        raise InputError("are more entries than the list takes", path="points", value=len(side.entries),
+                         allowed=f"{MOST} or fewer")  # fmt: skip
+    unit, unit_si = SPEED_UNIT[model.kind]
+    delay = round(reversal_distance(model, float(side.curve[-1, 0])) / DELAY_UNIT[model.kind])
+    effort = f"{PER_MILLE}, as CANopen drives report their torque" if _is_whole(current) else current.name
+    head = [
+        f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.", *facts, *notes,
+        f"in: {unit}; out: {effort}. Check the unit of out against the torque that your drive reports.",
+        "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
+        f"position_delay: 95 % of the force has turned after {delay} of its units ({_unit_of_delay(model.kind)}); its "
+        f"range ends at {LONGEST_DELAY}.",
+    ]  # fmt: skip
+    rows = [
+        ("mode", "3"), ("table_entries", str(len(side.entries))), ("position_delay", str(min(delay, LONGEST_DELAY))),
+        ("reversal_lookahead", "0"), ("scaling_factor", str(SCALE_OF_ONE)), ("delay_cycles", "0"),
+    ]  # fmt: skip
+    for i, (v, f) in enumerate(side.entries.tolist()):
+        rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", _out(f, current))]
+    lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows]
+    return "\n".join([*lines, ""])
+
+
+def _is_whole(current: DriveUnit) -> bool:
+    return current.name == PER_MILLE
+
+
+def _whole(value: float, unit: float) -> int:
+    return round(value / unit)
+
+
+def _out(force: float, current: DriveUnit) -> str:
+    return str(_whole(force, current.si)) if _is_whole(current) else f"{current.of(force):.6g}"
+
+
+def _unit_of_delay(kind: str) -> str:
+    return "0.1 um" if kind == KINDS[0] else "0.0001 deg"
