@@ -184,15 +184,16 @@ def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) 
 
 
 def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
-    names = [(f"({unit.name})" if " " in unit.name or "/" in unit.name else unit.name) for unit in pair] + ["s"]
+    """Return a product of units, in short: ``%/rpm`` is percent of rated for a turn a minute of the motor."""
+    short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor")
+             for unit in pair]  # fmt: skip
+    names = [f"({name})" if set(name) & set("/*") else name for name in short] + ["s"]
     over, under = [], []
     for name, power in zip(names, powers, strict=True):
         if power:
-            text = name if abs(power) == 1.0 else f"{name}^{abs(power):g}"
-            (over if power > 0.0 else under).append(text)
-    bare = "*".join(over) or "1"
-    written = bare.strip("()") if not under and len(over) == 1 else "/".join([bare, *under])
-    return DriveUnit(written, pair[0].si ** powers[0] * pair[1].si ** powers[1])
+            (over if power > 0.0 else under).append(name if abs(power) == 1.0 else f"{name}^{abs(power):g}")
+    alone = over[0].strip("()") if over == names[:1] else "*".join(over) or "1"
+    return DriveUnit("/".join([alone, *under]), pair[0].si ** powers[0] * pair[1].si ** powers[1])
 
 
 def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:

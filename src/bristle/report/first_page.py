@@ -10,7 +10,8 @@ import numpy as np
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import LevelValues, level_values
-from bristle.prediction.drive_units import DriveUnits, drive_units
+from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
+from bristle.prediction.reversal import reversal_distance
 from bristle.report.messages import message
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
         f"{mass} {_fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
         f"{', '.join(words)}: levels within {_fixed(levels.deviation, unit)} of the curve",
         *_in_drive_units(levels, drive_units(axis, fit.plant.kind)),
+        *_after_reversal(fit, axis),
         "or the table for the drive, below",
     ]
 
@@ -83,6 +85,17 @@ def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
         told = (f"{name} {number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
         lines.append(f"in {typeset(unit.name)}: {', '.join(told)}")
     return lines
+
+
+def _after_reversal(fit: Fit, axis: Axis | None) -> list[str]:
+    """Return over which distance friction turns, in the units of the drive too; nothing where it turns at once."""
+    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    if distance == 0.0:
+        return []
+    motor = [unit for unit in length_units(axis, fit.plant.kind) if "motor" in unit.name]
+    beside = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
+    far = _fixed(distance, unit_of("length", fit.plant.kind))
+    return [f"after a reversal 95 % of the friction turns within {far}{beside}"]
 
 
 def _gain(fit: Fit, simulation: SimulationResult | None, following: Following | None) -> list[str]:

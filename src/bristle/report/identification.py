@@ -94,7 +94,7 @@ def identification_report(
         judgement=judged(fit, identification.settings, following),
         answers=answers(identification, simulation, following, next_measurements(fit), axis),
         verdict=sentences(identification, axis_name, gain, prediction, following),
-        parameters=parameter_table(fit),
+        parameters=parameter_table(fit, axis),
         warnings=[*warnings_of(fit), *_contradictions(following)],
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind, axis),

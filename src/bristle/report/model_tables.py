@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number, printable, scale_of, typeset
+from bristle.core.typography import number, printable, scale_of, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.prediction.drive_units import drive_units
+from bristle.report.drive_values import drive_values
 from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
@@ -27,25 +28,28 @@ EFFECTIVE = "effective"
 """What stands beside a parameter of a model that lacks a force."""
 
 
-def parameter_table(fit: Fit) -> Table:
-    """Return the parameters of a fit with their uncertainty.
+def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
+    """Return the parameters of a fit with their uncertainty, in the units of the drive of an axis too.
 
     Standard errors of least squares are told where nothing better is known, or the residuals are white.
     """
     heads = ("Parameter", "Meaning", "Value", "Standard error", "95 % interval", "Unit", "Standard error [%]",
-             "95 % interval [%]", "Remark")  # fmt: skip
+             "95 % interval [%]", "In the drive's units", "Remark")  # fmt: skip
     plain = fit.resampling is None or fit.resampling.white
+    told = drive_values(fit, axis)
     return Table(
         f"Parameters of {fit.name}",
         heads,
         [
-            _parameter_row(estimate, plain=plain, effective=estimate.name in fit.effective)
+            _parameter_row(estimate, told.get(estimate.name, {}), plain=plain, effective=estimate.name in fit.effective)
             for estimate in (*fit.estimates, *fit.combinations)
         ],
     ).without_empty_columns()
 
 
-def _parameter_row(estimate: Estimate, *, plain: bool, effective: bool) -> tuple[str, ...]:
+def _parameter_row(
+    estimate: Estimate, told: Mapping[str, float], *, plain: bool, effective: bool
+) -> tuple[str, ...]:  # fmt: skip
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
@@ -63,8 +67,18 @@ def _parameter_row(estimate: Estimate, *, plain: bool, effective: bool) -> tuple
         scale.unit or "–",
         _percent(estimate.relative_std_percent) if plain else "–",
         "–" if half == "–" else f"± {half}",
+        "; ".join(_in_unit(value, name) for name, value in told.items()),
         EFFECTIVE if effective else STATUS_WORDS.get(estimate.status, estimate.status),
     )
+
+
+def _in_unit(value: float, name: str) -> str:
+    """Return a value in a unit of the drive, in short: percent are those of rated, and turns those of the motor."""
+    unit, at, _ = name.partition(" at the motor")
+    if at:
+        return f"{with_unit(value, unit, digits=4)} (motor)"
+    short = name.removesuffix(" of rated").replace("rpm of the motor", "rpm").replace("deg of the motor", "deg (motor)")
+    return f"{number(value, digits=4)} {typeset(printable(short))}"
 
 
 def _interval(estimate: Estimate, factor: float) -> str:

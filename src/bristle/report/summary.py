@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation, level_values
-from bristle.prediction.drive_units import drive_units
+from bristle.prediction.drive_units import drive_units, length_units
+from bristle.prediction.reversal import reversal_distance
+from bristle.report.drive_values import drive_values
 from bristle.report.judgement import judged
 from bristle.report.loop_warnings import loop_warnings
 from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
@@ -44,7 +48,7 @@ def identification_summary(
         "model": best.name,
         "kind": kind,
         "verdict": judged(best, identification.settings, following).as_data(),
-        "parameters": _parameters(best),
+        "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
@@ -121,11 +125,18 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
         for unit in units.efforts
     }
     of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
-    return levels._asdict() | {"units": of_units}
+    distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    of_units |= {unit.name: {"reversal_distance": unit.of(distance)} for unit in length_units(axis, fit.plant.kind)}
+    presliding = {"reversal_distance": distance, "lag": fit.lag}
+    return levels._asdict() | presliding | {"units": of_units}
 
 
-def _parameters(fit: Fit) -> dict[str, Any]:
-    return _described(fit.estimates)
+def _parameters(fit: Fit, axis: Axis | None = None) -> dict[str, Any]:
+    """Return the parameters; those of the best model in the units of its drive too."""
+    described = _described(fit.estimates)
+    for name, values in drive_values(fit, axis).items():
+        described[name]["in_drive_units"] = values
+    return described
 
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
