@@ -34,9 +34,27 @@ def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
     assert all(note in found.out.replace("\n", " ") for note in notes)
 
 
+def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
+    line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
+    assert bristle(*line).code == 0
+    Path("other.csv").write_text(Path("log.csv").read_text() + "\n")
+    for log, words in (("log.csv", "on its own log"), ("other.csv", "on other.csv")):
+        found = bristle(
+            "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", log, "--out", "out",
+            "--force", "--json",
+        )  # fmt: skip
+        assert found.code == 0
+        told = next(note for note in found.data["notes"] if "largest error" in note)
+        assert words in told
+        assert float(told.partition(words)[2].split()[0]) > 0.0
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--to", "cogging"], "cogging"),
+        (["--to", "c", "--log", "log.csv", "--axis", "axis.toml"], "no table"),
+        (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
         (["--to", "cobol"], "no such target"),
         (["--to", "c", "--name", "2nd"], "name of a function"),
         (["--to", "c", "--step", "3 mm"], "--step"),

@@ -1,5 +1,7 @@
 """A vertical axis behind a gear and a screw: what its drive wants, in percent of rated, is what was put in."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,50 @@ def test_the_first_page_tells_them_in_the_units_of_the_drive(found):
     assert "in % of rated: F+" in page
     assert "11.8\u00a0g·cm² at the motor" in page or "0.118\u00a0kg·cm² at the motor" in page
     assert "N*m" not in page.partition("Table for the drive")[0]
+
+
+def exported(found, folder, points):
+    best = found.best
+    return br.export(
+        best.friction, "table", folder, points=points, plant=best.plant, axis=found.axis,
+        speed=found.treatment["velocity_max"],
+    )  # fmt: skip
+
+
+def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):
+    exported(found, tmp_path / "out", 3)
+    rows = [row.split(",") for row in (tmp_path / "out" / "axis_x.csv").read_text().splitlines()[1:]]
+    told = {(name, unit): float(amount) for name, amount, unit in rows}
+    middle = LEVEL + 0.5 * VISCOUS * found.treatment["velocity_max"]
+    assert told["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
+    assert told["F+", "%"] == pytest.approx(middle / PERCENT, rel=0.03)
+    assert told["F-", "%"] == pytest.approx(middle / PERCENT, rel=0.03)
+    assert told["gravity", "N*m at the motor"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
+    at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
+    assert told["inertia", "kg*m^2 at the motor"] == pytest.approx(at_motor, rel=0.03)
+
+
+@pytest.mark.parametrize("points", [4, 20])
+def test_a_file_of_the_table_is_in_percent_over_rpm(found, tmp_path, points):
+    exported(found, tmp_path / "out", points)
+    head, *rows = (tmp_path / "out" / "axis_x_drive.csv").read_text().splitlines()
+    assert head == "velocity [rpm of the motor],effort [%]"
+    assert 4 <= len(rows) <= points
+    for row in rows:
+        rpm, percent = (float(cell) for cell in row.split(","))
+        truth = WEIGHT + np.copysign(LEVEL, rpm) + VISCOUS * rpm / 60.0 / GEAR * LEAD
+        assert percent == pytest.approx(truth / PERCENT, rel=0.03)
+
+
+def test_each_parameter_is_told_in_the_units_of_the_drive(found):
+    parameters = found.outcome.summary["parameters"]
+    assert parameters["F_C"]["in_drive_units"]["% of rated"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    viscous = parameters["F_v"]["in_drive_units"]
+    rpm = 60.0 * GEAR / LEAD  # for 1 m/s
+    assert viscous["%/rpm"] * rpm == pytest.approx(VISCOUS / PERCENT, rel=0.03)
+    assert viscous["%/(deg/s)"] * rpm * 6.0 == pytest.approx(VISCOUS / PERCENT, rel=0.03)
+    at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
+    assert parameters["M"]["in_drive_units"] == {"kg*m^2 at the motor": pytest.approx(at_motor, rel=0.03)}
+    cells = found.outcome.page.partition('id="parameters"')[2].partition("</table>")[0]
+    assert "In the drive's units" in cells.replace("&#39;", "'")
+    assert re.search(r"1[12]\.\d+ g·cm² \(motor\)|0\.1[12]\d+ kg·cm² \(motor\)", cells)
