@@ -1,0 +1,45 @@
+"""What is known of a reversal is told beside the levels for a drive: in JSON and on the first page."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import sliding_log
+
+import bristle as br
+from bristle.identification import identify
+from bristle.report.first_page import answers
+from bristle.report.summary import identification_summary
+
+AXIS = br.read_axis({
+    "schema": 1, "kind": "translational", "columns": {
+        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
+        "effort": {"column": "u", "unit": "N"},
+    }, "transmission": {"lead": "10 mm"},
+})  # fmt: skip
+SOFT = br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=1e5)
+DISTANCE = 8.0 / 1e5 * np.log(20.0)  # of a bristle that slips exponentially, 5 % of the change is left
+
+
+@pytest.fixture(scope="module")
+def with_memory():
+    identified = identify(sliding_log(), blocks=0, draws=0)
+    return replace(identified, fits=(replace(identified.best, friction=SOFT), *identified.fits[1:]))
+
+
+def test_the_distance_of_a_reversal_is_in_the_numbers(with_memory):
+    summary = identification_summary(with_memory, table=(), simulation=None, prediction=None, provenance={}, axis=AXIS)
+    levels = summary["drive_levels"]
+    assert levels["reversal_distance"] == pytest.approx(DISTANCE, rel=0.1)
+    assert levels["units"]["mm"]["reversal_distance"] == pytest.approx(1e3 * levels["reversal_distance"])
+    turned = levels["units"]["deg of the motor"]["reversal_distance"]
+    assert turned == pytest.approx(levels["reversal_distance"] / 0.01 * 360.0)
+
+
+def test_the_first_page_tells_it_where_there_is_one(with_memory):
+    typed = dict(answers(with_memory, None, None, (), AXIS))["What to type in"]
+    told = next(line for line in typed if line.startswith("after a reversal"))
+    assert "µm" in told
+    assert "deg of the motor" in told
+    static = replace(with_memory, fits=(replace(with_memory.best, friction=br.friction.coulomb(F_C=8.0)),))
+    assert not any("reversal" in line for line in dict(answers(static, None, None, (), AXIS))["What to type in"])
