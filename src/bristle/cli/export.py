@@ -19,6 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLE", "export"]
 
 STEP = "0.5 ms"
+Speed = Annotated[
+    str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
+]
+Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
+LogOfTable = Annotated[
+    Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
+]
 TARGETS = "c, wasm, table, tf5200, sinumerik, cogging, mjcf, fmu2 or fmu3."
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
@@ -52,15 +59,9 @@ def export(
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
     axis: AxisFile = None,
-    speed: Annotated[
-        str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
-    ] = None,
-    points: Annotated[
-        int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")
-    ] = 20,
-    log: Annotated[
-        Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
-    ] = None,
+    speed: Speed = None,
+    points: Points = 20,
+    log: LogOfTable = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,

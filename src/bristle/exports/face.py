@@ -69,15 +69,13 @@ def export(
     Parameters
     ----------
     model : Model or Variant
-        A friction model with parameters; for ``"c"``, a hysteresis operator too, or a variant of an experiment, of
-        which the control law is written: its controller and all that is fed forward.
+        A friction model; for ``"c"``, a hysteresis operator too, or a variant of an experiment: its control law.
     to : str
-        The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
-        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name, ``"sinumerik"``
-        start values for the control of that name, ``"cogging"`` the harmonics of cogging, ``"mjcf"`` a scene of
+        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"table"`` effort over velocity, ``"tf5200"`` the same for
+        this CNC, ``"sinumerik"`` start values for this control, ``"cogging"`` its harmonics, ``"mjcf"`` a scene of
         MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
     out : path-like
-        The new folder to write into; its parent must exist.
+        The new folder; its parent must exist.
     name : str
         What files, types and functions are called.
     step : float or str
@@ -87,7 +85,7 @@ def export(
     float32 : bool
         Whether C has numbers of single precision; they are not the bits of bristle then.
     axis : Axis, optional
-        The axis, whose columns, transmission and rated effort tell the units of a table; SI without one.
+        The axis, which tells the units of a table; SI without one.
     speed : float or str
         Largest speed of a table [m/s or rad/s].
     points : int
@@ -99,9 +97,9 @@ def export(
     source : Source, optional
         Where the values come from, for the comments.
     log : Log or path-like, optional
-        Along whose motion a table is compared with the model: what it loses is told in numbers.
+        Along whose motion a table is compared with the model.
     info : mapping, optional
-        What the model file tells besides, the third that `read_model` returns: how that log was treated.
+        The third that `read_model` returns: how that log was treated.
     force : bool
         Whether an earlier export that is there is replaced.
 
@@ -113,8 +111,7 @@ def export(
     Raises
     ------
     InputError
-        If the target is unknown or cannot hold the model, a kernel of a model of your own is outside the part of
-        Python that can be exported, or the folder cannot be made.
+        If the target is unknown or cannot hold the model, or a kernel of your own is outside what can be exported.
 
     Examples
     --------
@@ -124,7 +121,6 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    from bristle.files.given import log_and_axis
     from bristle.files.results import results_folder
 
     label, origin = name_for(name), source or Source()
@@ -135,12 +131,18 @@ def export(
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
-                plant, None if log is None else log_and_axis(log, axis)[0], info or {},
+                plant, _log_of(log, axis), info or {},
             )  # fmt: skip
             product = files_for(to, request)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes)
+
+
+def _log_of(log: Any, axis: Axis | None) -> Log | None:
+    from bristle.files.given import log_and_axis
+
+    return None if log is None else log_and_axis(log, axis)[0]
 
 
 def _refuse_tuning(**options: bool) -> None:

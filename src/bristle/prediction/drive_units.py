@@ -154,13 +154,13 @@ def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, .
     force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
     if axis is None or powers or (force, length) == (0.0, 0.0):
         return ()
-    known = drive_units(axis, kind)
+    drive = drive_units(axis, kind)
     if (force, length, time) == (1.0, 0.0, 0.0):
-        return _of_other_sizes(known.efforts)
+        return _of_other_sizes(drive.efforts)
     if (force, length, time) == (1.0, -1.0, 2.0):
-        return known.inertias
+        return drive.inertias
     if (force, length, time) == (0.0, 1.0, -1.0):
-        return _of_other_sizes(known.velocities)
+        return _of_other_sizes(drive.velocities)
     if (force, length, time) == (0.0, 1.0, 0.0):
         return length_units(axis, kind)
     return _of_other_sizes(_products(axis, kind, force, length, time))
@@ -171,16 +171,16 @@ def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) 
 
     A time that goes with a length is a speed: what viscous friction is in proportion to, in rpm of the motor.
     """
-    own, known, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
+    own, drive, distance = log_units(axis, kind), drive_units(axis, kind), length_units(axis, kind)
     speeds = length == -time and length != 0.0
     logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))
-    at_motor = None if axis.arm is None else (known.velocities[-1] if speeds else distance[-1])
-    effort = known.efforts[-1] if known.efforts else own.effort
+    at_motor = None if axis.arm is None else (drive.velocities[-1] if speeds else distance[-1])
+    effort = drive.efforts[-1] if drive.efforts else own.effort
     pairs = [(own.effort, logged), *([(effort, at_motor)] if at_motor is not None else [])]
     rest = 0.0 if speeds else time
-    made = [_product(pair, (force, length, rest)) for pair in pairs]
+    products = [_product(pair, (force, length, rest)) for pair in pairs]
     in_si = unit_of("force", kind), unit_of("length/time" if speeds else "length", kind)
-    return tuple(unit for unit, pair in zip(made, pairs, strict=True) if (pair[0].name, pair[1].name) != in_si)
+    return tuple(unit for unit, pair in zip(products, pairs, strict=True) if (pair[0].name, pair[1].name) != in_si)
 
 
 def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
@@ -198,11 +198,11 @@ def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, floa
 
 def _of_other_sizes(listed: Sequence[DriveUnit]) -> tuple[DriveUnit, ...]:
     """Return units without those that are as large as an earlier one: the same under another name."""
-    kept: list[DriveUnit] = []
+    sizes: list[DriveUnit] = []
     for unit in listed:
-        if not any(math.isclose(unit.si, other.si, rel_tol=NEARLY) for other in kept):
-            kept.append(unit)
-    return tuple(kept)
+        if not any(math.isclose(unit.si, earlier.si, rel_tol=NEARLY) for earlier in sizes):
+            sizes.append(unit)
+    return tuple(sizes)
 
 
 def _own(column: Column) -> DriveUnit:

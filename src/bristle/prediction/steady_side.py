@@ -13,12 +13,12 @@ __all__ = ["placed", "steady_side"]
 
 NEAREST = 1e-6  # of the largest speed: the first of the points after rest
 SLOWEST = 1e-9  # of the largest speed: what stands for rest
-KEPT = 16  # curves: a report asks for the same ones again and again
+CURVES = 16  # to be remembered: a report asks for the same ones again and again
 HALVINGS = 40
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CURVES)
 def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
     """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2).
 

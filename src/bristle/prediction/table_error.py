@@ -59,9 +59,8 @@ def table_error(
                          allowed=friction.kind, mend="Give the axis file of this log")  # fmt: skip
     if log.effort is None:
         raise InputError("has no effort", path="log", mend="Name its column in the axis file")
-    known = {name: treatment.get(name) for name in TREATED}
-    cutoff = known.pop("cutoff")
-    rows = rows_as_fitted(parted(log, axis), axis, cutoff, None, **known)
+    cutoff, *channels = (treatment.get(name) for name in TREATED)
+    rows = rows_as_fitted(parted(log, axis), axis, cutoff, None, *channels)
     gaps = []
     for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):
         force = segment.friction(friction, rows.sample_time, contact, transmitted_by(friction, plant, segment))

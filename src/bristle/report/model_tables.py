@@ -36,19 +36,21 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
     heads = ("Parameter", "Meaning", "Value", "Standard error", "95 % interval", "Unit", "Standard error [%]",
              "95 % interval [%]", "In the drive's units", "Remark")  # fmt: skip
     plain = fit.resampling is None or fit.resampling.white
-    told = drive_values(fit, axis)
+    values = drive_values(fit, axis)
     return Table(
         f"Parameters of {fit.name}",
         heads,
         [
-            _parameter_row(estimate, told.get(estimate.name, {}), plain=plain, effective=estimate.name in fit.effective)
+            _parameter_row(
+                estimate, values.get(estimate.name, {}), plain=plain, effective=estimate.name in fit.effective
+            )
             for estimate in (*fit.estimates, *fit.combinations)
         ],
     ).without_empty_columns()
 
 
 def _parameter_row(
-    estimate: Estimate, told: Mapping[str, float], *, plain: bool, effective: bool
+    estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, effective: bool
 ) -> tuple[str, ...]:  # fmt: skip
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
@@ -67,7 +69,7 @@ def _parameter_row(
         scale.unit or "–",
         _percent(estimate.relative_std_percent) if plain else "–",
         "–" if half == "–" else f"± {half}",
-        "; ".join(_in_unit(value, name) for name, value in told.items()),
+        "; ".join(_in_unit(value, name) for name, value in in_units.items()),
         EFFECTIVE if effective else STATUS_WORDS.get(estimate.status, estimate.status),
     )
 

@@ -57,8 +57,9 @@ def identification_summary(
         "assumptions": assumptions_of(best),
         "diagnostics": as_data([*best.diagnostics, *((doubt,) if doubt else ())]),
         "models": [
-            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NOT_SIMULATED | fit.metrics,
-             "warnings": warnings_of(fit), "diagnostics": as_data(fit.diagnostics)}
+            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit, axis),
+             "metrics": NOT_SIMULATED | fit.metrics, "warnings": warnings_of(fit),
+             "diagnostics": as_data(fit.diagnostics)}
             for fit in identification.fits
         ],
         "correlation": {"names": best.correlation_names, "values": best.correlation},
@@ -131,12 +132,13 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
     return levels._asdict() | presliding | {"units": of_units}
 
 
-def _parameters(fit: Fit, axis: Axis | None = None) -> dict[str, Any]:
-    """Return the parameters; those of the best model in the units of its drive too."""
-    described = _described(fit.estimates)
-    for name, values in drive_values(fit, axis).items():
-        described[name]["in_drive_units"] = values
-    return described
+def _parameters(fit: Fit, axis: Axis | None) -> dict[str, Any]:
+    """Return the parameters, in the units of the drive too."""
+    values = drive_values(fit, axis)
+    return {
+        name: estimate | {"in_drive_units": values.get(name, {})}
+        for name, estimate in _described(fit.estimates).items()
+    }
 
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
