@@ -89,16 +89,14 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    of_model = {"--step": step, "--axis": axis, "--speed": speed, "--tunable": tunable, "--float32": float32,
-                "--log": log}  # fmt: skip
-    _refuse_beside(law is not None, of_model, "a model")
+    of_model = {"step": step, "axis": axis, "speed": speed, "tunable": tunable, "float32": float32, "log": log}
+    _refuse_beside(law is not None, {f"--{option}": given for option, given in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
             exported = _law(context, law, variant, to, name_for(name), allow_code=allow_code)
         else:
-            options = {"step": step or STEP, "tunable": tunable, "float32": float32, "axis": axis, "speed": speed,
-                       "points": points, "log": log, "allow_code": allow_code}  # fmt: skip
+            options = of_model | {"step": step or STEP, "points": points, "allow_code": allow_code}
             exported = _model(context, file, to, name_for(name), options)
         for file_name, content in exported.product.files.items():
             folder.write(file_name, content)
