@@ -90,7 +90,7 @@ def export(
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
     of_model = {"step": step, "axis": axis, "speed": speed, "tunable": tunable, "float32": float32, "log": log}
-    _refuse_beside(law is not None, {f"--{option}": given for option, given in of_model.items()}, "a model")
+    _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
