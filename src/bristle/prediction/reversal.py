@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from bristle.core.contracts import Model, Motion
@@ -12,8 +14,10 @@ __all__ = ["reversal_distance"]
 SETTLED_SHARE = 0.95
 FINEST, FARTHEST, PACES = 1e-9, 1e-1, 160  # of the way after a reversal [m or rad]
 SLOW = 1e-3  # of the largest speed
+DISTANCES = 16  # to be remembered: a report asks for the same one again and again
 
 
+@lru_cache(maxsize=DISTANCES)
 def reversal_distance(model: Model, fastest: float) -> float:
     """Return over which distance after a reversal the force changes by 95 % of the change [m or rad].
 
