@@ -3,8 +3,10 @@
 ``python -m tests.exports.long_walk``: tells each model that differs; exit code 1 if there is one. Minutes, not seconds.
 """
 
+import shutil
 import sys
 import tempfile
+from itertools import product
 from pathlib import Path
 
 from tests.exports.native import COMPILER, Native, differing, walk
@@ -16,6 +18,7 @@ from bristle.testing import example_of
 STEPS, DT = 1_000_000, 5e-4
 SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
 LEVELS = (("-O0",), ("-O2",), ("-O3", "-march=native"))
+COMPILERS = tuple(one for one in dict.fromkeys((COMPILER, shutil.which("clang"))) if one is not None)
 
 
 def main() -> int:
@@ -31,8 +34,10 @@ def main() -> int:
     x, wrong = walk(STEPS), 0
     with tempfile.TemporaryDirectory() as place:
         built = {}
-        for number, (level, *more) in enumerate(LEVELS):
-            built[" ".join((level, *more))] = Native(models, Path(place) / str(number), optimise=level, more=more)
+        for number, (compiler, (level, *more)) in enumerate(product(COMPILERS, LEVELS)):
+            built[" ".join((Path(compiler).name, level, *more))] = Native(
+                models, Path(place) / str(number), optimise=level, more=more, compiler=compiler
+            )
         for name, model in models.items():
             expected = br.response(model, x, DT)
             for level, native in built.items():
@@ -40,7 +45,7 @@ def main() -> int:
                 wrong += count > 0
                 if count:
                     print(f"{name} {level}: {count} of {STEPS} forces differ")
-    print(f"{len(models)} models, {len(LEVELS)} levels, {STEPS} steps each; wrong: {wrong or 'none'}")
+    print(f"{len(models)} models, {len(built)} ways of compiling, {STEPS} steps each; wrong: {wrong or 'none'}")
     return 1 if wrong else 0
 
 

@@ -39,7 +39,7 @@ void run_{name}(const double *x, int count, double dt, double *force)
 class Native:
     """Models, by a name that C can have, compiled into one library."""
 
-    def __init__(self, models, folder, *, optimise="-O1", more=(), **options):
+    def __init__(self, models, folder, *, optimise="-O1", more=(), compiler=COMPILER, **options):
         folder.mkdir(exist_ok=True)
         sources = []
         for name, model in models.items():
@@ -50,7 +50,7 @@ class Native:
         includes = [f"-Iout_{name}" for name in models]
         library = folder / "models.so"
         built = subprocess.run(
-            [COMPILER, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library),
+            [compiler, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library),
              "-lm"], cwd=folder, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert built.returncode == 0, built.stderr[:4000]
