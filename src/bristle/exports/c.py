@@ -20,7 +20,7 @@ from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE
-from bristle.exports.subject import Subject
+from bristle.exports.subject import COMMIT, TRIAL, Subject, taken
 from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
@@ -30,7 +30,6 @@ __all__ = ["FLAGS", "CFiles", "c_files", "initial_value", "literal"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
-TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
 CHECKPOINT = 25  # steps between two forces that single precision is compared with
 EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
@@ -146,7 +145,7 @@ class CFiles:
             "move": ("step.part_1", ""),
         }  # fmt: skip
         trial, arguments = _call(subject.trial, TRIAL[subject.is_operator], handed)
-        commit, also = _call(subject.commit, ("state", "memory", "move", "p"), handed)
+        commit, also = _call(subject.commit, COMMIT, handed)
         commits = bool(subject.state.fields) or subject.commit.writes
         needed = {*arguments, *also} if commits else set(arguments)
         structures = [line for name, (_, line) in handed.items() if line and name in needed]
@@ -219,8 +218,7 @@ def c_files(
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:
     """Return a call with the arguments that the function still takes, and which ones these are."""
-    arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
-    needed = [arguments[parameter.name] for parameter in function.parameters]
+    needed = taken(function, names)
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
 
 

@@ -38,7 +38,7 @@ from bristle.exports.tree import (
 )
 from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
 
-__all__ = ["Printer", "needs_wide_integers", "number", "structures_of", "wrapped"]
+__all__ = ["Printer", "described", "needs_wide_integers", "number", "structures_of", "types_in", "wrapped"]
 
 INDENT = "    "
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
@@ -99,7 +99,7 @@ class Printer:
     def __init__(self, unit: Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
         self.unit, self.scalar = unit, scalar
         self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
-        used = [kind for function in unit.functions for kind in _types_in(function)]
+        used = [kind for function in unit.functions for kind in types_in(function)]
         self.structures = structures_of([*used, *also])
         self.names = Names(self.structures)
         self.helpers: set[str] = set()
@@ -302,7 +302,8 @@ def described(text: str) -> str:
     return plain.encode("ascii", "replace").decode()
 
 
-def _types_in(function: Function) -> list[Type]:
+def types_in(function: Function) -> list[Type]:
+    """Return the types of a function, of its arguments and of all that it computes."""
     inside = [part.type for part in walk(function.body) if isinstance(part, Expression)]
     return [function.result, *(parameter.type for parameter in function.parameters), *inside]
 

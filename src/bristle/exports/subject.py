@@ -17,7 +17,12 @@ from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
-__all__ = ["Subject", "kernels_of", "subject_of"]
+__all__ = ["COMMIT", "TRIAL", "Subject", "kernels_of", "subject_of", "taken"]
+
+TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
+"""What a trial takes, of a friction model and of an operator, before anything was left out."""
+COMMIT = ("state", "memory", "move", "p")
+"""What a commit takes."""
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,12 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
         raise NotExportableError(component.commit, None, f"returns something else than a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
     return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
+
+
+def taken(function: Function, names: tuple[str, ...]) -> list[str]:
+    """Return which of these arguments, in this order, a function still takes."""
+    arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
+    return [arguments[parameter.name] for parameter in function.parameters]
 
 
 def _struct(kind: Type) -> Struct:

@@ -116,6 +116,14 @@ def _wasm(request: Request) -> Product:
     return Product(wasm_files(subject_of(request.model), request.name, request.source))
 
 
+def _st(request: Request) -> Product:
+    from bristle.exports.st import st_files
+    from bristle.exports.subject import subject_of
+
+    files = st_files(subject_of(request.model), request.name, request.source, request.dt)
+    return Product(dict(files), ("the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0",))
+
+
 def _table(request: Request) -> Product:
     from bristle.exports.drive import losses, said_of_units, side_of, table_text
     from bristle.prediction.drive_units import table_units
@@ -237,7 +245,7 @@ def _fmu(request: Request, fmi: int) -> Product:
 
 
 TARGETS: dict[str, Callable[[Request], Product]] = {
-    "c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
+    "c": _c, "wasm": _wasm, "st": _st, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
     "mjcf": _mjcf, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
 }  # fmt: skip
 """What writes each target."""

@@ -1,0 +1,188 @@
+"""Functions of a tree as Structured Text: what the language has no expression for becomes statements before it.
+
+Structured Text knows no choice inside an expression, computes both sides of AND and OR, and makes no tuple of its
+fields. A tuple is a structure that is handed over in place, never copied; a function that gives one writes it into the
+structure of its caller, which nothing else that it was handed lies in.
+"""
+
+from __future__ import annotations
+
+from bristle.exports.c_code import described, needs_wide_integers, structures_of, types_in
+from bristle.exports.st_expressions import BINDS, RESULT, Values, is_safe
+from bristle.exports.st_names import Names, structure_name
+from bristle.exports.st_parts import INDENT, Pou, Record
+from bristle.exports.st_parts import Array as ArrayPart
+from bristle.exports.st_parts import Variable as Declared
+from bristle.exports.tree import (
+    Assign,
+    Break,
+    Call,
+    Constant,
+    Evaluate,
+    For,
+    Function,
+    If,
+    Not,
+    Return,
+    Statement,
+    Store,
+    Unit,
+    While,
+)
+from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
+
+__all__ = ["RESULT", "Printer"]
+
+
+class Printer:
+    """Prints the functions of one unit.
+
+    Parameters
+    ----------
+    unit : Unit
+        The functions.
+    name : str
+        What every name that the unit makes known begins with.
+    also : sequence of Type
+        Types that are used around the functions.
+    """
+
+    def __init__(self, unit: Unit, name: str, also: tuple[Type, ...] = ()) -> None:
+        self.unit = unit
+        self.integer = "LINT" if needs_wide_integers(unit) else "DINT"
+        used = [*(kind for function in unit.functions for kind in types_in(function)), *also]
+        self.structures = structures_of(used)
+        inside = [part for kind in self.structures for _, part in kind.fields]
+        self.sizes = sorted({kind.size for kind in [*used, *inside] if isinstance(kind, Array)})
+        self._known = Names(f"{name}_")
+        self._fields = {kind: Names() for kind in self.structures}
+        self._bodies: dict[int, Body] = {}
+        self.helpers: set[str] = set()
+
+    def parts(self) -> tuple[list[ArrayPart | Record], list[Pou]]:
+        """Return data types and functions; `helpers` then holds what they call beside each other."""
+        functions = [self.body(function).pou() for function in self.unit.functions]
+        arrays = [ArrayPart(self.array(size), max(size, 1), "LREAL") for size in self.sizes]
+        return [*arrays, *(self._record(kind) for kind in self.structures)], functions
+
+    def function(self, function: Function) -> str:
+        """Return the name of a function."""
+        return self._known.of(("function", id(function)), function.name)
+
+    def body(self, function: Function) -> Body:
+        """Return what prints a function, and knows what its arguments are called."""
+        return self._bodies.setdefault(id(function), Body(self, function))
+
+    def helper(self, name: str) -> str:
+        """Return the name of a helper, and remember that it is needed."""
+        self.helpers.add(name)
+        return self._known.of(("helper", name), name)
+
+    def array(self, size: int) -> str:
+        """Return the name of the type of an array."""
+        return self._known.of(("array", size), f"Numbers_{size}")
+
+    def field(self, kind: Struct, name: str) -> str:
+        """Return the name of a field of a tuple."""
+        return self._fields[kind].of(name, f"part{name}" if name.startswith("_") else name)
+
+    def type_name(self, kind: Type) -> str:
+        """Return the name of a type."""
+        if isinstance(kind, Scalar):
+            return {REAL: "LREAL", INTEGER: self.integer}.get(kind, "BOOL")
+        return self.array(kind.size) if isinstance(kind, Array) else self._known.of(kind, structure_name(kind))
+
+    def _record(self, kind: Struct) -> Record:
+        fields = [Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields]
+        return Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")]))
+
+
+class Body(Values):
+    """Prints one function."""
+
+    def pou(self) -> Pou:
+        """Return the function with its variables."""
+        function = self.function
+        own = self.printer.function(function)
+        if isinstance(function.result, Struct):
+            self._declare(RESULT, function.result, "VAR_IN_OUT")
+        if not isinstance(function.result, Scalar) or function.result == VOID:
+            self._line(f"{own} := TRUE;")
+        self._block(function.body)
+        if self.out and self.out[-1] == f"{INDENT}RETURN;":
+            self.out.pop()
+        returns = self.printer.type_name(function.result if isinstance(function.result, Scalar) else TRUTH)
+        return Pou("FUNCTION", own, returns, tuple(self._declared.values()), tuple(self.out),
+                   described(function.description))  # fmt: skip
+
+    # --- statements -----------------------------------------------------------------------------------------------
+
+    def _block(self, block: list[Statement]) -> None:
+        for statement in block:
+            self._statement(statement)
+
+    def _statement(self, s: Statement) -> None:
+        if isinstance(s, Assign):
+            self._into(self._variable_name(s.variable), s.value, s.variable.name)
+        elif isinstance(s, Store):
+            place = f"{self._in_place(s.array)}[{self._place(s.at)}]"
+            self._line(f"{place} := {self._of(s.value)};")
+        elif isinstance(s, Evaluate):
+            assert isinstance(s.call, Call)
+            self._into(self._aside(s.call.type), s.call)
+        elif isinstance(s, Return):
+            self._return(s)
+        elif isinstance(s, If):
+            self._if(s)
+        elif isinstance(s, For):
+            self._for(s)
+        elif isinstance(s, While):
+            self._while(s)
+        else:
+            self._line("EXIT;" if isinstance(s, Break) else "CONTINUE;")
+
+    def _return(self, s: Return) -> None:
+        if s.value is not None:
+            isolated = isinstance(s.value.type, Struct)
+            self._into(RESULT if isolated else self.printer.function(self.function), s.value)
+        self._line("RETURN;")
+
+    def _if(self, s: If) -> None:
+        test, first, second = s.test, s.body, s.otherwise
+        if not first:
+            test, first, second = Not(TRUTH, test), second, []
+        self._line(f"IF {self._of(test)} THEN")
+        self._inner(first)
+        while len(second) == 1 and isinstance(second[0], If) and second[0].body and is_safe(second[0].test):
+            self._line(f"ELSIF {self._of(second[0].test)} THEN")
+            self._inner(second[0].body)
+            second = second[0].otherwise
+        if second:
+            self._line("ELSE")
+            self._inner(second)
+        self._line("END_IF;")
+
+    def _inner(self, block: list[Statement]) -> None:
+        with self._inside():
+            self._block(block)
+
+    def _for(self, s: For) -> None:
+        counter = self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
+        start = self._of(s.start)
+        last = self._of(Constant(INTEGER, int(s.stop.value) - 1)) if isinstance(s.stop, Constant) else (
+            f"{self._of(s.stop, BINDS['-'])} - 1"
+        )  # fmt: skip
+        self._line(f"FOR {counter} := {start} TO {last} DO")
+        self._inner(s.body)
+        self._line("END_FOR;")
+
+    def _while(self, s: While) -> None:
+        safe = is_safe(s.test)
+        self._line(f"WHILE {self._of(s.test) if safe else 'TRUE'} DO")
+        with self._inside():
+            if not safe:
+                self._line(f"IF {self._of(Not(TRUTH, s.test))} THEN")
+                self._line(f"{INDENT}EXIT;")
+                self._line("END_IF;")
+            self._block(s.body)
+        self._line("END_WHILE;")

@@ -1,0 +1,276 @@
+"""What has a value in Structured Text, and what must be done before it.
+
+The language has no choice inside an expression, computes both sides of AND and OR, and makes no tuple of its fields:
+each becomes statements, which end in a variable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from bristle.exports.c_code import wrapped
+from bristle.exports.scope import NotExportableError
+from bristle.exports.st_names import Names, real_literal, whole_literal
+from bristle.exports.st_parts import INDENT
+from bristle.exports.st_parts import Variable as Declared
+from bristle.exports.tree import (
+    Assign,
+    Binary,
+    Call,
+    Compare,
+    Constant,
+    Convert,
+    Expression,
+    Field,
+    For,
+    Function,
+    Index,
+    Intrinsic,
+    Logic,
+    Make,
+    Negative,
+    Not,
+    Select,
+    Variable,
+    walk,
+)
+from bristle.exports.types import INTEGER, REAL, TRUTH, Scalar, Struct, Type
+
+if TYPE_CHECKING:
+    from bristle.exports.st_code import Printer
+
+__all__ = ["BINDS", "RESULT", "Values", "is_safe"]
+
+RESULT = "given_back"
+# How tightly an expression binds.
+PRIMARY, UNARY, COMPARED = 16, 14, 9
+BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
+SAID = {"==": "=", "!=": "<>"}
+IN_WORDS = {"&": "AND", "^": "XOR"}
+UNSAFE = (Index, Call, Select, Convert, Make)
+
+
+class Values:
+    """Prints what has a value, in one function; what must stand before it goes into the lines of the function."""
+
+    def __init__(self, printer: Printer, function: Function) -> None:
+        self.printer, self.function = printer, function
+        self.out: list[str] = []
+        self._names = Names(taken=[RESULT])
+        self._declared: dict[str, Declared] = {}
+        self._indent = INDENT
+        self._count = 0
+        assigned = {part.variable.name for part in walk(function.body) if isinstance(part, (Assign, For))}
+        self.arguments = [self._parameter(each, copied=each.name in assigned) for each in function.parameters]
+
+    # --- variables ------------------------------------------------------------------------------------------------
+
+    def _parameter(self, parameter: Variable, *, copied: bool) -> str:
+        """Declare an argument, and return its name; one that is given another value inside is copied first."""
+        section = "VAR_INPUT" if isinstance(parameter.type, Scalar) else "VAR_IN_OUT"
+        name = self._names.of(parameter.name, parameter.name)
+        if not copied:
+            return self._declare(name, parameter.type, section)
+        given = self._declare(self._names.new(f"{name}_given"), parameter.type, section)
+        self._line(f"{self._declare(name, parameter.type)} := {given};")
+        return given
+
+    def _declare(self, name: str, kind: Type, section: str = "VAR") -> str:
+        self._declared.setdefault(name, Declared(name, self.printer.type_name(kind), section=section))
+        return name
+
+    def _variable_name(self, variable: Variable) -> str:
+        return self._declare(self._names.of(variable.name, variable.name), variable.type)
+
+    def _aside(self, kind: Type) -> str:
+        """Return a new variable for what stands before a statement."""
+        self._count += 1
+        return self._declare(self._names.new(f"aside_{self._count}"), kind)
+
+    def _line(self, text: str) -> None:
+        self.out += wrapped(f"{self._indent}{text}", self._indent)
+
+    @contextmanager
+    def _inside(self) -> Iterator[None]:
+        self._indent += INDENT
+        yield
+        self._indent = self._indent[: -len(INDENT)]
+
+    # --- a value into a variable ----------------------------------------------------------------------------------
+
+    def _into(self, target: str, e: Expression, root: str = "") -> None:
+        """Put a value into a variable; `root` is the variable, which what is computed may look at."""
+        if isinstance(e, Select):
+            self._choose(target, e, root)
+        elif isinstance(e.type, Struct) and isinstance(e, (Make, Call)) and _mentions(e, root):
+            aside = self._aside(e.type)
+            self._into(aside, e)
+            self._line(f"{target} := {aside};")
+        elif isinstance(e, Make):
+            assert isinstance(e.type, Struct)
+            for (name, _), part in zip(e.type.fields, e.parts, strict=True):
+                self._into(f"{target}.{self.printer.field(e.type, name)}", part)
+        elif isinstance(e, Call) and isinstance(e.type, Struct):
+            self._line(f"{self._aside(TRUTH)} := {self._called(e, target)};")
+        elif isinstance(e, Logic) and not all(is_safe(part) for part in e.parts[1:]):
+            self._line(f"{target} := {self._one_by_one(e)};")
+        else:
+            self._line(f"{target} := {self._of(e)};")
+
+    def _choose(self, target: str, e: Select, root: str) -> None:
+        self._line(f"IF {self._of(e.test)} THEN")
+        with self._inside():
+            self._into(target, e.first, root)
+        other = e.second
+        while isinstance(other, Select) and is_safe(other.test):
+            self._line(f"ELSIF {self._of(other.test)} THEN")
+            with self._inside():
+                self._into(target, other.first, root)
+            other = other.second
+        self._line("ELSE")
+        with self._inside():
+            self._into(target, other, root)
+        self._line("END_IF;")
+
+    def _one_by_one(self, e: Logic) -> str:
+        """Compute truths as far as they are needed, and return the variable that holds the answer."""
+        target = self._aside(TRUTH)
+        self._into(target, e.parts[0])
+        for part in e.parts[1:]:
+            self._line(f"IF {target if e.operator == 'and' else f'NOT {target}'} THEN")
+            self._indent += INDENT
+            self._into(target, part)
+        for _ in e.parts[1:]:
+            self._indent = self._indent[: -len(INDENT)]
+            self._line("END_IF;")
+        return target
+
+    def _held(self, e: Expression) -> str:
+        """Return a variable that holds a value."""
+        aside = self._aside(e.type)
+        self._into(aside, e)
+        return aside
+
+    # --- expressions ----------------------------------------------------------------------------------------------
+
+    def _of(self, e: Expression, least: int = 0) -> str:
+        text, binds = getattr(self, f"_{type(e).__name__.lower()}")(e)
+        return text if binds >= least else f"({text})"
+
+    def _place(self, at: Expression) -> str:
+        if isinstance(at, Constant) or self.printer.integer == "DINT":
+            return self._of(at)
+        return f"LINT_TO_DINT({self._of(at)})"
+
+    def _constant(self, e: Constant) -> tuple[str, int]:
+        if e.type == TRUTH:
+            return ("TRUE" if e.value else "FALSE"), PRIMARY
+        text = real_literal(float(e.value)) if e.type == REAL else whole_literal(int(e.value))
+        return text, (0 if text.startswith("-") else PRIMARY)
+
+    def _variable(self, e: Variable) -> tuple[str, int]:
+        return self._variable_name(e), PRIMARY
+
+    def _field(self, e: Field) -> tuple[str, int]:
+        assert isinstance(e.of.type, Struct)
+        return f"{self._in_place(e.of)}.{self.printer.field(e.of.type, e.name)}", PRIMARY
+
+    def _in_place(self, e: Expression) -> str:
+        """Return where a tuple or an array lies; one that is computed is put into a variable."""
+        return self._of(e) if isinstance(e, (Variable, Field)) else self._held(e)
+
+    def _index(self, e: Index) -> tuple[str, int]:
+        return f"{self._in_place(e.array)}[{self._place(e.at)}]", PRIMARY
+
+    def _negative(self, e: Negative) -> tuple[str, int]:
+        return f"-{self._of(e.of, PRIMARY)}", 0
+
+    def _not(self, e: Not) -> tuple[str, int]:
+        return f"NOT {self._of(e.of, PRIMARY)}", UNARY
+
+    def _binary(self, e: Binary) -> tuple[str, int]:
+        if e.operator in BINDS:
+            binds = BINDS[e.operator]
+            # Numbers that were rounded before are bracketed, though the standard would have it so: (x + C) - C.
+            chained = e.type == INTEGER or e.operator == (e.left.operator if isinstance(e.left, Binary) else "")
+            left = self._of(e.left, binds if chained else PRIMARY - 1 if isinstance(e.left, Binary) else binds)
+            return f"{left} {e.operator} {self._of(e.right, binds + 1)}", binds
+        if e.operator in IN_WORDS:
+            left, right = (f"LINT_TO_LWORD({self._of(side)})" for side in (e.left, e.right))
+            return f"LWORD_TO_LINT({left} {IN_WORDS[e.operator]} {right})", PRIMARY
+        right = e.right
+        if e.operator == ">>":
+            if not isinstance(right, Constant):
+                raise NotExportableError(self.function.source, None, "a shift by what is not known here")
+            right = Constant(INTEGER, 2 ** int(right.value))
+        helper = self.printer.helper("floor_rest" if e.operator == "%" else "floor_divided")
+        return f"{helper}(first := {self._of(e.left)}, second := {self._of(right)})", PRIMARY
+
+    def _compare(self, e: Compare) -> tuple[str, int]:
+        tighter = BINDS["-"]
+        said = SAID.get(e.operator, e.operator)
+        return f"{self._of(e.left, tighter)} {said} {self._of(e.right, tighter)}", COMPARED
+
+    def _logic(self, e: Logic) -> tuple[str, int]:
+        if not all(is_safe(part) for part in e.parts[1:]):
+            return self._one_by_one(e), PRIMARY
+        return f" {e.operator.upper()} ".join(self._of(part, UNARY) for part in e.parts), BINDS[e.operator]
+
+    def _select(self, e: Select) -> tuple[str, int]:
+        return self._held(e), PRIMARY
+
+    def _make(self, e: Make) -> tuple[str, int]:
+        return self._held(e), PRIMARY
+
+    def _convert(self, e: Convert) -> tuple[str, int]:
+        if e.of.type == TRUTH:
+            return self._held(Select(e.type, e.of, _one(e.type, 1), _one(e.type, 0))), PRIMARY
+        if e.type == REAL:
+            return f"{self.printer.integer}_TO_LREAL({self._of(e.of)})", PRIMARY
+        return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY
+
+    def _call(self, e: Call) -> tuple[str, int]:
+        return (self._held(e) if isinstance(e.type, Struct) else self._called(e)), PRIMARY
+
+    def _called(self, e: Call, target: str = "") -> str:
+        names, given = self.printer.body(e.function).arguments, []
+        for name, parameter, argument in zip(names, e.function.parameters, e.arguments, strict=True):
+            text = self._of(argument) if isinstance(parameter.type, Scalar) else self._in_place(argument)
+            given.append(f"{name} := {text}")
+        given += [f"{RESULT} := {target}"] if target else []
+        return f"{self.printer.function(e.function)}({', '.join(given)})"
+
+    def _intrinsic(self, e: Intrinsic) -> tuple[str, int]:
+        arguments = [self._of(argument) for argument in e.arguments]
+        if e.name == "sqrt":
+            return f"SQRT({arguments[0]})", PRIMARY
+        name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
+        named = ", ".join(f"{name} := {text}" for name, text in zip(ARGUMENTS[e.name], arguments, strict=True))
+        return f"{self.printer.helper(name)}({named})", PRIMARY
+
+
+ARGUMENTS = {
+    "copysign": ("number", "sign_of"), "abs": ("number",), "floor": ("number",), "isinf": ("number",),
+    "isnan": ("number",), "min": ("first", "second"), "max": ("first", "second"), "mantissa": ("number",),
+    "exponent": ("number",), "power_of_two": ("power",),
+}  # fmt: skip
+
+
+def _one(kind: Type, value: int) -> Constant:
+    return Constant(kind, float(value) if kind == REAL else value)
+
+
+def is_safe(e: Expression) -> bool:
+    """Return whether an expression may be computed where it is not needed, and without a statement before it."""
+    divides = any(isinstance(part, Binary) and part.operator not in ("+", "-", "*") for part in walk(e))
+    return not divides and not any(isinstance(part, UNSAFE) or _calls(part) for part in walk(e))
+
+
+def _calls(e: object) -> bool:
+    return isinstance(e, Intrinsic) and e.name not in ("abs", "min", "max", "copysign", "isinf", "isnan")
+
+
+def _mentions(e: Expression, name: str) -> bool:
+    return bool(name) and any(isinstance(part, Variable) and part.name == name for part in walk(e))

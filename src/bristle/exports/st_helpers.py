@@ -1,0 +1,152 @@
+"""What functions in Structured Text call beside each other: arithmetic that needs no bits of a number.
+
+The language reads no bits, and what makers have for that differs. Here a sign is what a comparison with zero says, and
+a power of two is a product. Nothing divides by zero, and no number leaves its range: on many controllers either stops
+the program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+from bristle.exports.st_names import LARGEST_WRITTEN, real_literal
+from bristle.exports.st_parts import Pou, Variable
+
+__all__ = ["WITHIN", "helpers_of"]
+
+LARGEST_POWER, USUAL_POWER = 512, 32
+WITHIN = "within"
+"""The helper that tells whether a number is one, and no larger than another."""
+
+SIZE = """
+IF {number} < 0.0 THEN
+    {to} := -{number};
+ELSE
+    {to} := 0.0 + {number};
+END_IF;"""
+CHOICE = """
+IF second {than} first THEN
+    {{own}} := second;
+ELSE
+    {{own}} := first;
+END_IF;"""
+WHOLE_PAIR = "first:whole second:whole"
+
+
+def _scaled(gives: str) -> str:
+    """Return the lines that bring a positive number between 1 and 2 by powers of two, and count them."""
+    lines = ["mantissa := number;", "exponent := 0.0;"]
+    far = f"(mantissa >= {real_literal(4.0**USUAL_POWER)}) OR (mantissa < {real_literal(2.0 * 4.0**-USUAL_POWER)})"
+    lines.append(f"IF {far} THEN")
+    power = LARGEST_POWER
+    while power:
+        if power == USUAL_POWER:
+            lines.append("END_IF;")
+        indent = "" if power <= USUAL_POWER else "    "
+        up, down = real_literal(2.0**power), real_literal(2.0**-power)
+        lines += [indent + line for line in (
+            f"IF mantissa >= {up} THEN", f"    mantissa := mantissa * {down};",
+            f"    exponent := exponent + {power}.0;", f"ELSIF mantissa < {real_literal(2.0 ** (1 - power))} THEN",
+            f"    mantissa := mantissa * {up};", f"    exponent := exponent - {power}.0;", "END_IF;",
+        )]  # fmt: skip
+        power //= 2
+    return "\n".join([*lines, f"{{own}} := {gives};"])
+
+
+# For each its result, its arguments, further variables, what it is, and its body. `{own}` is what it gives, `{whole}`
+# the type of whole numbers; another helper is named by its name.
+TEXTS: dict[str, tuple[str, str, str, str, str]] = {
+    "within": ("BOOL", "number most", "near:BOOL", "Whether this is a number, and no farther from 0 than another.", """
+near := number = number;
+IF near THEN
+    near := (number >= -most) AND (number <= most);
+END_IF;
+{own} := near;"""),
+    "copysign": ("LREAL", "number sign_of", "size", "Size of one number, sign of another; that of zero is positive.",
+                 SIZE.format(number="number", to="size") + """
+IF sign_of < 0.0 THEN
+    {own} := -size;
+ELSE
+    {own} := size;
+END_IF;"""),
+    "abs": ("LREAL", "number", "", "Size of a number.", SIZE.format(number="number", to="{own}")),
+    "floor": ("whole", "number", "cut:whole", "The next whole number below, however a controller rounds.", """
+cut := LREAL_TO_{whole}(number);
+IF {whole}_TO_LREAL(cut) > number THEN
+    cut := cut - 1;
+END_IF;
+{own} := cut;"""),
+    "truncated": ("whole", "number", "", "What stands before the point.", """
+IF number < 0.0 THEN
+    {own} := -{floor}(number := -number);
+ELSE
+    {own} := {floor}(number := number);
+END_IF;"""),
+    "isinf": ("BOOL", "number", "", "Whether a number stands for an infinite one.",
+              "{own} := (number >= {far}) OR (number <= -{far});"),
+    "isnan": ("BOOL", "number", "", "Whether it is none.", "{own} := number <> number;"),
+    "min": ("LREAL", "first second", "", "The smaller one.", CHOICE.format(than="<")),
+    "max": ("LREAL", "first second", "", "The larger one.", CHOICE.format(than=">")),
+    "whole_min": ("whole", WHOLE_PAIR, "", "The smaller one.", CHOICE.format(than="<")),
+    "whole_max": ("whole", WHOLE_PAIR, "", "The larger one.", CHOICE.format(than=">")),
+    "whole_abs": ("whole", "number:whole", "", "Size of a whole number.", """
+IF number < 0 THEN
+    {own} := -number;
+ELSE
+    {own} := number;
+END_IF;"""),
+    "floor_divided": ("whole", WHOLE_PAIR, "cut:whole", "The quotient, rounded down.", """
+cut := first / second;
+IF (cut * second <> first) AND ((first < 0) <> (second < 0)) THEN
+    cut := cut - 1;
+END_IF;
+{own} := cut;"""),
+    "floor_rest": ("whole", WHOLE_PAIR, "", "What a quotient that is rounded down leaves.",
+                   "{own} := first - {floor_divided}(first := first, second := second) * second;"),
+    "power_of_two": ("LREAL", "power", "remaining:whole factor grown", "2 to a whole power, by squaring: exact.", """
+grown := 0.0;
+IF (power >= -1022.0) AND (power <= 1023.0) THEN
+    remaining := LREAL_TO_{whole}(power);
+    factor := 2.0;
+    IF remaining < 0 THEN
+        remaining := -remaining;
+        factor := 0.5;
+    END_IF;
+    grown := 1.0;
+    WHILE remaining > 0 DO
+        IF (remaining MOD 2) = 1 THEN
+            grown := grown * factor;
+        END_IF;
+        remaining := remaining / 2;
+        IF remaining > 0 THEN
+            factor := factor * factor;
+        END_IF;
+    END_WHILE;
+END_IF;
+{own} := grown;"""),
+    "mantissa": ("LREAL", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.",
+                 _scaled("mantissa")),
+    "exponent": ("LREAL", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.",
+                 _scaled("exponent")),
+}  # fmt: skip
+NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
+
+
+def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str) -> list[Pou]:
+    """Return the helpers that are asked for; `named` tells what each is called."""
+    wanted = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
+    called = {name: named(name) for name in TEXTS if name in wanted}
+    facts = {"whole": integer, "far": real_literal(LARGEST_WRITTEN)} | called
+    types = {"whole": integer}
+    pous = []
+    for name, own in called.items():
+        gives, arguments, variables, meaning, body = TEXTS[name]
+        declared = [*_declared(arguments, "VAR_INPUT", types), *_declared(variables, "VAR", types)]
+        lines = [f"    {line}" for line in body.format(**facts, own=own).strip().split("\n")]
+        pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))
+    return pous
+
+
+def _declared(text: str, section: str, types: dict[str, str]) -> list[Variable]:
+    pairs = [word.partition(":") for word in text.split()]
+    return [Variable(name, types.get(kind, kind or "LREAL"), section=section) for name, _, kind in pairs]

@@ -1,0 +1,94 @@
+"""Names in Structured Text, where capitals are no difference and the words of every maker are taken."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from bristle.exports.types import Struct
+
+__all__ = ["RESERVED", "Names", "real_literal", "structure_name", "whole_literal"]
+
+# Keywords and operators of IEC 61131-3, its standard functions and blocks, and words that TwinCAT, CODESYS, TIA
+# Portal or MATIEC keep for themselves.
+WORDS = """
+abs abstract access acos action add adr and and_then any any_bit any_date any_int any_num any_real array asin at atan
+atan2 begin bitadr bool by byte bytes cal calc calcn cdt char class concat configuration constant continue cos ct ctd
+ctu ctud cu data data_block date date_and_time db db_specific delay delete dint div do dt dword else elsif end
+end_case end_if enum eq exit exp expt extends f_edge f_trig false fb fc final finally find for from function
+function_block ge get global goto gt if implements in index ini initial_step insert int interface internal interval
+iref is jmp jmpc jmpcn label ld ldate ldn ldt ldword le left len library limit ln log lreal lt ltime ltod lword max
+method mid min mod mode move mul mux namespace ne nil non_retain not null ob object of on or or_else organization out
+output override package parameter persistent pi pointer pou private program property protected pt public pv r_edge
+r_trig read_only read_write real ref ref_to reference region repeat replace res resource ret retain retc retcn return
+right rol ror round rs rtc s1 sel sema set shl shr sign sin single sint sizeof sqrt sr st start step stn stop string
+struct sub sum super sys tan task test then this time timer title to tod tof ton tp transition true trunc tstring type
+type_of udint uint ulint union until using usint value var var_access var_config var_external var_global var_in_out
+var_input var_output var_stat var_temp variant version void wchar while with word wstring xor
+"""
+RESERVED = frozenset(WORDS.split())
+SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
+LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
+STEP = 100  # powers of two that a longer one is made of
+
+
+class Names:
+    """The names of one place, each used once whatever its capitals; `prefix` is before all of them."""
+
+    def __init__(self, prefix: str = "", taken: Iterable[str] = ()) -> None:
+        self._prefix, self._taken = prefix, {name.lower() for name in taken}
+        self._given: dict[object, str] = {}
+
+    def of(self, key: object, wanted: str) -> str:
+        """Return the name of something: the one that is wanted, or one like it."""
+        if key not in self._given:
+            self._given[key] = self.new(wanted)
+        return self._given[key]
+
+    def new(self, wanted: str) -> str:
+        """Return a name that nothing else has."""
+        first = self._prefix + re.sub("_+", "_", wanted).strip("_")
+        if first[0].isdigit():
+            first = f"part_{first}"
+        if len(first) <= SHORT or first.lower() in RESERVED:
+            first = f"v_{first}"
+        name, count = first, 1
+        while name.lower() in self._taken:
+            count += 1
+            name = f"{first}_{count}"
+        self._taken.add(name.lower())
+        return name
+
+
+def structure_name(kind: Struct) -> str:
+    """Return what a tuple is called."""
+    return "Several" if kind.is_plain else kind.cls.__name__
+
+
+def real_literal(value: float) -> str:
+    """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
+
+    There is no infinity to be written: what is compared with it is compared with the largest number written.
+    """
+    if abs(value) == float("inf"):
+        return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN)
+    if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:
+        return _plain(value)
+    factors, left = [], value
+    power = 2.0 ** (STEP if abs(value) > 1.0 else -STEP)
+    while not 2.0**-STEP <= abs(left) <= 2.0**STEP:
+        left /= power
+        factors.append(_plain(power))
+    return f"({' * '.join([_plain(left), *factors])})"
+
+
+def _plain(value: float) -> str:
+    text = repr(value)
+    mantissa, _, exponent = text.partition("e")
+    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{mantissa}E{int(exponent)}" if exponent else mantissa
+
+
+def whole_literal(value: int) -> str:
+    """Return a whole number; one beyond 32 bits with its type."""
+    return str(value) if abs(value) < 2**31 else f"LINT#{value}"
