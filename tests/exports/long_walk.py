@@ -1,5 +1,7 @@
 """A million steps of every model with every set of slots, in C at several levels of optimisation, to the bit.
 
+And a tenth of it in Structured Text, with its self-test, where the reader of that language is installed.
+
 ``python -m tests.exports.long_walk``: tells each model that differs; exit code 1 if there is one. Minutes, not seconds.
 """
 
@@ -9,13 +11,14 @@ import tempfile
 from itertools import product
 from pathlib import Path
 
+import numpy as np
 from tests.exports.native import COMPILER, Native, differing, walk
 
 import bristle as br
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
-STEPS, DT = 1_000_000, 5e-4
+STEPS, ST_STEPS, DT = 1_000_000, 100_000, 5e-4
 SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
 LEVELS = (("-O0",), ("-O2",), ("-O3", "-march=native"))
 COMPILERS = tuple(one for one in dict.fromkeys((COMPILER, shutil.which("clang"))) if one is not None)
@@ -46,7 +49,37 @@ def main() -> int:
                 if count:
                     print(f"{name} {level}: {count} of {STEPS} forces differ")
     print(f"{len(models)} models, {len(built)} ways of compiling, {STEPS} steps each; wrong: {wrong or 'none'}")
+    wrong += structured_text(models)
     return 1 if wrong else 0
+
+
+def structured_text(models):
+    """Compare what is written in Structured Text, and return how many models are wrong."""
+    try:
+        from tests.exports.structured_text import StandardError, StructuredText
+    except ImportError:
+        print("no reader of Structured Text here: that is not compared")
+        return 0
+    x, wrong = walk(ST_STEPS), 0
+    for name, model in models.items():
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            br.export(model, "st", folder / "out", name=name)
+            texts = [(folder / "out" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
+            signals = {"load": 1.0, "temperature": 293.15}
+            expected = br.response(model, x, DT)
+            for rounded in ("nearbyint", "trunc"):
+                try:
+                    block = StructuredText({name: texts}, folder / rounded, rounded=rounded)
+                    force, flags = block.run(name, x, DT, **signals)
+                    count, passed = differing(force, expected) + np.count_nonzero(flags), block.selftest(name)[1]
+                except StandardError as stopped:
+                    count, passed = str(stopped), False
+                if count or not passed:
+                    wrong += 1
+                    print(f"{name}, {rounded}: {count} of {ST_STEPS} differ; self-test passed: {passed}")
+    print(f"Structured Text: {len(models)} models, {ST_STEPS} steps each; wrong: {wrong or 'none'}")
+    return wrong
 
 
 if __name__ == "__main__":

@@ -71,23 +71,25 @@ static int watched(void (*body)(void *), void *given)
 }
 """
 DRIVER = """
-typedef struct {{ const double *x; int count; double dt; double *force; int *flags; }} Given_{name};
+typedef struct {{ int count; const double *inputs; const int *commands; double *force; int *flags; }} Given_{name};
 static void drive_{name}(void *handed)
 {{
     Given_{name} *given = handed;
+    const double *in = given->inputs;
     static {block} axis;
     {block}_virgin(&axis);
     for (int i = 0; i < given->count; ++i) {{
-        axis.position = given->x[i];
-        axis.period = given->dt;
+        {set}
+        axis.v_restart = (given->commands[i] & 1) != 0;
+        axis.v_clear = (given->commands[i] & 2) != 0;
         call_{block}(&axis);
-        given->force[i] = axis.force;
-        given->flags[i] = axis.refused + 2 * axis.overflow;
+        given->force[i] = axis.v_force;
+        given->flags[i] = axis.v_refused + 2 * axis.v_overflow;
     }}
 }}
-int run_{name}(const double *x, int count, double dt, double *force, int *flags)
+int run_{name}(int count, const double *inputs, const int *commands, double *force, int *flags)
 {{
-    Given_{name} given = {{x, count, dt, force, flags}};
+    Given_{name} given = {{count, inputs, commands, force, flags}};
     return watched(drive_{name}, &given);
 }}
 """
@@ -97,10 +99,10 @@ static void drive_{name}_selftest(void *handed)
     int *found = handed;
     static {block}_selftest test;
     {block}_selftest_virgin(&test);
-    for (int i = 0; i < 1000 && !test.done; ++i) {{
+    for (int i = 0; i < 1000 && !test.v_done; ++i) {{
         call_{block}_selftest(&test);
     }}
-    *found = test.done + 2 * test.passed;
+    *found = test.v_done + 2 * test.v_passed;
 }}
 int run_{name}_selftest(int *found)
 {{
@@ -483,36 +485,43 @@ def _overlap(first, second):
 
 
 def _c(name):
-    return f"v_{name}" if name not in ("position", "period", "force", "refused", "overflow", "done", "passed") else name
+    return f"v_{name}"
 
 
 class StructuredText:
-    """Models, by a name, each a block and its self-test, compiled into one library."""
+    """Models, by the name of their block, each a text and that of its self-test, compiled into one library."""
 
-    def __init__(self, models, folder, *, rounded="nearbyint"):
+    def __init__(self, models, folder, *, rounded="nearbyint", flags=()):
         folder.mkdir(exist_ok=True)
-        sources = []
+        self.inputs = {}
         for name, texts in models.items():
-            block = Translator(*texts).text()
-            code = HEAD + block + DRIVER.format(name=name, block=name) + TESTED.format(name=name, block=name)
-            (folder / f"{name}.c").write_text(code)
-            sources.append(f"{name}.c")
+            translated = Translator(*texts)
+            real = [key for key in translated.units[name].of("input") if translated.units[name].types[key] == "lreal"]
+            put = " ".join(f"axis.{_c(key)} = in[{len(real)} * i + {place}];" for place, key in enumerate(real))
+            drivers = DRIVER.format(name=name, block=name, set=put) + TESTED.format(name=name, block=name)
+            (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
+            self.inputs[name] = real
         built = subprocess.run(
-            [COMPILER, *FLAGS, f"-DROUNDED={rounded}", "-Wno-unused-function", "-Wno-unused-but-set-variable",
-             "-Wno-clobbered", "-shared", "-fPIC", *sources, "-o", "models.so", "-lm"],
+            [COMPILER, *FLAGS, *flags, f"-DROUNDED={rounded}", "-Wno-unused-function", "-Wno-unused-but-set-variable",
+             "-Wno-clobbered", "-shared", "-fPIC", *(f"{name}.c" for name in models), "-o", "models.so", "-lm"],
             cwd=folder, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert built.returncode == 0, built.stderr[:4000]
         self._library = ctypes.CDLL(str(folder / "models.so"))
 
-    def forces(self, name, x, dt):
+    def run(self, name, x, dt=5e-4, commands=0, **signals):
         """Return what a block gives along some positions, and its flags; raise where a controller would stop."""
-        x = np.ascontiguousarray(x, dtype=float)
-        force, flags = np.full(x.size, np.nan), np.zeros(x.size, dtype=np.int32)
+        given = {"position": x, "period": dt, **signals}
+        count = len(x)
+        columns = [np.broadcast_to(np.asarray(given[key], dtype=float), count) for key in self.inputs[name]]
+        commands = np.ascontiguousarray(np.broadcast_to(np.asarray(commands, dtype=np.int32), count))
+        inputs = np.ascontiguousarray(np.column_stack(columns))
+        force, flags = np.full(count, np.nan), np.zeros(count, dtype=np.int32)
         real, whole = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int)
-        run = getattr(self._library, f"run_{name}")
-        why = run(x.ctypes.data_as(real), x.size, ctypes.c_double(dt), force.ctypes.data_as(real),
-                  flags.ctypes.data_as(whole))  # fmt: skip
+        why = getattr(self._library, f"run_{name}")(
+            count, inputs.ctypes.data_as(real), commands.ctypes.data_as(whole), force.ctypes.data_as(real),
+            flags.ctypes.data_as(whole),
+        )  # fmt: skip
         if why:
             raise StandardError(f"{name} stops: {REASONS[why]}")
         return force, flags

@@ -115,6 +115,21 @@ def test_and_in_webassembly(tmp_path):
     assert differing(np.fromfile(tmp_path / "layers.bin"), forces) == 0
 
 
+@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+def test_and_in_structured_text(tmp_path):
+    from tests.exports.structured_text import StructuredText
+
+    model = model_of(HEAD + TRIAL, tmp_path)
+    x = walk(3000, seed=5)
+    br.export(model, "st", tmp_path / "layers", name="layers")
+    texts = [(tmp_path / "layers" / f"layers{end}.st").read_text() for end in ("", "_selftest")]
+    block = StructuredText({"layers": texts}, tmp_path / "block")
+    with interpreted():
+        forces = br.response(model, x, 1e-3)
+    assert differing(block.run("layers", x, 1e-3)[0], forces) == 0
+    assert block.selftest("layers") == (True, True)
+
+
 @pytest.mark.parametrize(
     ("seen", "instead", "reason"),
     [

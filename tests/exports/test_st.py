@@ -1,0 +1,338 @@
+"""Structured Text of friction models: the bits of bristle, through a reader of the language that is not ours."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, differing, walk
+from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
+
+import bristle as br
+from bristle.exports.described import Source
+from bristle.exports.plcopen import NAMESPACE
+from bristle.exports.st import total_of
+from bristle.exports.st_names import RESERVED, real_literal
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
+DT = 5e-4
+ALL = ("position", "periodic", "load", "temperature", "asymmetry")
+CHOSEN = {
+    "sided_lugre": ("lugre", ("asymmetry",)), "plain_coulomb": ("coulomb", ()), "plain_dahl": ("dahl", ()),
+    "plain_maxwell_slip": ("maxwell_slip", ()), "sided_maxwell_stribeck": ("maxwell_stribeck", ("asymmetry",)),
+    "varied_gms": ("gms", ALL), "varied_preisach_lugre": ("preisach_lugre", ALL),
+}  # fmt: skip
+
+
+def example(name):
+    base, slots = CHOSEN[name]
+    return example_of(with_slots(MODELS[base], slots))
+
+
+def texts(model, folder, name="axis_x", **options):
+    br.export(model, "st", folder / f"out_{name}", name=name, **options)
+    return [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("written")
+    return {name: texts(example(name), folder, name) for name in CHOSEN}
+
+
+@pytest.fixture(scope="module")
+def blocks(written, tmp_path_factory):
+    return StructuredText(written, tmp_path_factory.mktemp("blocks"))
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_each_force_has_the_bits_of_bristle_and_nothing_traps(blocks, name):
+    signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
+    force, flags = blocks.run(name, walk(20_000), DT, **signals)
+    expected = br.response(example(name), walk(20_000), DT)
+    assert np.ptp(expected) > 0.0
+    assert differing(force, expected) == 0
+    assert not flags.any()
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_the_self_test_comes_to_its_end_and_passes(blocks, name):
+    assert blocks.selftest(name) == (True, True)
+
+
+def test_a_controller_that_cuts_where_others_round_gives_the_same(written, tmp_path):
+    names = ("plain_dahl", "sided_maxwell_stribeck", "varied_preisach_lugre")
+    cutting = StructuredText({name: written[name] for name in names}, tmp_path, rounded="trunc")
+    for name in names:
+        assert cutting.selftest(name) == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead"),
+    [
+        ("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"),
+        ("F_C := 22.0;", "F_C := 22.000000000000004;"),
+        (" + 0.0;", " + 1.0E-30;"),
+    ],
+)
+def test_the_self_test_sees_the_last_place(written, tmp_path, seen, instead):
+    block, test = written["sided_lugre"]
+    assert seen in block
+    changed = StructuredText({"sided_lugre": [block.replace(seen, instead), test]}, tmp_path)
+    assert changed.selftest("sided_lugre") == (True, False)
+
+
+CONTRACTING = Path("/proc/cpuinfo")
+
+
+@pytest.mark.skipif(
+    not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(), reason="needs a processor with x86 FMA"
+)
+def test_the_self_test_sees_a_compiler_that_contracts(written, tmp_path):
+    contracted = StructuredText(
+        {"sided_lugre": written["sided_lugre"]}, tmp_path, flags=("-O2", "-ffp-contract=fast", "-mfma")
+    )
+    assert contracted.selftest("sided_lugre") == (True, False)
+
+
+def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(blocks):
+    x = [0.0, 1e-5, np.nan, np.inf, -1e31, 2e-5, 3e-5, 3e-5, 3e-5, 0.0]
+    dt = [1.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 0.0, np.nan, 1e-3, 1e-3]
+    force, flags = blocks.run("sided_lugre", x, dt, commands=[0, 0, 0, 0, 2, 2, 0, 0, 2, 1])
+    expected = br.response(example("sided_lugre"), [0.0, 1e-5, 2e-5, 3e-5], 1e-3)
+    assert flags.tolist() == [0, 0, 1, 1, 1, 0, 1, 1, 0, 0]
+    assert force.tolist() == [0.0, *[expected[1]] * 4, *[expected[2]] * 3, expected[3], 0.0]
+
+
+def test_a_position_of_minus_zero_is_zero(blocks):
+    force, _ = blocks.run("plain_coulomb", [0.0, -0.0, 1e-6, 1e-6], DT)
+    assert force.tolist() == br.response(example("plain_coulomb"), [0.0, 0.0, 1e-6, 1e-6], DT).tolist()
+
+
+def test_load_and_temperature_are_inputs(blocks, written):
+    x, load = walk(500), np.linspace(0.5, 2.0, 500)
+    force, _ = blocks.run("varied_gms", x, DT, load=load, temperature=293.15)
+    usual, _ = blocks.run("varied_gms", x, DT, load=1.0, temperature=293.15)
+    assert differing(force, usual) > 400
+    assert "load : LREAL := 1.0;" in written["varied_gms"][0]
+    assert "temperature : LREAL := 293.15;" in written["varied_gms"][0]
+
+
+def declared(node):
+    """Return every name that a text declares."""
+    kinds = ("variable_declaration", "structure_field", "type_definition", "function_declaration")
+    names = [n.text.decode().lower() for field in ("name", "names") for n in node.children_by_field_name(field)]
+    own = names if node.type in kinds or node.type.endswith("_declaration") else []
+    return {*own, *(name for child in node.named_children for name in declared(child))}
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_no_name_is_a_word_of_the_language(written, name):
+    for text in written[name]:
+        names = declared(parsed(text))
+        assert len(names) > 10
+        assert not names & RESERVED
+        assert all("__" not in n and not n.endswith("_") and len(n) > 2 for n in names)
+
+
+@pytest.mark.parametrize("value", [0.1, -2.5e-7, 1e300, -1.7976931348623157e308, 2.2250738585072014e-308, 5e-324, 3e37])
+def test_a_literal_is_the_number_to_the_bit_and_none_of_its_parts_is_large(value):
+    factors = [float(part) for part in real_literal(value).strip("()").split(" * ")]
+    product = factors[0]
+    for factor in factors[1:]:
+        product = product * factor
+    assert product == value
+    assert all(1e-37 <= abs(factor) <= 1e37 for factor in factors)
+
+
+def test_the_sum_of_a_self_test_keeps_what_rounding_takes():
+    forces = walk(2000) * 1e6
+    for place in (0, 700, 1999):
+        changed = forces.copy()
+        changed[place] = np.nextafter(changed[place], np.inf)
+        assert total_of(changed.tolist()) != total_of(forces.tolist())
+
+
+# --- XML --------------------------------------------------------------------------------------------------------------
+
+# What may be inside each element, in this order, as the schema of TC6 2.01 has it.
+ORDER = {
+    "project": ["fileHeader", "contentHeader", "types", "instances"], "contentHeader": ["Comment", "coordinateInfo"],
+    "coordinateInfo": ["fbd", "ld", "sfc"], "types": ["dataTypes", "pous"], "dataType": ["baseType"],
+    "pou": ["interface", "body", "documentation"], "variable": ["type", "initialValue", "documentation"],
+    "interface": ["returnType", "inputVars", "outputVars", "inOutVars", "localVars"], "body": ["ST"],
+    "array": ["dimension", "baseType"],
+}  # fmt: skip
+NEEDED = {
+    "fileHeader": {"companyName", "productName", "productVersion", "creationDateTime"}, "contentHeader": {"name"},
+    "pou": {"name", "pouType"}, "variable": {"name"}, "dataType": {"name"}, "dimension": {"lower", "upper"},
+}  # fmt: skip
+
+
+def local(element):
+    return element.tag.rpartition("}")[2]
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("project")
+    model = example("varied_gms")
+    st = texts(model, folder)
+    return st, ElementTree.parse(folder / "out_axis_x" / "axis_x_plcopen.xml").getroot()
+
+
+def test_the_xml_has_the_structure_of_its_schema(project):
+    for element in project[1].iter():
+        name, inside = local(element), [local(child) for child in element]
+        assert element.tag.startswith(f"{{{NAMESPACE}}}") or element.tag == "{http://www.w3.org/1999/xhtml}p"
+        assert NEEDED.get(name, set()) <= set(element.attrib)
+        if name in ORDER:
+            assert inside == sorted(inside, key=ORDER[name].index)
+
+
+def type_text(element):
+    inside = element[0]
+    return inside.get("name") if local(inside) == "derived" else local(inside)
+
+
+def variables_text(element):
+    lines = []
+    for variable in element:
+        parts = {local(part): part for part in variable}
+        initial = f" := {parts['initialValue'][0].get('value')}" if "initialValue" in parts else ""
+        lines.append(f"{variable.get('name')} : {type_text(parts['type'])}{initial};")
+    return lines
+
+
+def st_text(root):
+    """Return the text that a project in XML stands for."""
+    lines = []
+    for part in root.iter(f"{{{NAMESPACE}}}dataType"):
+        inside = part[0][0]
+        if local(inside) == "array":
+            bounds = f"{inside[0].get('lower')}..{inside[0].get('upper')}"
+            lines.append(f"TYPE {part.get('name')} : ARRAY[{bounds}] OF {type_text(inside[1])}; END_TYPE")
+        else:
+            fields = variables_text(inside)
+            lines += [f"TYPE {part.get('name')} : STRUCT", *fields, "END_STRUCT; END_TYPE"]
+    sections = {"inputVars": "VAR_INPUT", "outputVars": "VAR_OUTPUT", "inOutVars": "VAR_IN_OUT", "localVars": "VAR"}
+    kinds = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
+    for pou in root.iter(f"{{{NAMESPACE}}}pou"):
+        kind, parts = kinds[pou.get("pouType")], {local(part): part for part in pou}
+        returns = [f" : {type_text(part)}" for part in parts["interface"] if local(part) == "returnType"]
+        lines.append(f"{kind} {pou.get('name')}{''.join(returns)}")
+        for section in parts["interface"]:
+            if local(section) in sections:
+                lines += [sections[local(section)], *variables_text(section), "END_VAR"]
+        lines += [parts["body"][0][0].text, f"END_{kind}"]
+    return "\n".join(lines)
+
+
+def test_the_xml_is_the_same_program(project):
+    st, root = project
+    assert sorted(Translator(st_text(root)).out) == sorted(Translator(*st).out)
+
+
+# --- what else it says and refuses ------------------------------------------------------------------------------------
+
+
+def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
+    model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
+    source = Source({"log": "knee (*) run *) 3"}, {"F_S": {"interval": (0.039, 0.041)}})
+    st = texts(model, tmp_path, "knee", source=source)
+    head = st[0].split("*)")[0]
+    assert "F_S" in head
+    assert "0.039 to 0.041" in head
+    assert "N*m" in head
+    assert "x [rad]" in head
+    assert "without dividing by it" in head
+    assert Translator(*st).units["knee"].kind == "block"
+    assert all(len(line) <= 130 for line in st[0].splitlines())
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [({"float32": True}, "single precision"), ({"tunable": True}, "changed at run time")],
+)
+def test_what_it_does_not_hold_is_refused(options, reason, tmp_path):
+    with pytest.raises(br.core.InputError, match=reason):
+        br.export(example("plain_coulomb"), "st", tmp_path / "out", **options)
+
+
+# --- the reader bites -------------------------------------------------------------------------------------------------
+
+FUNCTION = """
+TYPE
+    Four : ARRAY[0..3] OF LREAL;
+    Pair : STRUCT first : LREAL; second : LREAL; END_STRUCT;
+END_TYPE
+FUNCTION swapped : BOOL
+VAR_INPUT factor : LREAL; END_VAR
+VAR_IN_OUT given : Pair; given_back : Pair; END_VAR
+    given_back.first := given.second * factor;
+    given_back.second := given.first;
+    swapped := TRUE;
+END_FUNCTION
+FUNCTION_BLOCK axis_x
+VAR_INPUT position : LREAL; period : LREAL; restart : BOOL; clear : BOOL; END_VAR
+VAR_OUTPUT force : LREAL; refused : BOOL; overflow : BOOL; END_VAR
+VAR here : Pair; there : Pair; four : Four; count : DINT; done : BOOL; END_VAR
+    {body}
+END_FUNCTION_BLOCK
+PROGRAM axis_x_selftest
+VAR_OUTPUT done : BOOL; passed : BOOL; END_VAR
+    done := TRUE;
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("force := 1;", "a dint for a lreal"),
+        ("force := position + 1;", "of a lreal and a dint"),
+        ("refused := position > 0.0 AND 1;", "of a bool and a dint"),
+        ("force := forse;", "is not declared"),
+        ("position := 1.0;", "an input is written"),
+        ("force := SEL(TRUE, 1.0, 2.0);", "was defined before"),
+        ("done := swapped(factor := 1.0, given := here, given_back := here);", "given back lies in"),
+        ("done := swapped(factor := 1.0, given := here);", "swapped takes"),
+        ("IF count THEN force := 1.0; END_IF;", "a dint is no condition"),
+        ("force := 1.0 +;", "grammar refuses"),
+    ],
+)
+def test_the_reader_refuses(body, reason):
+    with pytest.raises(StandardError, match=reason):
+        Translator(FUNCTION.format(body=body))
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("force := 1.0 / (position - position);", "division by zero"),
+        ("force := SQRT(-1.0 - position);", "invalid"),
+        ("count := 4; refused := (count < 4) AND (four[count] > 0.0);", "outside of an array"),
+        ("count := LREAL_TO_DINT(position + 3.0E9);", "out of range"),
+        ("WHILE position < 1.0E9 DO force := 1.0; END_WHILE;", "without end"),
+        ("count := count / count;", "divided by zero"),
+    ],
+)
+def test_the_reader_stops_where_a_controller_does(body, reason, tmp_path):
+    stopping = StructuredText({"axis_x": [FUNCTION.format(body=body)]}, tmp_path)
+    with pytest.raises(StandardError, match=reason):
+        stopping.run("axis_x", np.zeros(3))
+
+
+def test_the_reader_computes_as_the_standard_says(tmp_path):
+    body = """
+    count := 7 - 2 - 1;
+    here.first := 10.0 - 4.0 - 3.0;
+    here.second := 12.0 / 3.0 * 2.0;
+    done := swapped(factor := 2.0, given := here, given_back := there);
+    force := there.first * 100.0 + there.second * 10.0 + DINT_TO_LREAL(count MOD 3);
+    IF NOT done OR (count > 3) AND (count < 3) THEN force := -1.0; END_IF;
+    """
+    block = StructuredText({"axis_x": [FUNCTION.format(body=body)]}, tmp_path)
+    assert block.run("axis_x", np.zeros(1))[0].tolist() == [1631.0]
