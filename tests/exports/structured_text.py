@@ -11,11 +11,9 @@ import ctypes
 import subprocess
 
 import numpy as np
-import pytest
+import tree_sitter
+import tree_sitter_iec61131_3_st as grammar
 from tests.exports.native import COMPILER
-
-tree_sitter = pytest.importorskip("tree_sitter", reason="needs tree-sitter, which reads Structured Text")
-grammar = pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text")
 
 FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
 C_TYPES = {"lreal": "double", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
@@ -83,7 +81,7 @@ static void drive_{name}(void *handed)
         axis.v_restart = (given->commands[i] & 1) != 0;
         axis.v_clear = (given->commands[i] & 2) != 0;
         call_{block}(&axis);
-        given->force[i] = axis.v_force;
+        given->force[i] = axis.{output};
         given->flags[i] = axis.v_refused + 2 * axis.v_overflow;
     }}
 }}
@@ -213,7 +211,7 @@ class Translator:
             element = words(inside.child_by_field_name("element_type"))
             assert low == 0, "arrays begin at 0 here"
             self.arrays[name] = (high + 1, element)
-            self.out.append(f"typedef struct {{ {C_TYPES[element]} at[{high + 1}]; }} {name};")
+            self.out.append(f"typedef struct {{ {C_TYPES[element]} at[{high + 1}]; }} {_kind(name)};")
             return
         fields = {}
         for field in named(inside, "structure_field"):
@@ -225,33 +223,35 @@ class Translator:
         if not fields:
             raise StandardError(f"{name} holds nothing")
         self.records[name] = fields
-        inner = " ".join(f"{C_TYPES.get(kind, kind)} {_c(key)};" for key, kind in fields.items())
-        self.out.append(f"typedef struct {{ {inner} }} {name};")
+        inner = " ".join(f"{_kind(kind)} {_c(key)};" for key, kind in fields.items())
+        self.out.append(f"typedef struct {{ {inner} }} {_kind(name)};")
 
     def _function(self, unit):
         body = Statements(self, unit)
-        given = [f"{C_TYPES.get(unit.types[n], unit.types[n])} {_c(n)}" for n in unit.of("input")]
-        given += [f"{C_TYPES.get(unit.types[n], unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
-        own = [f"    {C_TYPES.get(unit.types[n], unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});"
+        given = [f"{_kind(unit.types[n])} {_c(n)}" for n in unit.of("input")]
+        given += [f"{_kind(unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
+        own = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});"
                for n in unit.of("own")]  # fmt: skip
         result = C_TYPES[unit.returns]
         return "\n".join([
-            f"static {result} {unit.name}({', '.join(given)})", "{", f"    {result} own_result = 0;", *own,
+            f"static {result} {_kind(unit.name)}({', '.join(given)})", "{", f"    {result} own_result = 0;", *own,
             *body.lines(), "    goto end;", "end:", "    return own_result;", "}",
         ])  # fmt: skip
 
     def _block(self, unit):
         body = Statements(self, unit)
-        fields = " ".join(f"{C_TYPES.get(kind, kind)} {_c(name)};" for name, kind in unit.types.items())
+        fields = " ".join(f"{_kind(kind)} {_c(name)};" for name, kind in unit.types.items())
         begin = [
             f"    self->{_c(name)} = {Statements(self, unit).value(node)[0]};" for name, node in unit.initial.items()
         ]
-        begin += [f"    {kind}_virgin(&self->{_c(name)});" for name, kind in unit.types.items() if kind in self.units]
+        begin += [
+            f"    {_kind(kind)}_virgin(&self->{_c(name)});" for name, kind in unit.types.items() if kind in self.units
+        ]
         return "\n".join([
-            f"typedef struct {{ {fields} }} {unit.name};",
-            f"static void {unit.name}_virgin({unit.name} *self)",
+            f"typedef struct {{ {fields} }} {_kind(unit.name)};",
+            f"static void {_kind(unit.name)}_virgin({_kind(unit.name)} *self)",
             "{", "    memset(self, 0, sizeof *self);", *begin, "}",
-            f"static void call_{unit.name}({unit.name} *self)", "{", *body.lines(), "    goto end;", "end:",
+            f"static void call_{_kind(unit.name)}({_kind(unit.name)} *self)", "{", *body.lines(), "    goto end;", "end:",
             "    return;", "}",
         ])  # fmt: skip
 
@@ -341,7 +341,7 @@ class Statements:
             if given != block.types[key]:
                 self._fail(node, f"a {given} for {key}")
             lines.append(f"{at}.{_c(key)} = {text};")
-        return [*lines, f"call_{kind}(&{at});"]
+        return [*lines, f"call_{_kind(kind)}(&{at});"]
 
     # --- where things are -----------------------------------------------------------------------------------------
 
@@ -457,7 +457,7 @@ class Statements:
         function = self.translator.units.get(name)
         if function is None or function.kind != "function" or function is self.unit:
             self._fail(node, "is no function that was defined before")
-        return f"{name}({', '.join(self._arguments(node, function, given))})", function.returns
+        return f"{_kind(name)}({', '.join(self._arguments(node, function, given))})", function.returns
 
     def _arguments(self, node, function, given):
         if any(argument.type != "named_argument" for argument in given):
@@ -484,6 +484,10 @@ def _overlap(first, second):
     return f"{first}.".startswith(f"{second}.") or f"{second}.".startswith(f"{first}.")
 
 
+def _kind(name):
+    return C_TYPES.get(name, f"t_{name}")
+
+
 def _c(name):
     return f"v_{name}"
 
@@ -498,7 +502,9 @@ class StructuredText:
             translated = Translator(*texts)
             real = [key for key in translated.units[name].of("input") if translated.units[name].types[key] == "lreal"]
             put = " ".join(f"axis.{_c(key)} = in[{len(real)} * i + {place}];" for place, key in enumerate(real))
-            drivers = DRIVER.format(name=name, block=name, set=put) + TESTED.format(name=name, block=name)
+            output = _c(translated.units[name].of("output")[0])
+            drivers = DRIVER.format(name=name, block=_kind(name), set=put, output=output)
+            drivers += TESTED.format(name=name, block=_kind(name))
             (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
             self.inputs[name] = real
         built = subprocess.run(
@@ -509,10 +515,10 @@ class StructuredText:
         assert built.returncode == 0, built.stderr[:4000]
         self._library = ctypes.CDLL(str(folder / "models.so"))
 
-    def run(self, name, x, dt=5e-4, commands=0, **signals):
-        """Return what a block gives along some positions, and its flags; raise where a controller would stop."""
+    def run(self, name, x=None, dt=5e-4, commands=0, **signals):
+        """Return what a block gives along its inputs, and its flags; raise where a controller would stop."""
         given = {"position": x, "period": dt, **signals}
-        count = len(x)
+        count = len(given[self.inputs[name][0]])
         columns = [np.broadcast_to(np.asarray(given[key], dtype=float), count) for key in self.inputs[name]]
         commands = np.ascontiguousarray(np.broadcast_to(np.asarray(commands, dtype=np.int32), count))
         inputs = np.ascontiguousarray(np.column_stack(columns))

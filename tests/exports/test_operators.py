@@ -1,4 +1,4 @@
-"""Hysteresis operators in C: the bits of bristle, and what an inverse does where it has no output."""
+"""Hysteresis operators in C and Structured Text: the bits of bristle, and what an inverse does without an output."""
 
 import numpy as np
 import pytest
@@ -30,6 +30,35 @@ def test_where_an_inverse_has_no_output_the_last_one_is_held(native):
     held = native.forces("inverse_preisach", [0.5 * f_p, 2.0 * f_p, 0.25 * f_p], 0.0)
     expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
     assert held.tolist() == [expected[0], expected[0], expected[1]]
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    folder, texts = tmp_path_factory.mktemp("blocks"), {}
+    for given, operator in OPERATORS.items():
+        name = f"op_{given}".replace(" ", "_")
+        br.export(operator, "st", folder / f"out_{name}", name=name)
+        texts[name] = [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
+    return StructuredText(texts, folder)
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_structured_text_gives_the_same_bits(blocks, name):
+    u, block = sized(OPERATORS[name], walk(7, count=4000)), f"op_{name}".replace(" ", "_")
+    assert differing(blocks.run(block, excitation=u)[0], br.response(OPERATORS[name], u)) == 0
+    assert blocks.selftest(block) == (True, True)
+
+
+def test_where_an_inverse_has_no_output_structured_text_holds_it_too(blocks):
+    operator = OPERATORS["inverse_preisach"]
+    f_p = operator.values["f_p"]
+    held, flags = blocks.run("op_inverse_preisach", excitation=[0.5 * f_p, 2.0 * f_p, 0.25 * f_p])
+    expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
+    assert held.tolist() == [expected[0], expected[0], expected[1]]
+    assert flags.tolist() == [0, 2, 2]
 
 
 def test_other_targets_hold_no_operator(tmp_path):

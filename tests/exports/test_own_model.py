@@ -117,6 +117,7 @@ def test_and_in_webassembly(tmp_path):
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 def test_and_in_structured_text(tmp_path):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
     model = model_of(HEAD + TRIAL, tmp_path)

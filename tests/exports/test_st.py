@@ -6,15 +6,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER, differing, walk
-from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
 
 import bristle as br
 from bristle.exports.described import Source
 from bristle.exports.plcopen import NAMESPACE
-from bristle.exports.st import total_of
 from bristle.exports.st_names import RESERVED, real_literal
+from bristle.exports.st_project import total_of
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
+
+pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
 DT = 5e-4
@@ -254,7 +256,11 @@ def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "reason"),
-    [({"float32": True}, "single precision"), ({"tunable": True}, "changed at run time")],
+    [
+        ({"float32": True}, "single precision"),
+        ({"tunable": True}, "changed at run time"),
+        *[({"name": name}, "name of a function block") for name in ("limit", "ax", "axis_", "axis__x")],
+    ],
 )
 def test_what_it_does_not_hold_is_refused(options, reason, tmp_path):
     with pytest.raises(br.core.InputError, match=reason):

@@ -7,6 +7,7 @@ the program.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 
 from bristle.exports.st_names import LARGEST_WRITTEN, real_literal
@@ -83,8 +84,8 @@ ELSE
     {own} := {floor}(number := number);
 END_IF;"""),
     "isinf": ("BOOL", "number", "", "Whether a number stands for an infinite one.",
-              "{own} := (number >= {far}) OR (number <= -{far});"),
-    "isnan": ("BOOL", "number", "", "Whether it is none.", "{own} := number <> number;"),
+              "{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});"),
+    "isnan": ("BOOL", "number", "", "Whether a number stands for what is none.", "{own} := number = {none};"),
     "min": ("LREAL", "first second", "", "The smaller one.", CHOICE.format(than="<")),
     "max": ("LREAL", "first second", "", "The larger one.", CHOICE.format(than=">")),
     "whole_min": ("whole", WHOLE_PAIR, "", "The smaller one.", CHOICE.format(than="<")),
@@ -136,7 +137,7 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
     """Return the helpers that are asked for; `named` tells what each is called."""
     wanted = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
     called = {name: named(name) for name in TEXTS if name in wanted}
-    facts = {"whole": integer, "far": real_literal(LARGEST_WRITTEN)} | called
+    facts = {"whole": integer, "far": real_literal(LARGEST_WRITTEN), "none": real_literal(math.nan)} | called
     types = {"whole": integer}
     pous = []
     for name, own in called.items():

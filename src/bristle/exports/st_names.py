@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from bristle.core.errors import InputError
 from bristle.exports.types import Struct
 
-__all__ = ["RESERVED", "Names", "real_literal", "structure_name", "whole_literal"]
+__all__ = ["RESERVED", "Names", "checked", "real_literal", "structure_name", "whole_literal"]
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, and words that TwinCAT, CODESYS, TIA
 # Portal or MATIEC keep for themselves.
@@ -29,7 +30,22 @@ var_input var_output var_stat var_temp variant version void wchar while with wor
 RESERVED = frozenset(WORDS.split())
 SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
 LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
+NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
 STEP = 100  # powers of two that a longer one is made of
+
+
+def checked(name: str) -> None:
+    """Refuse a name that a block cannot have.
+
+    Raises
+    ------
+    InputError
+        If it is a word of the language, or has an underscore at its end or two in a row.
+    """
+    if name in RESERVED or len(name) <= SHORT or name.endswith("_") or "__" in name:
+        raise InputError("cannot be the name of a function block", path="name", value=name,
+                         allowed="three letters or more, no word of Structured Text, no two underscores in a row, "
+                         "none at the end")  # fmt: skip
 
 
 class Names:
@@ -68,8 +84,11 @@ def structure_name(kind: Struct) -> str:
 def real_literal(value: float) -> str:
     """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
 
-    There is no infinity to be written: what is compared with it is compared with the largest number written.
+    There is neither an infinite number to be written nor what is none: other numbers stand for them, beyond all that
+    the model computes with.
     """
+    if value != value:
+        return _plain(NO_NUMBER_WRITTEN)
     if abs(value) == float("inf"):
         return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN)
     if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:

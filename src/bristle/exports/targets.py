@@ -118,8 +118,10 @@ def _wasm(request: Request) -> Product:
 
 def _st(request: Request) -> Product:
     from bristle.exports.st import st_files
+    from bristle.exports.st_names import checked
     from bristle.exports.subject import subject_of
 
+    checked(request.name)
     files = st_files(subject_of(request.model), request.name, request.source, request.dt)
     return Product(dict(files), ("the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0",))
 
@@ -250,6 +252,7 @@ TARGETS: dict[str, Callable[[Request], Product]] = {
 }  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
+OPERATORS = ("c", "st")
 TUNABLE = ("c", "fmu2", "fmu3")
 TABLES = ("table", "tf5200")
 
@@ -274,9 +277,9 @@ def files_for(target: str, request: Request) -> Product:
     if request.log is not None and target not in TABLES:
         raise InputError("is no table that could be compared on a log", path=target, allowed=", ".join(TABLES),
                          mend="Leave the log out")  # fmt: skip
-    if request.model.component.family == "hysteresis" and target not in ONLY_C:
+    if request.model.component.family == "hysteresis" and target not in OPERATORS:
         raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
-                         allowed=", ".join(ONLY_C))  # fmt: skip
+                         allowed=", ".join(OPERATORS))  # fmt: skip
     return TARGETS[target](request)
 
 

@@ -1,0 +1,122 @@
+"""What exports to Structured Text share: their files from parts, how a structure is set, how a walk is made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from bristle.exports.c_code import wrapped
+from bristle.exports.plcopen import project_text
+from bristle.exports.rendering import rendered
+from bristle.exports.st_code import RESULT, Printer
+from bristle.exports.st_helpers import helpers_of
+from bristle.exports.st_names import real_literal, whole_literal
+from bristle.exports.st_parts import INDENT, Array, Pou, part_text, used_of
+from bristle.exports.tree import Function
+from bristle.exports.types import REAL, TRUTH, Struct, Type
+from bristle.exports.types import Array as ArrayType
+from bristle.exports.walk import FACTOR, PART, RESTS, SEED, TERM, Walk
+
+__all__ = ["FARTHEST", "PER_CYCLE", "Project", "body_lines", "call_text", "set_lines", "total_of", "walk_facts"]
+
+FARTHEST = 1e30
+"""What comes in or goes out beyond it is taken for no number."""
+PER_CYCLE = 20
+"""Steps of a self-test in one cycle of a task."""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A function block with what it needs, and its self-test.
+
+    Parameters
+    ----------
+    name : str
+        What the block is called.
+    printer : Printer
+        What printed their calls.
+    facts : dict
+        What the comments at the head of the files say.
+    block, test : Pou
+        The function block, and the program that tests it.
+    arrays : tuple of Array
+        Data types of the test.
+    """
+
+    name: str
+    printer: Printer
+    facts: dict[str, Any]
+    block: Pou
+    test: Pou
+    arrays: tuple[Array, ...]
+
+    def files(self, head: str) -> dict[str, str]:
+        """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
+        types, functions = self.printer.parts()
+        functions = [*helpers_of(self.printer.helpers, self.printer.helper, self.printer.integer), *functions]
+        types = used_of(types, [*functions, self.block])
+        comment = rendered(head, self.facts)
+        tested = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
+        return {
+            f"{self.name}.st": "\n".join([comment, *(part_text(part) for part in (*types, *functions, self.block))]),
+            f"{self.name}_selftest.st": "\n".join([tested, *(part_text(part) for part in (*self.arrays, self.test))]),
+            f"{self.name}_plcopen.xml": project_text(
+                self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]
+            ),
+        }
+
+
+def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
+    """Return a call of a function that gives a structure into `result`."""
+    pairs = [f"{name} := {value}" for name, value in zip(printer.body(function).arguments, handed, strict=True)]
+    return f"{printer.function(function)}({', '.join([*pairs, f'{RESULT} := {result}'])})"
+
+
+def set_lines(place: str, value: Any, kind: Struct, printer: Printer) -> Iterator[str]:
+    """Give the lines that set a structure."""
+    for (name, part), field in zip(kind.fields, value, strict=True):
+        at = f"{place}.{printer.field(kind, name)}"
+        if isinstance(part, Struct):
+            yield from set_lines(at, field, part, printer)
+        elif isinstance(part, ArrayType):
+            yield from (f"{at}[{i}] := {real_literal(float(number))};" for i, number in enumerate(field))
+        else:
+            yield f"{at} := {_literal(field, part)};"
+
+
+def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
+    """Return the lines of a body."""
+    lines = [f"{INDENT}{line}" for line in rendered(template, facts).rstrip("\n").split("\n")]
+    return tuple(part for line in lines for part in wrapped(line, line[: len(line) - len(line.lstrip())]))
+
+
+def walk_facts(walk: Walk, printer: Printer) -> dict[str, Any]:
+    """Return what a program needs to know to walk by itself."""
+    return {
+        "seed": real_literal(SEED), "factor": real_literal(FACTOR), "term": real_literal(TERM), "rests": RESTS,
+        "part": PART, "scales": [real_literal(scale) for scale in walk.scales], "dt": real_literal(walk.dt),
+        "floor": printer.helper("floor"), "whole": printer.integer, "per_cycle": PER_CYCLE,
+    }  # fmt: skip
+
+
+def total_of(numbers: Iterable[float]) -> tuple[float, float]:
+    """Return the sum of some numbers and what rounding took from it: another last place anywhere changes one of them.
+
+    References
+    ----------
+    .. [1] D. E. Knuth, "The art of computer programming", vol. 2, 3rd ed., Addison-Wesley, 1997, sec. 4.2.2, theorem B.
+    """
+    total, lost = 0.0, 0.0
+    for number in numbers:
+        following = total + number
+        added = following - total
+        lost = lost + ((total - (following - added)) + (number - added))
+        total = following
+    return total, lost
+
+
+def _literal(value: Any, kind: Type) -> str:
+    if kind == TRUTH:
+        return "TRUE" if value else "FALSE"
+    return real_literal(float(value)) if kind == REAL else whole_literal(int(value))
