@@ -251,8 +251,8 @@ class Translator:
             f"typedef struct {{ {fields} }} {_kind(unit.name)};",
             f"static void {_kind(unit.name)}_virgin({_kind(unit.name)} *self)",
             "{", "    memset(self, 0, sizeof *self);", *begin, "}",
-            f"static void call_{_kind(unit.name)}({_kind(unit.name)} *self)", "{", *body.lines(), "    goto end;", "end:",
-            "    return;", "}",
+            f"static void call_{_kind(unit.name)}({_kind(unit.name)} *self)",
+            "{", *body.lines(), "    goto end;", "end:", "    return;", "}",
         ])  # fmt: skip
 
     def text(self):
@@ -500,13 +500,19 @@ class StructuredText:
         self.inputs = {}
         for name, texts in models.items():
             translated = Translator(*texts)
-            real = [key for key in translated.units[name].of("input") if translated.units[name].types[key] == "lreal"]
-            put = " ".join(f"axis.{_c(key)} = in[{len(real)} * i + {place}];" for place, key in enumerate(real))
+            unit, put, self.inputs[name], width = translated.units[name], [], [], 0
+            for key in unit.of("input"):
+                size, _ = translated.arrays.get(unit.types[key], (0, ""))
+                places = [f".at[{place}]" for place in range(size)] or [""]
+                if unit.types[key] != "bool":
+                    put += [f"axis.{_c(key)}{place} = in[WIDTH * i + {width + at}];" for at, place in enumerate(places)]
+                    self.inputs[name].append(key)
+                    width += len(places)
+            put = " ".join(put).replace("WIDTH", str(width))
             output = _c(translated.units[name].of("output")[0])
             drivers = DRIVER.format(name=name, block=_kind(name), set=put, output=output)
             drivers += TESTED.format(name=name, block=_kind(name))
             (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
-            self.inputs[name] = real
         built = subprocess.run(
             [COMPILER, *FLAGS, *flags, f"-DROUNDED={rounded}", "-Wno-unused-function", "-Wno-unused-but-set-variable",
              "-Wno-clobbered", "-shared", "-fPIC", *(f"{name}.c" for name in models), "-o", "models.so", "-lm"],
@@ -519,9 +525,14 @@ class StructuredText:
         """Return what a block gives along its inputs, and its flags; raise where a controller would stop."""
         given = {"position": x, "period": dt, **signals}
         count = len(given[self.inputs[name][0]])
-        columns = [np.broadcast_to(np.asarray(given[key], dtype=float), count) for key in self.inputs[name]]
+        columns = [np.asarray(given[key], dtype=float) for key in self.inputs[name]]
+        columns = [column if column.ndim else np.full(count, column) for column in columns]
+        return self.replay(name, np.column_stack(columns), commands)
+
+    def replay(self, name, inputs, commands=0):
+        """Return what a block gives for a row of inputs at each call, and its flags."""
+        count, inputs = len(inputs), np.ascontiguousarray(inputs, dtype=float)
         commands = np.ascontiguousarray(np.broadcast_to(np.asarray(commands, dtype=np.int32), count))
-        inputs = np.ascontiguousarray(np.column_stack(columns))
         force, flags = np.full(count, np.nan), np.zeros(count, dtype=np.int32)
         real, whole = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int)
         why = getattr(self._library, f"run_{name}")(

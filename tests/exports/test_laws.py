@@ -1,4 +1,4 @@
-"""C of control laws: replayed on what a simulated loop records, the commanded efforts, bit for bit."""
+"""Control laws in C and Structured Text: replayed on what a simulated loop records, the efforts, bit for bit."""
 
 import ctypes
 import subprocess
@@ -13,6 +13,7 @@ from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Star
 from bristle.exports.c_law import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
+from bristle.exports.st_law import st_law_files
 from bristle.plants import inertia
 from bristle.references import varied_sine
 from bristle.sensors import encoder
@@ -109,6 +110,40 @@ def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
     assert np.ptp(efforts) > 20.0
     assert inputs[0, 0] != inputs[0, 3]  # it begins where it is measured, not where it should be
     assert differing(replayed(exported[1], f"{controller}_{fed}", inputs), efforts) == 0
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    texts = {}
+    for controller, fed in CASES:
+        name = f"law_{controller}_{fed}"
+        files = st_law_files(law_of(variant_of(controller, fed)), name, Source())
+        texts[name] = [files[f"{name}{end}.st"] for end in ("", "_selftest")]
+    return StructuredText(texts, tmp_path_factory.mktemp("blocks"))
+
+
+@pytest.mark.parametrize(("controller", "fed"), CASES)
+def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
+    name, (inputs, efforts) = f"law_{controller}_{fed}", recorded(variant_of(controller, fed))
+    found, flags = blocks.replay(name, inputs)
+    assert differing(found, efforts) == 0
+    assert not flags.any()
+    assert blocks.selftest(name) == (True, True)
+
+
+def test_structured_text_holds_the_last_effort(blocks):
+    inputs, efforts = recorded(variant_of("cascade", "all"))
+    inputs, efforts = inputs[:6].copy(), efforts[:6]
+    inputs[2, 3], inputs[4, -1] = np.nan, np.inf
+    found, flags = blocks.replay("law_cascade_all", inputs, commands=[0, 0, 0, 2, 0, 1])
+    assert found[[0, 1, 2]].tolist() == [*efforts[:2], efforts[1]]
+    assert found[4] == found[3]
+    assert flags.tolist() == [0, 0, 1, 0, 1, 0]
+    alone, _ = blocks.replay("law_cascade_all", inputs[5:])
+    assert found[5] == alone[0]
 
 
 def built(folder, main, *flags):

@@ -13,32 +13,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
-from bristle.core.variable import Variable, unit_of
+from bristle.core.variable import Variable
 from bristle.exports.c import FLAGS, initial_value, literal
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_saved import saved_facts
-from bristle.exports.described import Source, parameter_table, plain, told
-from bristle.exports.law import Inputs, Law
-from bristle.exports.loops import loops_of
-from bristle.exports.rendering import rendered, version
-from bristle.exports.subject import subject_of
+from bristle.exports.described import Source, told
+from bristle.exports.law import Law
+from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
+from bristle.exports.rendering import rendered
 from bristle.exports.types import Struct, Type
-from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SCALES, SEED, TERM, Walk, hash_of, walk_of
+from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of
 
 __all__ = ["law_files"]
 
 SCALAR = "double"
-WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
-PER_VELOCITY = 100.0  # acceleration of the self-test over its velocity [1/s]
-INPUTS = {
-    "position": ("desired position", "length"), "velocity": ("desired velocity", "length/time"),
-    "acceleration": ("desired acceleration", "length/time^2"),
-    "measured": ("position as the sensor reads it", "length"),
-    "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
-    "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
-}  # fmt: skip
 
 
 class Leaf(NamedTuple):
@@ -84,33 +73,17 @@ class LawFiles:
         }
 
     def _facts(self) -> dict[str, Any]:
-        law, variant = self.law, self.law.variant
+        law = self.law
         lasting, p = law.types
         printer = Printer(law.unit, SCALAR, [lasting, p])
         definitions = printer.definitions()
-        kind, friction = variant.controller.kind, variant.feedforward.friction
-        return {
-            "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
-            "title": plain(f"Control law of an axis: {variant.controller.name}"), "variant": plain(variant.name),
-            "description": plain(variant.controller.component.description), "facts": self.source.lines,
-            "along": "" if friction is None else variant.feedforward.along,
-            "friction": "" if friction is None else plain(friction.name),
-            "table": parameter_table(law.controller, self.source).rstrip(),
-            "fed_table": "" if friction is None else parameter_table(friction, self.source).rstrip(),
-            "fed": self._fed(), "unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind),
-            "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}", "ahead": law.samples_ahead,
-            "delay": variant.run.delay,
-            "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
-            "inputs": [
-                {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
-                 "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
-                for name in law.inputs
-            ],
+        return law_facts(law, self.name, self.source) | {
+            "guard": self.name.upper(), "flags": FLAGS, "steps": self.steps,
             "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
             "helpers": helpers_text(printer.helpers, SCALAR, printer.integer), "data": self._data(printer, p),
             "remembered": "remembered[i]" if np.any(law.memory) else number(0.0),
             "start": self._start(), "step": self._step(printer, lasting), "after": self._after(printer),
-            "loops": loops_of(law), "steps": self.steps, **self._saved(printer),
+            **self._saved(printer),
         }  # fmt: skip
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
@@ -161,39 +134,13 @@ class LawFiles:
         declared = f"static const {printer.named(p, 'parameters')} = {text};"
         return "\n".join([*arrays, *wrapped(declared, ""), ""])
 
-    def _fed(self) -> list[str]:
-        """Return what is fed forward, a line each."""
-        feedforward, kind = self.law.variant.feedforward, self.law.variant.controller.kind
-        lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
-        lines = lines if feedforward.mass else []
-        if feedforward.friction is not None:
-            shape = [
-                f", {name} {value:g}" for name, value in self.law.p.shape._asdict().items()
-                if value != Shape._field_defaults[name]
-            ]  # fmt: skip
-            friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
-            lines.append(friction + "".join(shape))
-        return [plain(line) for line in lines] or ["nothing"]
-
     # --- the self-test --------------------------------------------------------------------------------------------
 
     def _walked(self) -> dict[str, Any]:
-        law, ahead, friction = self.law, self.law.samples_ahead, self.law.variant.feedforward.friction
-        walk = (
-            Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt) if friction is None
-            else walk_of(subject_of(friction), law.dt)
-        )  # fmt: skip
-        x = walk.positions(self.steps + ahead + 1)
-        v = np.diff(x) / law.dt
-        a = PER_VELOCITY * v
-        at, speed, change = x.tolist(), v.tolist(), a.tolist()
-        efforts = law.efforts([
-            Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead])
-            for k in range(self.steps)
-        ])  # fmt: skip
+        walk, positions, efforts = law_walk(self.law, self.steps)
         digest = hash_of(efforts)
         return {
-            "count": self.steps, "positions": x.size, "scales": [repr(scale) for scale in walk.scales], "seed": SEED,
+            "count": self.steps, "positions": positions, "scales": [repr(scale) for scale in walk.scales], "seed": SEED,
             "factor": FACTOR, "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}",
             "hash_text": f"{digest:016x}", "last": repr(float(efforts[-1])), "per_velocity": repr(PER_VELOCITY),
         }  # fmt: skip

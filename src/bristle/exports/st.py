@@ -163,7 +163,7 @@ class StFiles:
         x = walk.positions(COUNT)
         outputs = (subject.outputs(x) if operator else subject.forces(x, self.dt)).tolist()
         total, lost = total_of(outputs)
-        facts = walk_facts(walk, printer) | {
+        facts = walk_facts(walk, printer, "count") | {
             "count": COUNT, "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(outputs[-1]),
             "input": IN[operator], "output": OUT[operator], "operator": operator,
         }  # fmt: skip

@@ -22,6 +22,7 @@ __all__ = ["FARTHEST", "PER_CYCLE", "Project", "body_lines", "call_text", "set_l
 
 FARTHEST = 1e30
 """What comes in or goes out beyond it is taken for no number."""
+TURN = real_literal(2.0**32)
 PER_CYCLE = 20
 """Steps of a self-test in one cycle of a task."""
 
@@ -91,12 +92,20 @@ def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
     return tuple(part for line in lines for part in wrapped(line, line[: len(line) - len(line.lstrip())]))
 
 
-def walk_facts(walk: Walk, printer: Printer) -> dict[str, Any]:
-    """Return what a program needs to know to walk by itself."""
+def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
+    """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
+    whole, floor = printer.integer, printer.helper("floor")
+    scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     return {
-        "seed": real_literal(SEED), "factor": real_literal(FACTOR), "term": real_literal(TERM), "rests": RESTS,
-        "part": PART, "scales": [real_literal(scale) for scale in walk.scales], "dt": real_literal(walk.dt),
-        "floor": printer.helper("floor"), "whole": printer.integer, "per_cycle": PER_CYCLE,
+        "seed": real_literal(SEED), "scales": [real_literal(scale) for scale in walk.scales],
+        "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE, "too_far": real_literal(10.0 * FARTHEST),
+        "step": [
+            f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
+            f"bits := bits - {whole}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
+            f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
+            f"{INDENT}walked := walked + ({whole}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
+            "END_IF;",
+        ],
     }  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from bristle.exports.described import Source
 from bristle.exports.names import RESERVED
 
 if TYPE_CHECKING:
+    from bristle.exports.law import Law
     from bristle.logs.log import Log
 
 __all__ = ["TARGETS", "Product", "Request", "files_for", "law_for", "name_for", "variant_of"]
@@ -246,6 +247,21 @@ def _fmu(request: Request, fmi: int) -> Product:
     return Product(*fmu_files(request.model, request.plant, setting))
 
 
+def _law_in_c(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
+    from bristle.exports.c_law import law_files
+
+    return dict(law_files(law, name, source))
+
+
+def _law_in_st(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
+    from bristle.exports.st_law import st_law_files
+    from bristle.exports.st_names import checked
+
+    checked(name)
+    return dict(st_law_files(law, name, source))
+
+
+LAWS: dict[str, Callable[[Law, str, Source], dict[str, str | bytes]]] = {"c": _law_in_c, "st": _law_in_st}
 TARGETS: dict[str, Callable[[Request], Product]] = {
     "c": _c, "wasm": _wasm, "st": _st, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
     "mjcf": _mjcf, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
@@ -291,16 +307,15 @@ def law_for(target: str, variant: Variant, name: str, source: Source) -> Product
     InputError
         If the target holds no law, or the variant has none that can be exported.
     """
-    from bristle.exports.c_law import law_files
     from bristle.exports.law import law_of
 
-    if target not in ONLY_C:
-        raise InputError("holds no control law", path="to", value=target, allowed=", ".join(ONLY_C))
+    if target not in LAWS:
+        raise InputError("holds no control law", path="to", value=target, allowed=", ".join(LAWS))
     law = law_of(variant)
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
     samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
     note = f"the law is told {samples} of the desired motion: {', '.join(ahead)}"
-    return Product(dict(law_files(law, name, source)), (note,) if ahead else ())
+    return Product(LAWS[target](law, name, source), (note,) if ahead else ())
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:

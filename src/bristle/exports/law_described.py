@@ -1,0 +1,87 @@
+"""What the files of a control law say of it, and the walk that its self-test makes, whatever the target."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bristle.controllers.feedforward import Shape
+from bristle.core.variable import unit_of
+from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.law import Inputs, Law
+from bristle.exports.loops import loops_of
+from bristle.exports.rendering import version
+from bristle.exports.subject import subject_of
+from bristle.exports.walk import SCALES, Walk, walk_of
+
+__all__ = ["PER_VELOCITY", "law_facts", "law_walk"]
+
+WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
+PER_VELOCITY = 100.0
+"""Acceleration of the self-test over its velocity [1/s]."""
+INPUTS = {
+    "position": ("desired position", "length"), "velocity": ("desired velocity", "length/time"),
+    "acceleration": ("desired acceleration", "length/time^2"),
+    "measured": ("position as the sensor reads it", "length"),
+    "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
+    "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
+}  # fmt: skip
+
+
+def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
+    """Return what is said of a law."""
+    variant = law.variant
+    kind, friction = variant.controller.kind, variant.feedforward.friction
+    return {
+        "name": name, "version": version(),
+        "title": plain(f"Control law of an axis: {variant.controller.name}"), "variant": plain(variant.name),
+        "description": plain(variant.controller.component.description), "facts": source.lines,
+        "along": "" if friction is None else variant.feedforward.along,
+        "friction": "" if friction is None else plain(friction.name),
+        "table": parameter_table(law.controller, source).rstrip(),
+        "fed_table": "" if friction is None else parameter_table(friction, source).rstrip(),
+        "fed": _fed(law), "unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind),
+        "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}", "ahead": law.samples_ahead,
+        "delay": variant.run.delay,
+        "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
+        "inputs": [
+            {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
+             "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
+            for name in law.inputs
+        ],
+        "loops": loops_of(law),
+    }  # fmt: skip
+
+
+def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
+    """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
+    ahead, friction = law.samples_ahead, law.variant.feedforward.friction
+    walk = (
+        Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt) if friction is None
+        else walk_of(subject_of(friction), law.dt)
+    )  # fmt: skip
+    x = walk.positions(steps + ahead + 1)
+    v = np.diff(x) / law.dt
+    a = PER_VELOCITY * v
+    at, speed, change = x.tolist(), v.tolist(), a.tolist()
+    samples = [
+        Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead])
+        for k in range(steps)
+    ]
+    return walk, x.size, law.efforts(samples)
+
+
+def _fed(law: Law) -> list[str]:
+    """Return what is fed forward, a line each."""
+    feedforward, kind = law.variant.feedforward, law.variant.controller.kind
+    lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
+    lines = lines if feedforward.mass else []
+    if feedforward.friction is not None:
+        shape = [
+            f", {name} {value:g}" for name, value in law.p.shape._asdict().items()
+            if value != Shape._field_defaults[name]
+        ]  # fmt: skip
+        friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
+        lines.append(friction + "".join(shape))
+    return [plain(line) for line in lines] or ["nothing"]

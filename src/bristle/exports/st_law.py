@@ -1,0 +1,121 @@
+"""Structured Text of a control law: a function block with the functions that it needs, and a self-test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from bristle.exports.described import Source, plain
+from bristle.exports.law import Law
+from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
+from bristle.exports.st_code import Printer
+from bristle.exports.st_helpers import WITHIN
+from bristle.exports.st_names import real_literal
+from bristle.exports.st_parts import Array as ArrayPart
+from bristle.exports.st_parts import Pou, Variable, commented
+from bristle.exports.st_project import FARTHEST, Project, body_lines, call_text, set_lines, total_of, walk_facts
+from bristle.exports.types import Array, Struct
+from bristle.exports.walk import COUNT
+
+__all__ = ["st_law_files"]
+
+GIVEN = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
+
+
+@dataclass(frozen=True)
+class StLawFiles:
+    """How a control law is written in Structured Text.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    name : str
+        What the block is called, and what every other name begins with.
+    source : Source
+        Where it comes from.
+    """
+
+    law: Law
+    name: str
+    source: Source
+
+    def files(self) -> dict[str, str]:
+        """Return the text of each file by its name."""
+        law, facts = self.law, law_facts(self.law, self.name, self.source)
+        around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
+        printer = Printer(law.unit, self.name, around)
+        block = self._block(printer, facts)
+        test, arrays = self._selftest(printer, facts)
+        facts |= {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table")}
+        facts |= {key: [commented(line) for line in facts[key]] for key in ("facts", "fed")} | {"count": COUNT}
+        return Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st")
+
+    def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
+        law, (lasting, p) = self.law, self.law.types
+        now = law.entry.result
+        assert isinstance(now, Struct)
+        needed = [parameter.name for parameter in law.entry.parameters]
+        handed = {"dt": real_literal(law.dt), "p": "parameters"}
+        memory = law.memory_size if "memory" in needed else 0
+        start = [*set_lines("parameters", law.p, p, printer), *set_lines("lasting", law.lasting, lasting, printer)]
+        remembered = enumerate(law.memory.tolist()) if memory else ()
+        body = body_lines("st/law.st", facts | {
+            "start": start, "memory": memory, "farthest": real_literal(FARTHEST), "within": printer.helper(WITHIN),
+            "remembered": [f"memory[{at}] := {real_literal(number)};" for at, number in remembered if number],
+            "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
+            "commanded": f"now.{printer.field(now, '_0')}", "after": f"now.{printer.field(now, '_1')}",
+        })  # fmt: skip
+        own = [("parameters", p), ("lasting", lasting), ("now", now)]
+        own += [("memory", Array(memory))] if memory else []
+        places = memory or any(each["several"] for each in facts["inputs"])
+        variables = [
+            *self._inputs(printer, facts), Variable("restart", "BOOL", "begin anew", "VAR_INPUT"),
+            Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
+            Variable("effort", "LREAL", f"what the drive is to give [{facts['unit_force']}]", "VAR_OUTPUT"),
+            Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
+            Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
+            *(Variable(name, printer.type_name(kind)) for name, kind in own),
+            *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
+            *([Variable("place", "DINT")] if places else []),
+        ]  # fmt: skip
+        return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
+
+    def _inputs(self, printer: Printer, facts: dict[str, Any]) -> list[Variable]:
+        ahead = printer.array(self.law.samples_ahead)
+        return [
+            Variable(each["name"], ahead if each["several"] else "LREAL", plain(f"{each['told']} [{each['unit']}]"),
+                     "VAR_INPUT")
+            for each in facts["inputs"]
+        ]  # fmt: skip
+
+    def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
+        walk, positions, efforts = law_walk(self.law, COUNT)
+        total, lost = total_of(efforts.tolist())
+        inputs = [each["name"] for each in facts["inputs"]]
+        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | {
+            "count": COUNT, "positions": positions, "per_velocity": real_literal(PER_VELOCITY),
+            "told": ", ".join(f"{name} := {GIVEN.get(name, name)}" for name in inputs),
+            "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(efforts[-1])),
+        })  # fmt: skip
+        several = [each["name"] for each in facts["inputs"] if each["several"]]
+        numbers = ("bits", "walked", "speed", "measured", "total", "lost", "following", "added")
+        variables = [
+            Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
+            Variable("passed", "BOOL", "whether it gave the efforts of bristle, to the bit", "VAR_OUTPUT"),
+            Variable("axis", self.name), Variable("prepared", "BOOL"), Variable("count", "DINT"),
+            Variable("each", "DINT"), *([Variable("ahead", "DINT")] if several else []),
+            *(Variable(name, "LREAL") for name in numbers),
+            *(Variable(name, printer.array(self.law.samples_ahead)) for name in several),
+            Variable("scales", f"{self.name}_Scales"), Variable("places", f"{self.name}_Places"),
+        ]  # fmt: skip
+        arrays = (
+            ArrayPart(f"{self.name}_Scales", len(walk.scales), "LREAL"),
+            ArrayPart(f"{self.name}_Places", positions, "LREAL"),
+        )
+        return Pou("PROGRAM", f"{self.name}_selftest", "", tuple(variables), body), arrays
+
+
+def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
+    """Return the files of a control law in Structured Text, text by name."""
+    return StLawFiles(law, name, source).files()
