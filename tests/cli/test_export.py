@@ -91,6 +91,22 @@ def test_the_law_of_a_variant_leaves_as_c(bristle, place):
     assert "place_ahead" not in Path("bare/axis_x.h").read_text()
 
 
+def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
+    model = bristle("export", "model.toml", "--to", "st", "--name", "knee", "--out", "model_st", "--json")
+    assert model.code == 0
+    assert model.data["files"] == ["knee.st", "knee_selftest.st", "knee_plcopen.xml"]
+    assert "-0.0" in model.data["notes"][0]
+    law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json")
+    assert law.code == 0
+    assert law.data["files"] == ["axis_x.st", "axis_x_selftest.st", "axis_x_plcopen.xml"]
+    head = Path("law_st/axis_x.st").read_text().split("*)")[0]
+    assert "friction along the desired motion by coulomb_viscous" in head
+    assert "place_ahead[0] to [" in head
+    refused = bristle("export", "model.toml", "--to", "st", "--float32", "--out", "single")
+    assert refused.code == 2
+    assert "single precision" in refused.err.replace("\n", " ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

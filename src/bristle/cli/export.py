@@ -26,7 +26,7 @@ Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, 
 LogOfTable = Annotated[
     Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
 ]
-TARGETS = "c, wasm, table, tf5200, sinumerik, cogging, mjcf, fmu2 or fmu3."
+TARGETS = "c, wasm, st, table, tf5200, sinumerik, cogging, mjcf, fmu2 or fmu3."
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -66,18 +66,19 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model or a control law as C, or for a drive.
+    """Write a friction model or a control law as C, for a PLC, or for a drive.
 
     c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
-    script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log and of the
+    script that loads it, for a browser or node. st, of operators too: a function block in Structured Text for a PLC,
+    its self-test, and both as XML of PLCopen. table: effort over velocity, CSV, in the units of the log and of the
     drive that AXIS.toml describes; with --points 3, gravity, a level for each direction and the inertia. tf5200: the
     same for the friction compensation of a Beckhoff TF5200 CNC. sinumerik: start values for that of a SINUMERIK, to
     be tuned by the circularity test. cogging: its harmonics, where they were identified. mjcf: a scene of MuJoCo with
     what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of both, with a
     library for each platform that there is a compiler for.
 
-    With --law, what a variant of an experiment commands, for c: its controller and all that is fed forward.
+    With --law, what a variant of an experiment commands, for c and st: its controller and all that is fed forward.
     """
     from bristle.core import InputError
     from bristle.exports.targets import name_for

@@ -20,7 +20,7 @@ from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE
-from bristle.exports.subject import COMMIT, TRIAL, Subject, taken
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
 from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
@@ -218,7 +218,7 @@ def c_files(
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:
     """Return a call with the arguments that the function still takes, and which ones these are."""
-    needed = taken(function, names)
+    needed = arguments_left(function, names)
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
 
 

@@ -69,11 +69,12 @@ def export(
     Parameters
     ----------
     model : Model or Variant
-        A friction model; for ``"c"``, a hysteresis operator too, or a variant of an experiment: its control law.
+        A friction model; for ``"c"`` and ``"st"``, a hysteresis operator too, or a variant of an experiment: its
+        control law.
     to : str
-        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"table"`` effort over velocity, ``"tf5200"`` the same for
-        this CNC, ``"sinumerik"`` start values for this control, ``"cogging"`` its harmonics, ``"mjcf"`` a scene of
-        MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
+        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"st"`` Structured Text for a PLC, ``"table"`` effort over
+        velocity, ``"tf5200"`` the same for this CNC, ``"sinumerik"`` start values for this control, ``"cogging"`` its
+        harmonics, ``"mjcf"`` a scene of MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
     out : path-like
         The new folder; its parent must exist.
     name : str

@@ -19,8 +19,19 @@ from bristle.exports.st_helpers import WITHIN
 from bristle.exports.st_names import Names, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Pou, Variable, commented
-from bristle.exports.st_project import FARTHEST, Project, body_lines, call_text, set_lines, total_of, walk_facts
-from bristle.exports.subject import COMMIT, TRIAL, Subject, taken
+from bristle.exports.st_project import (
+    FARTHEST,
+    Project,
+    answers,
+    body_lines,
+    call_text,
+    requests,
+    set_lines,
+    sums,
+    test_variables,
+    walk_facts,
+)
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT, walk_of
 
@@ -77,19 +88,19 @@ class StFiles:
 
     def _units(self) -> tuple[str, str]:
         model, operator = self.subject.model, self.subject.is_operator
-        given, returned = (model.component.input, model.component.output) if operator else ("length", "force")
-        return plain(unit_of(given, model.kind)), plain(unit_of(returned, model.kind))
+        entering, leaving = (model.component.input, model.component.output) if operator else ("length", "force")
+        return plain(unit_of(entering, model.kind)), plain(unit_of(leaving, model.kind))
 
     # --- the function block ---------------------------------------------------------------------------------------
 
     def _block(self, printer: Printer) -> Pou:
-        subject, operator, names = self.subject, self.subject.is_operator, Names(taken=OWN)
+        subject, operator, names = self.subject, self.subject.is_operator, Names(OWN)
         signals = {signal: names.of(signal, signal) for signal in subject.signals}
         tried = subject.trial.result
         assert isinstance(tried, Struct)
-        trial = taken(subject.trial, TRIAL[operator])
+        trial = arguments_left(subject.trial, TRIAL[operator])
         commits = bool(subject.state.fields) or subject.commit.writes
-        commit = taken(subject.commit, COMMIT) if commits else []
+        commit = arguments_left(subject.commit, COMMIT) if commits else []
         needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
         handed = {"dt": "period", "p": "parameters", "move": f"tried.{printer.field(tried, '_1')}", "input": IN[True]}
         facts = {
@@ -115,25 +126,22 @@ class StFiles:
 
     def _interface(self, signals: dict[str, str]) -> list[Variable]:
         kind, motion, operator = self.subject.model.kind, variables_of(Motion), self.subject.is_operator
-        entered, given = self._units()
+        unit_in, unit_out = self._units()
         if operator:
-            first = [Variable("excitation", "LREAL", f"what drives the operator [{entered}]", "VAR_INPUT")]
+            first = [Variable("excitation", "LREAL", f"what drives the operator [{unit_in}]", "VAR_INPUT")]
         else:
             first = [
-                Variable("position", "LREAL", f"where the axis is [{entered}]", "VAR_INPUT"),
+                Variable("position", "LREAL", f"where the axis is [{unit_in}]", "VAR_INPUT"),
                 Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT"),
             ]
         for signal, name in signals.items():
             usual = real_literal(Motion._field_defaults[signal])
             first.append(Variable(name, "LREAL", told(motion[signal], kind), "VAR_INPUT", usual))
-        answer = f"its answer [{given}]" if operator else f"mean friction force of the last step [{given}]"
+        answer = f"its answer [{unit_out}]" if operator else f"mean friction force of the last step [{unit_out}]"
         return [
             *first,
-            Variable("restart", "BOOL", "begin anew: a virgin contact, nothing came yet", "VAR_INPUT"),
-            Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
-            Variable(OUT[operator], "LREAL", answer, "VAR_OUTPUT"),
-            Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
-            Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
+            *requests("a virgin contact, nothing came yet"),
+            *answers(OUT[operator], answer),
         ]
 
     def _flags(self, *, memory: bool) -> list[Variable]:
@@ -162,19 +170,13 @@ class StFiles:
         walk = walk_of(subject, self.dt)
         x = walk.positions(COUNT)
         outputs = (subject.outputs(x) if operator else subject.forces(x, self.dt)).tolist()
-        total, lost = total_of(outputs)
-        facts = walk_facts(walk, printer, "count") | {
-            "count": COUNT, "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(outputs[-1]),
-            "input": IN[operator], "output": OUT[operator], "operator": operator,
+        too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
+        facts = walk_facts(walk, printer, "count") | sums(outputs) | {
+            "count": COUNT, "input": IN[operator], "output": OUT[operator], "operator": operator,
+            "last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}",
         }  # fmt: skip
-        numbers = [Variable(name, "LREAL") for name in ("bits", "walked", "total", "lost", "following", "added")]
-        variables = [
-            Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
-            Variable("passed", "BOOL", "whether it gave the numbers of bristle, to the bit", "VAR_OUTPUT"),
-            Variable("axis", self.name), Variable("prepared", "BOOL"), Variable("count", "DINT"),
-            Variable("each", "DINT"), *numbers, Variable("scales", f"{self.name}_Scales"),
-        ]  # fmt: skip
-        return Pou("PROGRAM", f"{self.name}_selftest", "", tuple(variables), body_lines("st/selftest.st", facts))
+        variables, body = tuple(test_variables(self.name)), body_lines("st/selftest.st", facts)
+        return Pou("PROGRAM", f"{self.name}_selftest", "", variables, body)
 
 
 def st_files(subject: Subject, name: str, source: Source, dt: float) -> dict[str, str]:

@@ -54,7 +54,7 @@ class Printer:
         self.structures = structures_of(used)
         inside = [part for kind in self.structures for _, part in kind.fields]
         self.sizes = sorted({kind.size for kind in [*used, *inside] if isinstance(kind, Array)})
-        self._known = Names(f"{name}_")
+        self._public = Names(prefix=f"{name}_")
         self._fields = {kind: Names() for kind in self.structures}
         self._bodies: dict[int, Body] = {}
         self.helpers: set[str] = set()
@@ -67,7 +67,7 @@ class Printer:
 
     def function(self, function: Function) -> str:
         """Return the name of a function."""
-        return self._known.of(("function", id(function)), function.name)
+        return self._public.of(("function", id(function)), function.name)
 
     def body(self, function: Function) -> Body:
         """Return what prints a function, and knows what its arguments are called."""
@@ -76,11 +76,11 @@ class Printer:
     def helper(self, name: str) -> str:
         """Return the name of a helper, and remember that it is needed."""
         self.helpers.add(name)
-        return self._known.of(("helper", name), name)
+        return self._public.of(("helper", name), name)
 
     def array(self, size: int) -> str:
         """Return the name of the type of an array."""
-        return self._known.of(("array", size), f"Numbers_{size}")
+        return self._public.of(("array", size), f"Numbers_{size}")
 
     def field(self, kind: Struct, name: str) -> str:
         """Return the name of a field of a tuple."""
@@ -90,7 +90,7 @@ class Printer:
         """Return the name of a type."""
         if isinstance(kind, Scalar):
             return {REAL: "LREAL", INTEGER: self.integer}.get(kind, "BOOL")
-        return self.array(kind.size) if isinstance(kind, Array) else self._known.of(kind, structure_name(kind))
+        return self.array(kind.size) if isinstance(kind, Array) else self._public.of(kind, structure_name(kind))
 
     def _record(self, kind: Struct) -> Record:
         fields = [Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields]

@@ -47,7 +47,7 @@ RESULT = "given_back"
 # How tightly an expression binds.
 PRIMARY, UNARY, COMPARED = 16, 14, 9
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
-SAID = {"==": "=", "!=": "<>"}
+COMPARISONS = {"==": "=", "!=": "<>"}
 IN_WORDS = {"&": "AND", "^": "XOR"}
 UNSAFE = (Index, Call, Select, Convert, Make)
 
@@ -58,12 +58,14 @@ class Values:
     def __init__(self, printer: Printer, function: Function) -> None:
         self.printer, self.function = printer, function
         self.out: list[str] = []
-        self._names = Names(taken=[RESULT])
+        self._names = Names([RESULT])
         self._declared: dict[str, Declared] = {}
         self._indent = INDENT
         self._count = 0
         assigned = {part.variable.name for part in walk(function.body) if isinstance(part, (Assign, For))}
-        self.arguments = [self._parameter(each, copied=each.name in assigned) for each in function.parameters]
+        self.arguments = [
+            self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters
+        ]
 
     # --- variables ------------------------------------------------------------------------------------------------
 
@@ -73,9 +75,9 @@ class Values:
         name = self._names.of(parameter.name, parameter.name)
         if not copied:
             return self._declare(name, parameter.type, section)
-        given = self._declare(self._names.new(f"{name}_given"), parameter.type, section)
-        self._line(f"{self._declare(name, parameter.type)} := {given};")
-        return given
+        original = self._declare(self._names.new(f"{name}_given"), parameter.type, section)
+        self._line(f"{self._declare(name, parameter.type)} := {original};")
+        return original
 
     def _declare(self, name: str, kind: Type, section: str = "VAR") -> str:
         self._declared.setdefault(name, Declared(name, self.printer.type_name(kind), section=section))
@@ -123,15 +125,15 @@ class Values:
         self._line(f"IF {self._of(e.test)} THEN")
         with self._inside():
             self._into(target, e.first, root)
-        other = e.second
-        while isinstance(other, Select) and is_safe(other.test):
-            self._line(f"ELSIF {self._of(other.test)} THEN")
+        second = e.second
+        while isinstance(second, Select) and is_safe(second.test):
+            self._line(f"ELSIF {self._of(second.test)} THEN")
             with self._inside():
-                self._into(target, other.first, root)
-            other = other.second
+                self._into(target, second.first, root)
+            second = second.second
         self._line("ELSE")
         with self._inside():
-            self._into(target, other, root)
+            self._into(target, second, root)
         self._line("END_IF;")
 
     def _one_by_one(self, e: Logic) -> str:
@@ -210,8 +212,8 @@ class Values:
 
     def _compare(self, e: Compare) -> tuple[str, int]:
         tighter = BINDS["-"]
-        said = SAID.get(e.operator, e.operator)
-        return f"{self._of(e.left, tighter)} {said} {self._of(e.right, tighter)}", COMPARED
+        operator = COMPARISONS.get(e.operator, e.operator)
+        return f"{self._of(e.left, tighter)} {operator} {self._of(e.right, tighter)}", COMPARED
 
     def _logic(self, e: Logic) -> tuple[str, int]:
         if not all(is_safe(part) for part in e.parts[1:]):
@@ -226,7 +228,7 @@ class Values:
 
     def _convert(self, e: Convert) -> tuple[str, int]:
         if e.of.type == TRUTH:
-            return self._held(Select(e.type, e.of, _one(e.type, 1), _one(e.type, 0))), PRIMARY
+            return self._held(Select(e.type, e.of, _constant_of(e.type, 1), _constant_of(e.type, 0))), PRIMARY
         if e.type == REAL:
             return f"{self.printer.integer}_TO_LREAL({self._of(e.of)})", PRIMARY
         return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY
@@ -235,12 +237,12 @@ class Values:
         return (self._held(e) if isinstance(e.type, Struct) else self._called(e)), PRIMARY
 
     def _called(self, e: Call, target: str = "") -> str:
-        names, given = self.printer.body(e.function).arguments, []
+        names, pairs = self.printer.body(e.function).arguments, []
         for name, parameter, argument in zip(names, e.function.parameters, e.arguments, strict=True):
             text = self._of(argument) if isinstance(parameter.type, Scalar) else self._in_place(argument)
-            given.append(f"{name} := {text}")
-        given += [f"{RESULT} := {target}"] if target else []
-        return f"{self.printer.function(e.function)}({', '.join(given)})"
+            pairs.append(f"{name} := {text}")
+        pairs += [f"{RESULT} := {target}"] if target else []
+        return f"{self.printer.function(e.function)}({', '.join(pairs)})"
 
     def _intrinsic(self, e: Intrinsic) -> tuple[str, int]:
         arguments = [self._of(argument) for argument in e.arguments]
@@ -258,7 +260,7 @@ ARGUMENTS = {
 }  # fmt: skip
 
 
-def _one(kind: Type, value: int) -> Constant:
+def _constant_of(kind: Type, value: int) -> Constant:
     return Constant(kind, float(value) if kind == REAL else value)
 
 

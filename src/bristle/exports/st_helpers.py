@@ -135,8 +135,8 @@ NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str) -> list[Pou]:
     """Return the helpers that are asked for; `named` tells what each is called."""
-    wanted = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
-    called = {name: named(name) for name in TEXTS if name in wanted}
+    needed = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
+    called = {name: named(name) for name in TEXTS if name in needed}
     facts = {"whole": integer, "far": real_literal(LARGEST_WRITTEN), "none": real_literal(math.nan)} | called
     types = {"whole": integer}
     pous = []

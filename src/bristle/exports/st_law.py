@@ -13,13 +13,24 @@ from bristle.exports.st_helpers import WITHIN
 from bristle.exports.st_names import real_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Pou, Variable, commented
-from bristle.exports.st_project import FARTHEST, Project, body_lines, call_text, set_lines, total_of, walk_facts
+from bristle.exports.st_project import (
+    FARTHEST,
+    Project,
+    answers,
+    body_lines,
+    call_text,
+    requests,
+    set_lines,
+    sums,
+    test_variables,
+    walk_facts,
+)
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT
 
 __all__ = ["st_law_files"]
 
-GIVEN = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
+ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
 
 
 @dataclass(frozen=True)
@@ -42,7 +53,7 @@ class StLawFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        law, facts = self.law, law_facts(self.law, self.name, self.source)
+        law, facts = self.law, law_facts(self.law, self.name, self.source) | {"output": "effort", "operator": False}
         around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
         printer = Printer(law.unit, self.name, around)
         block = self._block(printer, facts)
@@ -68,13 +79,10 @@ class StLawFiles:
         })  # fmt: skip
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
-        places = memory or any(each["several"] for each in facts["inputs"])
+        places = memory or any(fed["several"] for fed in facts["inputs"])
         variables = [
-            *self._inputs(printer, facts), Variable("restart", "BOOL", "begin anew", "VAR_INPUT"),
-            Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
-            Variable("effort", "LREAL", f"what the drive is to give [{facts['unit_force']}]", "VAR_OUTPUT"),
-            Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
-            Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
+            *self._inputs(printer, facts), *requests("the law takes over the desired motion"),
+            *answers("effort", f"what the drive is to give [{facts['unit_force']}]"),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if places else []),
@@ -84,30 +92,25 @@ class StLawFiles:
     def _inputs(self, printer: Printer, facts: dict[str, Any]) -> list[Variable]:
         ahead = printer.array(self.law.samples_ahead)
         return [
-            Variable(each["name"], ahead if each["several"] else "LREAL", plain(f"{each['told']} [{each['unit']}]"),
+            Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"),
                      "VAR_INPUT")
-            for each in facts["inputs"]
+            for fed in facts["inputs"]
         ]  # fmt: skip
 
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
-        total, lost = total_of(efforts.tolist())
-        inputs = [each["name"] for each in facts["inputs"]]
-        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | {
+        inputs = [fed["name"] for fed in facts["inputs"]]
+        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | sums(efforts.tolist()) | {
             "count": COUNT, "positions": positions, "per_velocity": real_literal(PER_VELOCITY),
-            "told": ", ".join(f"{name} := {GIVEN.get(name, name)}" for name in inputs),
-            "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(efforts[-1])),
+            "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in inputs),
+            "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
         })  # fmt: skip
-        several = [each["name"] for each in facts["inputs"] if each["several"]]
-        numbers = ("bits", "walked", "speed", "measured", "total", "lost", "following", "added")
+        arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
-            Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
-            Variable("passed", "BOOL", "whether it gave the efforts of bristle, to the bit", "VAR_OUTPUT"),
-            Variable("axis", self.name), Variable("prepared", "BOOL"), Variable("count", "DINT"),
-            Variable("each", "DINT"), *([Variable("ahead", "DINT")] if several else []),
-            *(Variable(name, "LREAL") for name in numbers),
-            *(Variable(name, printer.array(self.law.samples_ahead)) for name in several),
-            Variable("scales", f"{self.name}_Scales"), Variable("places", f"{self.name}_Places"),
+            *test_variables(self.name), *([Variable("ahead", "DINT")] if arrays_ahead else []),
+            *(Variable(name, "LREAL") for name in ("speed", "measured")),
+            *(Variable(name, printer.array(self.law.samples_ahead)) for name in arrays_ahead),
+            Variable("places", f"{self.name}_Places"),
         ]  # fmt: skip
         arrays = (
             ArrayPart(f"{self.name}_Scales", len(walk.scales), "LREAL"),

@@ -51,28 +51,28 @@ def checked(name: str) -> None:
 class Names:
     """The names of one place, each used once whatever its capitals; `prefix` is before all of them."""
 
-    def __init__(self, prefix: str = "", taken: Iterable[str] = ()) -> None:
-        self._prefix, self._taken = prefix, {name.lower() for name in taken}
-        self._given: dict[object, str] = {}
+    def __init__(self, used: Iterable[str] = (), prefix: str = "") -> None:
+        self._prefix, self._used = prefix, {name.lower() for name in used}
+        self._names: dict[object, str] = {}
 
-    def of(self, key: object, wanted: str) -> str:
-        """Return the name of something: the one that is wanted, or one like it."""
-        if key not in self._given:
-            self._given[key] = self.new(wanted)
-        return self._given[key]
+    def of(self, key: object, proposal: str) -> str:
+        """Return the name of something: the one that is proposed, or one like it."""
+        if key not in self._names:
+            self._names[key] = self.new(proposal)
+        return self._names[key]
 
-    def new(self, wanted: str) -> str:
+    def new(self, proposal: str) -> str:
         """Return a name that nothing else has."""
-        first = self._prefix + re.sub("_+", "_", wanted).strip("_")
+        first = self._prefix + re.sub("_+", "_", proposal).strip("_")
         if first[0].isdigit():
             first = f"part_{first}"
         if len(first) <= SHORT or first.lower() in RESERVED:
             first = f"v_{first}"
         name, count = first, 1
-        while name.lower() in self._taken:
+        while name.lower() in self._used:
             count += 1
             name = f"{first}_{count}"
-        self._taken.add(name.lower())
+        self._used.add(name.lower())
         return name
 
 

@@ -63,11 +63,11 @@ def commented(text: str) -> str:
 
 def used_of(types: Sequence[Array | Record], pous: Iterable[Pou]) -> list[Array | Record]:
     """Return the data types that something is of, each after those that it holds."""
-    wanted = {variable.type for pou in pous for variable in pou.variables}
+    names = {variable.type for pou in pous for variable in pou.variables}
     for part in reversed(types):
-        if part.name in wanted and isinstance(part, Record):
-            wanted |= {field.type for field in part.fields}
-    return [part for part in types if part.name in wanted]
+        if part.name in names and isinstance(part, Record):
+            names |= {field.type for field in part.fields}
+    return [part for part in types if part.name in names]
 
 
 def part_text(part: Array | Record | Pou) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +12,25 @@ from bristle.exports.rendering import rendered
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
 from bristle.exports.st_names import real_literal, whole_literal
-from bristle.exports.st_parts import INDENT, Array, Pou, part_text, used_of
+from bristle.exports.st_parts import INDENT, Array, Pou, Variable, part_text, used_of
 from bristle.exports.tree import Function
 from bristle.exports.types import REAL, TRUTH, Struct, Type
 from bristle.exports.types import Array as ArrayType
 from bristle.exports.walk import FACTOR, PART, RESTS, SEED, TERM, Walk
 
-__all__ = ["FARTHEST", "PER_CYCLE", "Project", "body_lines", "call_text", "set_lines", "total_of", "walk_facts"]
+__all__ = [
+    "FARTHEST",
+    "Project",
+    "answers",
+    "body_lines",
+    "call_text",
+    "requests",
+    "set_lines",
+    "sums",
+    "test_variables",
+    "total_of",
+    "walk_facts",
+]  # fmt: skip
 
 FARTHEST = 1e30
 """What comes in or goes out beyond it is taken for no number."""
@@ -58,14 +70,50 @@ class Project:
         functions = [*helpers_of(self.printer.helpers, self.printer.helper, self.printer.integer), *functions]
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
-        tested = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
+        test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
         return {
             f"{self.name}.st": "\n".join([comment, *(part_text(part) for part in (*types, *functions, self.block))]),
-            f"{self.name}_selftest.st": "\n".join([tested, *(part_text(part) for part in (*self.arrays, self.test))]),
+            f"{self.name}_selftest.st": "\n".join(
+                [test_head, *(part_text(part) for part in (*self.arrays, self.test))]
+            ),
             f"{self.name}_plcopen.xml": project_text(
                 self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]
             ),
         }
+
+
+def requests(anew: str) -> list[Variable]:
+    """Return what a block may be requests for besides."""
+    return [
+        Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
+        Variable("clear", "BOOL", "forget what was refused", "VAR_INPUT"),
+    ]
+
+
+def answers(output: str, meaning: str) -> list[Variable]:
+    """Return what a block gives, and whether it was held."""
+    return [
+        Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
+        Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
+        Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
+    ]
+
+
+def test_variables(name: str) -> list[Variable]:
+    """Return what a self-test of a block has, whatever the block."""
+    return [
+        Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
+        Variable("passed", "BOOL", "whether it gave the numbers of bristle, to the bit", "VAR_OUTPUT"),
+        Variable("axis", name), Variable("prepared", "BOOL"), Variable("count", "DINT"), Variable("each", "DINT"),
+        *(Variable(number, "LREAL") for number in ("bits", "walked", "total", "lost", "following", "added")),
+        Variable("scales", f"{name}_Scales"),
+    ]  # fmt: skip
+
+
+def sums(numbers: Sequence[float]) -> dict[str, str]:
+    """Return what a self-test compares the numbers that it gets with."""
+    total, lost = total_of(numbers)
+    return {"total": real_literal(total), "lost": real_literal(lost), "last": real_literal(numbers[-1])}
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
@@ -94,16 +142,16 @@ def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
 
 def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
-    whole, floor = printer.integer, printer.helper("floor")
+    integer, floor = printer.integer, printer.helper("floor")
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     return {
         "seed": real_literal(SEED), "scales": [real_literal(scale) for scale in walk.scales],
-        "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE, "too_far": real_literal(10.0 * FARTHEST),
+        "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE,
         "step": [
             f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
-            f"bits := bits - {whole}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
+            f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
             f"IF ({floor}(number := bits / 256.0) MOD {RESTS}) <> 0 THEN",
-            f"{INDENT}walked := walked + ({whole}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
+            f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
             "END_IF;",
         ],
     }  # fmt: skip

@@ -17,7 +17,7 @@ from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
-__all__ = ["COMMIT", "TRIAL", "Subject", "kernels_of", "subject_of", "taken"]
+__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "subject_of"]
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
@@ -131,7 +131,7 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
 
 
-def taken(function: Function, names: tuple[str, ...]) -> list[str]:
+def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
     """Return which of these arguments, in this order, a function still takes."""
     arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
     return [arguments[parameter.name] for parameter in function.parameters]
