@@ -134,6 +134,17 @@ def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
     assert blocks.selftest(name) == (True, True)
 
 
+def test_a_compensator_with_a_past_brings_it_into_structured_text(tmp_path):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    law = law_of(replace(variant_of("cascade", "desired"), feedforward=replace(PAPER, conditioning=2e-6)))
+    assert np.any(law.memory)
+    files = st_law_files(law, "led", Source())
+    block = StructuredText({"led": [files["led.st"], files["led_selftest.st"]]}, tmp_path)
+    assert block.selftest("led") == (True, True)
+
+
 def test_structured_text_holds_the_last_effort(blocks):
     inputs, efforts = recorded(variant_of("cascade", "all"))
     inputs, efforts = inputs[:6].copy(), efforts[:6]

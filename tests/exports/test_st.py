@@ -1,5 +1,6 @@
 """Structured Text of friction models: the bits of bristle, through a reader of the language that is not ours."""
 
+import math
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,9 +9,12 @@ import pytest
 from tests.exports.native import COMPILER, differing, walk
 
 import bristle as br
+from bristle.core.exponent import exponent, mantissa
 from bristle.exports.described import Source
 from bristle.exports.plcopen import NAMESPACE
+from bristle.exports.st_helpers import helpers_of
 from bristle.exports.st_names import RESERVED, real_literal
+from bristle.exports.st_parts import part_text
 from bristle.exports.st_project import total_of
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
@@ -147,6 +151,51 @@ def test_a_literal_is_the_number_to_the_bit_and_none_of_its_parts_is_large(value
         product = product * factor
     assert product == value
     assert all(1e-37 <= abs(factor) <= 1e37 for factor in factors)
+
+
+HELPED = """
+FUNCTION_BLOCK axis_x
+VAR_INPUT position : LREAL; period : LREAL; restart : BOOL; clear : BOOL; END_VAR
+VAR_OUTPUT force : LREAL; refused : BOOL; overflow : BOOL; END_VAR
+    {body}
+END_FUNCTION_BLOCK
+PROGRAM axis_x_selftest
+VAR_OUTPUT done : BOOL; passed : BOOL; END_VAR
+    done := TRUE;
+END_PROGRAM
+"""
+REALS = (1.0, 1.9999999999999998, 2.0, 3.7, 0.5, 0.3, 2.0**-63, 2.0**-65, 1e-66, 2.0**64, 2.0**64 * 0.999, 7e200,
+         2.2250738585072014e-308, 4e-308, 1.7976931348623157e308, 2.0**1023)  # fmt: skip
+HELPERS = {
+    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-1022, 1024, 5), "{0}(power := position)"),
+    "ends": (lambda k: math.ldexp(1.0, int(k)), (-1022, 1023, 512, -512), "axis_x_power_of_two(power := position)"),
+    "mantissa": (mantissa, REALS, "{0}(number := position)"),
+    "exponent": (exponent, REALS, "{0}(number := position)"),
+    "floor": (math.floor, (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9), "DINT_TO_LREAL({0}(number := position))"),
+    "truncated": (math.trunc, (-2.5, -2.0, -0.1, 0.0, 2.7, -1e9), "DINT_TO_LREAL({0}(number := position))"),
+    "floor_divided": (lambda x: x // 3, (-7, -6, -1, 0, 2, 7),
+                      "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := 3))"),
+    "floor_rest": (lambda x: x % -3, (-7, -6, -1, 0, 2, 7),
+                   "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))"),
+    "abs": (abs, (-2.5, 0.0, 3.0), "1.0 * {0}(number := position)"),
+    "copysign": (lambda x: math.copysign(-2.0, x), (-1e-300, 0.0, 3.0), "{0}(number := -2.0, sign_of := position)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("rounded", ["nearbyint", "trunc"])
+@pytest.mark.parametrize("name", HELPERS)
+def test_what_stands_in_for_bits_is_exact_to_the_ends_of_the_range(name, rounded, tmp_path):
+    expected, arguments, call = HELPERS[name]
+    pous = helpers_of(["power_of_two" if name == "ends" else name], lambda helper: f"axis_x_{helper}", "DINT")
+    text = "".join(part_text(pou) for pou in pous) + HELPED.format(body=f"force := {call.format(f'axis_x_{name}')};")
+    block = StructuredText({"axis_x": [text]}, tmp_path, rounded=rounded)
+    found, _ = block.run("axis_x", [float(argument) for argument in arguments])
+    assert differing(found, np.array([float(expected(argument)) for argument in arguments])) == 0
+
+
+def test_what_is_rounded_first_stands_in_brackets(written):
+    block = written["sided_lugre"][0]
+    assert "(v_x * 1.4426950408889634 + 6755399441055744.0) - 6755399441055744.0" in block
 
 
 def test_the_sum_of_a_self_test_keeps_what_rounding_takes():

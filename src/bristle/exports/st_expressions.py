@@ -116,8 +116,6 @@ class Values:
                 self._into(f"{target}.{self.printer.field(e.type, name)}", part)
         elif isinstance(e, Call) and isinstance(e.type, Struct):
             self._line(f"{self._aside(TRUTH)} := {self._called(e, target)};")
-        elif isinstance(e, Logic) and not all(is_safe(part) for part in e.parts[1:]):
-            self._line(f"{target} := {self._one_by_one(e)};")
         else:
             self._line(f"{target} := {self._of(e)};")
 
@@ -196,8 +194,8 @@ class Values:
         if e.operator in BINDS:
             binds = BINDS[e.operator]
             # Numbers that were rounded before are bracketed, though the standard would have it so: (x + C) - C.
-            chained = e.type == INTEGER or e.operator == (e.left.operator if isinstance(e.left, Binary) else "")
-            left = self._of(e.left, binds if chained else PRIMARY - 1 if isinstance(e.left, Binary) else binds)
+            mixed = isinstance(e.left, Binary) and e.left.operator != e.operator and e.type == REAL
+            left = self._of(e.left, binds + 1 if mixed else binds)
             return f"{left} {e.operator} {self._of(e.right, binds + 1)}", binds
         if e.operator in IN_WORDS:
             left, right = (f"LINT_TO_LWORD({self._of(side)})" for side in (e.left, e.right))
