@@ -69,8 +69,7 @@ def export(
     Parameters
     ----------
     model : Model or Variant
-        A friction model; for ``"c"`` and ``"st"``, a hysteresis operator too, or a variant of an experiment: its
-        control law.
+        A friction model; for ``"c"``, ``"st"`` a hysteresis operator too, or a variant of an experiment: its law.
     to : str
         The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"st"`` Structured Text for a PLC, ``"table"`` effort over
         velocity, ``"tf5200"`` the same for this CNC, ``"sinumerik"`` start values for this control, ``"cogging"`` its
