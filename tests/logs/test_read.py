@@ -13,6 +13,7 @@ import pytest
 from bristle.controllers import cascade
 from bristle.core.axis import Column, Injected
 from bristle.core.errors import InputError
+from bristle.identification.preprocessing import smallest_step
 from bristle.logs import checked, read_log, sign_of_effort
 
 SAMPLE_TIME = 1e-3
@@ -310,6 +311,21 @@ def test_large_jitter_of_the_samples_is_resampled_and_its_error_told(write, axis
     assert wrong <= found.numbers["position_error"] < 2e-6
     assert found.numbers["effort_error"] < 1e-4
     assert found in checked(log, axis)
+
+
+def test_the_step_of_an_encoder_is_that_of_the_samples_as_they_were_recorded(write, axis, recording):
+    rng = np.random.default_rng(7)
+    t = recording["t"] + rng.uniform(-0.2, 0.2, recording["t"].size) * SAMPLE_TIME
+    step = 2.0**-18
+    q = step * np.round(0.25 * (1 - np.cos(2 * np.pi / 0.6 * t)) / step)
+    log = read_log(write(t=t, q=q), axis)
+    assert log.findings[0].code == "stamps_jitter"
+    assert log.position.step == step
+    assert smallest_step(log.position) == step
+    apart = np.diff(np.unique(log.position.values))
+    assert apart[apart > 1e-12].min() < 0.1 * step
+    even = read_log(write(q=q), axis)
+    assert even.position.step == smallest_step(even.position) == step
 
 
 def test_stamps_that_jitter_where_the_motion_does_not_belong_to_even_samples(write, axis, recording):

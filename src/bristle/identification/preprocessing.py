@@ -32,6 +32,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Dataset, Segment, low_passed
 from bristle.identification.delay import shifted
+from bristle.logs.channel import Channel
 from bristle.logs.log import Log
 from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
@@ -115,8 +116,7 @@ def treat(
     cutoff = _cutoff(axis.cutoff if cutoff is None else cutoff, dt)
     decimation = _decimation(axis.decimation if decimation is None else decimation, axis, len(log))
     _refuse_non_finite(log)
-    position = log.position.values
-    resolution = smallest_step(position) if axis.resolution is None else axis.resolution
+    resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
@@ -144,13 +144,13 @@ def treat(
         )  # fmt: skip
         return dataset if moving and dataset.time.size >= ROWS_MIN else None
 
-    moves = float(np.ptp(position)) > CREEPS * resolution
+    moves = float(np.ptp(log.position.values)) > CREEPS * resolution
     dataset = rows(creeping=False) if like is None or not like.creeping else None
     dataset = rows(creeping=True) if dataset is None and moves else dataset
     if dataset is None:
         raise InputError(
             "the axis hardly moves", path="log.position",
-            value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
+            value=f"a range of {with_unit(float(np.ptp(log.position.values)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, over the speeds at which the axis works",
         )  # fmt: skip
     return dataset
@@ -187,9 +187,11 @@ def _decimation(requested: int | None, axis: Axis, samples: int) -> int:
     return int(requested)
 
 
-def smallest_step(position: np.ndarray) -> float:
+def smallest_step(position: Channel) -> float:
     """Return the smallest step between samples, which is that of the encoder [m or rad]; 0 where nothing moves."""
-    steps = np.abs(np.diff(position))
+    if position.recorded_step is not None:
+        return position.recorded_step
+    steps = np.abs(np.diff(position.values))
     steps = steps[steps > 0.0]
     return float(steps.min()) if steps.size else 0.0
 

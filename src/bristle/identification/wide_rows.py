@@ -233,7 +233,7 @@ def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) ->
     """Return the segments of logs behind a filter, and the noise of the position of each, sample by sample."""
     parts, noises = list[Segment](), list[float]()
     for log, axis in zip(logs, axes, strict=True):
-        step = smallest_step(log.position.values) if axis is None or axis.resolution is None else axis.resolution
+        step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
         for part in log.segments or (slice(0, len(log)),):
             if len(range(*part.indices(len(log)))) * log.sample_time < 4.0 * EDGE:
                 continue

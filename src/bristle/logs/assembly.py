@@ -85,7 +85,10 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
         channel = gathered.channels.get(name)
-        return None if channel is None else replace(channel, values=clock.sampled(channel.values, lag))
+        if channel is None:
+            return None
+        step = None if clock.uniform and not lag else channel.step
+        return replace(channel, values=clock.sampled(channel.values, lag), recorded_step=step)
 
     position = on_grid("position")
     if position is None:

@@ -14,7 +14,17 @@ from bristle.core.edge import TEXT, Converter, array, guarded
 from bristle.core.tabular import ranged
 from bristle.core.variable import KINDS, Kind, unit_of
 
-__all__ = ["CHANNELS", "Channel", "channel"]
+__all__ = ["CHANNELS", "Channel", "channel", "quantisation"]
+
+
+ROUNDING = 1e-12  # of the largest value: less is no step
+
+
+def quantisation(values: np.ndarray) -> float:
+    """Return the smallest difference between two values that differ, zero if none do."""
+    steps = np.diff(np.unique(values))
+    steps = steps[steps > ROUNDING * np.max(np.abs(values), initial=0.0)]
+    return float(steps.min()) if steps.size else 0.0
 
 
 COLUMN = array(finite=False)  # what a file holds is looked at, and its place told, before it becomes a log
@@ -33,16 +43,25 @@ class Channel(NDArrayOperatorsMixin):
         SI of the kind of axis.
     column : str
         Name of the column in the file.
+    recorded_step : float, optional
+        The smallest difference between two samples that differ, as they were recorded, where `values` are others: of
+        samples between them it says nothing.
     """
 
     values: np.ndarray
     unit: str
     column: str
+    recorded_step: float | None = None
 
     def __post_init__(self) -> None:
         values = np.array(self.values, dtype=float)
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
+
+    @property
+    def step(self) -> float:
+        """The smallest difference between two samples that differ, which is that of an encoder; 0 where none do."""
+        return quantisation(self.values) if self.recorded_step is None else self.recorded_step
 
     # Two channels are one or not; what their samples are is asked of `values`.
     def __eq__(self, channel: object) -> bool:

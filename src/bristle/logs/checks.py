@@ -14,11 +14,11 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.logs.channel import Channel
+from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
 from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
-__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of", "quantisation"]
+__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of"]
 
 FEWEST_SAMPLES = 100
 LONG_RUN = 10  # samples
@@ -64,13 +64,6 @@ def problems_of(gathered: Gathered, axis: Axis, source: str) -> Iterator[InputEr
             yield from _lost_readings(gathered, f"{source}: column {channel.column!r}")
 
 
-def quantisation(values: np.ndarray) -> float:
-    """Return the smallest difference between two values that differ, zero if none do."""
-    steps = np.diff(np.unique(values))
-    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]  # the rest is rounding
-    return float(steps.min()) if steps.size else 0.0
-
-
 def longest_run(chosen: np.ndarray) -> tuple[int, int]:
     """Return first index and length of the longest run of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
@@ -108,7 +101,7 @@ def _no_measurement(gathered: Gathered, channel: Channel, place: str) -> Iterato
 
 def _lost_readings(gathered: Gathered, place: str) -> Iterator[InputError]:
     channel = gathered.channels["position"]
-    lost = spikes(channel.values, quantisation(channel.values))
+    lost = spikes(channel.values, channel.step)
     if lost:
         worst = max(lost, key=lambda spike: abs(spike.size))
         yield InputError(

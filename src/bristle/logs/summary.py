@@ -12,8 +12,9 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
+from bristle.logs.channel import quantisation
 from bristle.logs.check import CheckThresholds, checked
-from bristle.logs.checks import problems_of, quantisation
+from bristle.logs.checks import problems_of
 from bristle.logs.gather import axis_of, gather
 from bristle.logs.log import Log, log_of
 from bristle.logs.passage import Passage
