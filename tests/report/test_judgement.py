@@ -14,7 +14,7 @@ from bristle.prediction.following import Following
 from bristle.report.first_page import answers
 from bristle.report.judgement import DOUBTS, judged
 from bristle.report.sentences import SENTENCES
-from bristle.report.symbols import symbolic
+from bristle.report.symbols import symbolic, worded
 from bristle.simulation.result import statistics_of
 
 USUAL = Settings()
@@ -105,7 +105,15 @@ def test_the_five_questions_are_answered(found):
         ("`F_S`", "`F_S`"),
         ("stribeck_free", "stribeck_free"),
         ("a < b", "a &lt; b"),
+        ("M ± 2 %", "<i>M</i> ± 2 %"),
+        ("F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
     ],
 )
 def test_names_of_parameters_are_symbols(text, symbol):
     assert symbolic(text) == symbol
+
+
+def test_what_is_to_be_typed_is_left_as_it_is_typed():
+    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == (
+        "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"
+    )

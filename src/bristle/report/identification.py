@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from bristle.report.advice import next_measurements
 from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.first_page import answers, facts
+from bristle.report.front import Front
 from bristle.report.judgement import judged
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
+    from bristle.report.page import Picture
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
@@ -90,9 +91,7 @@ def identification_report(
         command=command,
         banner=banner,
         axis_name=axis_name,
-        facts=facts(identification, axis_name, datetime.date.today().isoformat()),
-        judgement=judged(fit, identification.settings, following),
-        answers=answers(identification, simulation, following, next_measurements(fit), axis),
+        front=_front(identification, simulation, following, axis_name, axis, pictures["first"]),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit, axis),
         warnings=[*warnings_of(fit), *_contradictions(following)],
@@ -116,6 +115,19 @@ def identification_report(
         certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=identification.notes,
     )
+
+
+def _front(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str,
+    axis: Axis | None, figure: Picture,
+) -> Front:  # fmt: skip
+    fit = identification.best
+    judgement = judged(fit, identification.settings, following)
+    return Front(
+        f"{axis_name}: identified friction", facts(identification, axis_name), judgement.level, judgement.words,
+        judgement.reasons, answers(identification, simulation, following, next_measurements(fit), axis), figure,
+        "doubts", "Nothing in this log speaks against it.",
+    )  # fmt: skip
 
 
 def _as_recorded(simulation: SimulationResult) -> SimulationResult:
