@@ -25,7 +25,7 @@ from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.first_page import first_page
 from bristle.figures.fitted import fitted
-from bristle.figures.following_error import following_error, has_completed
+from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import loop_family
 from bristle.figures.margins import margins
@@ -77,6 +77,7 @@ __all__ = [
     "has_completed",
     "inline_svg",
     "loop_family",
+    "loops_at_reversal",
     "margins",
     "marked_path",
     "minor_loops",

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
-__all__ = ["budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
+__all__ = [
+    "at_the_motor",
+    "budget_table",
+    "circle_table",
+    "controller_text",
+    "delay_table",
+    "margin_table",
+    "proposal_table",
+]
 
 
 def margin_table(design: Design) -> Table:
@@ -137,7 +145,7 @@ def controller_text(variant: Variant) -> str:
         elif isinstance(value, int) or unit == "1":
             lines.append(f"{key_of(name)} = {value}")
         elif math.isfinite(value):
-            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_at_the_motor(value, unit, variant)}')
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_as_comment(value, unit, variant)}')
     if mass > 0.0:
         unit = unit_of("mass", controller.kind)
         lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
@@ -148,10 +156,15 @@ MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
 """By its unit on a carriage, the unit of a gain at the motor."""
 
 
-def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
-    """Return a gain as the drive of a motor behind a screw has it, as a comment; nothing where there is none."""
+def at_the_motor(value: float, unit: str, variant: Variant) -> str:
+    """Return a gain as the drive of a motor behind a screw has it; nothing where there is no screw."""
     arm = None if variant.axis is None else variant.axis.arm
-    return f"  # {value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
+    return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
+
+
+def _as_comment(value: float, unit: str, variant: Variant) -> str:
+    text = at_the_motor(value, unit, variant)
+    return f"  # {text}" if text else ""
 
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:

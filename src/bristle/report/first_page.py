@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 __all__ = ["answers", "facts"]
 
 
-def facts(identification: Identification, axis_name: str) -> str:
-    """Return what the page is about: the axis, its log, the model, and when it was made."""
+def facts(identification: Identification) -> str:
+    """Return what the page is about: its log, the model, and when it was made."""
     log, further = identification.log, len(identification.further_logs)
     logs = f"{log.source.name.strip('<>')} and {further} more" if further else log.source.name.strip("<>")
-    return about(axis_name, f"log {logs}, {fixed(log.duration, 's')}", f"model {identification.best.name}")
+    return about(f"log {logs}, {fixed(log.duration, 's')}", f"model {identification.best.name}")
 
 
 def answers(

@@ -12,7 +12,7 @@ from bristle.core.variable import Kind, unit_of
 if TYPE_CHECKING:
     from bristle.report.page import Picture
 
-__all__ = ["QUESTIONS", "Front", "Ruling", "about", "answered", "fixed", "length_text", "percent_text"]
+__all__ = ["MICROMETRE", "QUESTIONS", "Front", "Ruling", "about", "answered", "fixed", "length_text", "percent_text"]
 
 QUESTIONS = ("Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next")
 """What a person who answers for an axis asks of each report."""
@@ -89,12 +89,12 @@ def fixed(value: float, unit: str) -> str:
 
 
 def length_text(value: float, kind: Kind) -> str:
-    """Return a length in no smaller unit than the micrometre, in which the errors of servos are told.
+    r"""Return a length in no smaller unit than the micrometre, in which the errors of servos are told.
 
     Examples
     --------
     >>> length_text(4.19e-7, "translational"), length_text(2.5e-3, "rotational")
-    ('0.419\\xa0µm', '2.5\\xa0mrad')
+    ('0.419\xa0µm', '2.5\xa0mrad')
     """
     unit = unit_of("length", kind)
     if not 0.0 < abs(value) < MICROMETRE:

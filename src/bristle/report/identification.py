@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = ["identification_report"]
 
+ROUNDING = 1e-6  # of the largest effort
+
 
 def identification_report(
     identification: Identification, *, prediction: Prediction | None = None,
@@ -97,7 +99,7 @@ def identification_report(
         warnings=[*warnings_of(fit), *_contradictions(following)],
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind, axis),
-        deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
+        deviation=_deviation(fit, table) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
         contradicted=contradicted,
@@ -117,6 +119,14 @@ def identification_report(
     )
 
 
+def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
+    """Return how far straight lines between the entries are from the model: not at all where it is straight itself."""
+    deviation, largest = largest_deviation(fit, table), max(abs(effort) for _, effort in table)
+    if deviation <= ROUNDING * largest:
+        return "follow the model"
+    return f"deviate from the model by {with_unit(deviation, unit_of('force', fit.plant.kind))} at most"
+
+
 def _front(
     identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str,
     axis: Axis | None, figure: Picture,
@@ -124,7 +134,7 @@ def _front(
     fit = identification.best
     judgement = judged(fit, identification.settings, following)
     return Front(
-        f"{axis_name}: identified friction", facts(identification, axis_name), judgement.level, judgement.words,
+        f"{axis_name}: identified friction", facts(identification), judgement.level, judgement.words,
         judgement.reasons, answers(identification, simulation, following, next_measurements(fit), axis), figure,
         "doubts", "Nothing in this log speaks against it.",
     )  # fmt: skip
