@@ -76,8 +76,8 @@ def best_sentences(result: SimulationResult) -> list[str]:
         nearest = min((variant for variant in completed if variant is not base), key=_peak)
         more = "about as much as" if nearest in alike else f"{percent_text(base, nearest)} more than"
         return [
-            f"No variant errs less than {base.name}: {error_text(base, unit)} peak to peak. The nearest, {nearest.name}, "
-            f"errs by {error_text(nearest, unit)}, {more} that{_runs(base)}."
+            f"No variant errs less than {base.name}: {error_text(base, unit)} peak to peak. The nearest, "
+            f"{nearest.name}, errs by {error_text(nearest, unit)}, {more} that{_runs(base)}."
         ]  # fmt: skip
     less = "hardly less" if base in alike else f"{percent_text(base, best)} less"
     comparison = (

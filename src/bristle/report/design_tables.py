@@ -111,8 +111,8 @@ def proposal_table(design: Design) -> Table:
     )  # fmt: skip
     rows = [
         (
-            _loop_name(proposal, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
-            _least_margin(proposal),
+            loop_name(proposal.name, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
+            _cell(least_phase(proposal)),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
             "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
@@ -123,15 +123,15 @@ def proposal_table(design: Design) -> Table:
     return Table("The loop as it is, and what is proposed", heads, rows)
 
 
-def _loop_name(proposal: Proposal, design: Design) -> str:
-    """Return what a loop is called: as in the experiment where it is that of a variant."""
-    return f"{design.variant.name}, {proposal.name}" if proposal is design.proposals[0] else proposal.name
+def loop_name(name: str, design: Design) -> str:
+    """Return what a loop is called: as in the experiment where it is that of the variant that was designed."""
+    return design.variant.name if name == design.proposals[0].name else name
 
 
-def _least_margin(proposal: Proposal) -> str:
-    """Return the smallest phase margin of a loop without friction, as text."""
+def least_phase(proposal: Proposal) -> float | None:
+    """Return the smallest phase margin of a loop without friction [°]."""
     phases = [point.margins.phase for point in proposal.assessment.bare]
-    return _cell(min((phase for phase in phases if phase is not None), default=None))
+    return min((phase for phase in phases if phase is not None), default=None)
 
 
 def controller_text(variant: Variant) -> str:
@@ -175,7 +175,11 @@ def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [
-        (circle.variant, length.cell(circle.peak_to_peak), *(length.cell(glitch) for glitch in circle.glitches))
+        (
+            loop_name(circle.variant, design),
+            length.cell(circle.peak_to_peak),
+            *(length.cell(glitch) for glitch in circle.glitches),
+        )
         for circle in circles
     ]
     return Table("The circle", heads, rows)

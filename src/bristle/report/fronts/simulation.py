@@ -109,9 +109,10 @@ def _open_answers(result: SimulationResult) -> list[tuple[str, list[str]]]:
 
 def _loop_answers(result: SimulationResult, found: Standing) -> list[tuple[str, list[str]]]:
     best = _variant(result, found.best.name)
+    where = "as it is" if found.best is found.base else "of the file"
     return answered(
-        _quality(found, result), [f"variant {best.name}, {'as it is' if best.name == found.base.name else 'of the file'}",
-        *law_lines(best)], _cost(found, result), _trust(found, result), _next(found, result),
+        _quality(found, result), [f"variant {best.name}, {where}", *law_lines(best)], _cost(found, result),
+        _trust(found, result), _next(found, result),
     )  # fmt: skip
 
 
