@@ -78,9 +78,10 @@ def about(*facts: str) -> str:
     return " · ".join((datetime.date.today().isoformat(), *(fact for fact in facts if fact)))
 
 
-def answered(*lines: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """Return the five questions, each with its lines."""
-    return [(question, list(answer)) for question, answer in zip(QUESTIONS, lines, strict=True)]
+def answered(*lines: Iterable[str], third: str = QUESTIONS[2]) -> list[tuple[str, list[str]]]:
+    """Return the five questions, each with its lines; the third one may have other words, where nothing is gained."""
+    questions = (*QUESTIONS[:2], third, *QUESTIONS[3:])
+    return [(question, list(answer)) for question, answer in zip(questions, lines, strict=True)]
 
 
 def fixed(value: float, unit: str) -> str:

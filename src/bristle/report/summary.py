@@ -13,6 +13,7 @@ from bristle.prediction.drive_table import largest_deviation, level_values
 from bristle.prediction.drive_units import drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
 from bristle.report.drive_values import drive_values
+from bristle.report.fronts.prediction import prediction_ruling
 from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.judgement import judged
 from bristle.report.loop_warnings import loop_warnings
@@ -85,10 +86,11 @@ def identification_summary(
 
 
 def prediction_summary(
-    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str]
+    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], seen: bool = False
 ) -> dict[str, Any]:
-    """Return a prediction in numbers; `notes` are those of the log."""
-    head = {"model": friction.name, "kind": friction.kind}
+    """Return a prediction in numbers; `notes` are those of the log, `seen` where the model was fitted to it."""
+    verdict = prediction_ruling(prediction, seen=seen).as_data()
+    head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
     return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
 
 
