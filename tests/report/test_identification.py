@@ -197,3 +197,14 @@ def test_the_report_of_a_measured_axis():
     assert "All 5 parameters are identified" in words
     assert "lowers the following error" in words
     assert len(text) < 1_000_000
+
+
+def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
+    bench = workbenches["rotational"]
+    fit = bench.identified.best
+    open_ = tuple(replace(one, status="unidentifiable") for one in fit.estimates)
+    text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
+    verdict = Page(text.partition('<dl class="answers">')[0]).words
+    assert "parameters are open" in verdict
+    assert "not identified" not in verdict
+    assert "nothing yet: measure again first" in Page(text).words

@@ -12,8 +12,9 @@ from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import LevelValues, level_values
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
+from bristle.report.advice import WRITTEN_BY
 from bristle.report.front import about, answered, fixed, length_text, percent_text
-from bristle.report.messages import message
+from bristle.report.messages import message, sentence_of
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult, VariantResult
 
 __all__ = ["answers", "facts"]
+
+NAMES_MAX = 8  # parameters whose intervals stand on the first page
 
 
 def facts(identification: Identification) -> str:
@@ -33,24 +36,25 @@ def facts(identification: Identification) -> str:
 
 def answers(
     identification: Identification, simulation: SimulationResult | None, following: Following | None,
-    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None,
+    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None, *, usable: bool = True,
 ) -> list[tuple[str, list[str]]]:  # fmt: skip
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit = identification.best
+    typed = _typed_in(fit, axis) if usable else ["nothing yet: measure again first", *_typed_in(fit, axis)[:-1]]
     return answered(
-        _quality(fit), _typed_in(fit, axis), _gain(fit, simulation, following), _trust(fit),
-        _next(fit, next_measurements),
+        _quality(fit), typed, _gain(fit, simulation, following), _trust(fit),
+        _next(fit, next_measurements, usable=usable),
     )  # fmt: skip
 
 
 def _quality(fit: Fit) -> list[str]:
     if fit.position_rmse is not None:
-        line = f"position of the log to {length_text(fit.position_rmse, fit.plant.kind)}"
+        line = f"misses the position of the log by {length_text(fit.position_rmse, fit.plant.kind)}"
     elif fit.loop_rmse is not None:
-        line = f"effort of the loop to {fixed(fit.loop_rmse, unit_of('force', fit.plant.kind))}"
+        line = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', fit.plant.kind))}"
     else:
-        line = f"effort of the log to {percent_text(fit.force_error_percent)}, friction alone to "
-        line += percent_text(fit.friction_alone_error_percent)
+        line = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
+        line += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
     if fit.held_out is None:
         return [line, "nothing was held out"]
     return [line, f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"]
@@ -62,7 +66,7 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
         return ["nothing: a plant on a spring does not move on steadily"]
     mass = "inertia" if fit.plant.kind == "rotational" else "mass"
     sides = {"F+": levels.forward, "F\u2212": levels.backward}
-    words = [f"{name} {fixed(value, unit)}" for name, value in sides.items() if value is not None]
+    words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
     words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
     return [
         f"{mass} {fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
@@ -75,10 +79,10 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
 
 def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
     """Return inertia and levels in each unit that the drive may want them in."""
-    lines = [f"{fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
+    lines = [f"that is {fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
     named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
     for unit in units.efforts:
-        told = (f"{name} {number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
+        told = (f"{name}\u00a0{number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
         lines.append(f"in {typeset(unit.name)}: {', '.join(told)}")
     return lines
 
@@ -128,17 +132,28 @@ def _trust(fit: Fit) -> list[str]:
     if not identified:
         return ["no parameter was identified"]
     lines = [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:"]
-    lines.append(", ".join(_precise(estimate) for estimate in identified))
+    more = f" and {len(identified) - NAMES_MAX} more, below" if len(identified) > NAMES_MAX else ""
+    lines.append(", ".join(_precise(estimate) for estimate in identified[:NAMES_MAX]) + more)
     return lines + (["they are effective: the model lacks a force"] if fit.effective else [])
 
 
 def _precise(estimate: Estimate) -> str:
     half = estimate.interval_percent
-    return f"{estimate.name} " + ("–" if half is None else f"± {number(half, digits=2)} %" if half < 100.0 else "≈ 0")
+    told = "–" if half is None else f"± {number(half, digits=2)}\u00a0%" if half < 100.0 else "≈ 0"
+    return f"{estimate.name} {told}"
 
 
-def _next(fit: Fit, next_measurements: Sequence[tuple[str, str]]) -> list[str]:
+def _next(fit: Fit, next_measurements: Sequence[tuple[str, str]], *, usable: bool) -> list[str]:
+    grave = (sentence_of(doubt.code).advice for doubt in fit.diagnostics if doubt.severity == "error")
+    mends = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
-    lines = [f"fit {' or '.join(dict.fromkeys(models))}: it has what this model lacks"] if models else []
-    lines += [f"for {names}: {motion}" for names, motion in next_measurements]
+    lines = [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []
+    by_motion: dict[str, list[str]] = {}
+    for names, motion in next_measurements:
+        sentence, _, command = motion.partition(WRITTEN_BY)
+        by_motion.setdefault(f"{command}, which writes the motion" if command else sentence, []).append(names)
+    lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
+    lines = mends + lines
+    if not usable:
+        return lines or ["record the axis again, in both directions and at several speeds"]
     return lines or ["try it on the machine, record again, and let `bristle compare` tell what it gained"]

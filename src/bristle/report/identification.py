@@ -119,6 +119,12 @@ def identification_report(
     )
 
 
+def _each_once(reasons: Sequence[str]) -> list[str]:
+    """Return reasons without those whose parameters another one names already."""
+    names = [reason.partition(": ")[2] for reason in reasons]
+    return [reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place]]
+
+
 def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
     """Return how far straight lines between the entries are from the model: not at all where it is straight itself."""
     deviation, largest = largest_deviation(fit, table), max(abs(effort) for _, effort in table)
@@ -135,8 +141,12 @@ def _front(
     judgement = judged(fit, identification.settings, following)
     return Front(
         f"{axis_name}: identified friction", facts(identification), judgement.level, judgement.words,
-        judgement.reasons, answers(identification, simulation, following, next_measurements(fit), axis), figure,
-        "doubts", "Nothing in this log speaks against it.",
+        _each_once(judgement.reasons),
+        answers(
+            identification, simulation, following, next_measurements(fit), axis,
+            usable=judgement.level != "measure_again",
+        ),
+        figure, "doubts", "Nothing in this log speaks against it.",
     )  # fmt: skip
 
 
