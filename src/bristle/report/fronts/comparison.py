@@ -73,9 +73,10 @@ def _instead(change: Change) -> str:
 def comparison_front(compared: Comparison, name: str, figure: Picture) -> Front:
     """Return the first page of two logs."""
     ruling = comparison_ruling(compared)
-    before, after = (sides[0].source.name.strip("<>") for sides in (compared.logs_before, compared.logs_after))
+    sides = {"before": compared.logs_before, "after": compared.logs_after}
+    named = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     return Front(
-        f"{name}: before and after", about(f"before: {before}", f"after: {after}"), *ruling[:2], ruling.reasons,
+        f"{name}: before and after", about(*(f"{side}: {file}" for side, file in named.items() if file)), *ruling[:2], ruling.reasons,
         answered(
             _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
             [_typed(compared.changes.get(RMS))],
