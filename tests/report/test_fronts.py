@@ -1,5 +1,6 @@
 """The first page of each report: a verdict that follows the numbers, its reasons, and five answers."""
 
+import datetime
 from dataclasses import replace
 from types import SimpleNamespace as Some
 
@@ -106,12 +107,12 @@ def test_the_verdict_of_a_prediction_follows_its_error(stage, error, level):
 
 def test_a_prediction_doubts_its_own_log_its_band_and_what_is_warned(stage):
     plain = predicted(stage, 5.0, position_half_width=None)
-    assert prediction_ruling(plain, seen=True).level == "with_care"
+    assert prediction_ruling(plain, own_log=True).level == "with_care"
     narrow = replace(plain, half_width=np.zeros(plain.time.size))
     assert "should hold 95 %" in prediction_ruling(narrow).reasons[1]
     warned = replace(plain, diagnostics=(Diagnostic("beyond_speed", severity="warning"),))
     assert prediction_ruling(warned).level == "with_care"
-    data = prediction_summary(plain, friction=stage.identified.best.friction, notes=(), provenance={}, seen=True)
+    data = prediction_summary(plain, friction=stage.identified.best.friction, notes=(), provenance={}, own_log=True)
     assert data["verdict"]["level"] == "with_care"
 
 
@@ -208,5 +209,5 @@ def test_every_first_page_has_date_verdict_five_answers_and_one_figure(stage, he
         assert len(page.named("strong")) == len(page.named("figure")) == 1, name
         assert len(page.named("dt")) == len(QUESTIONS), name
         assert {QUESTIONS[place] in page.words for place in (0, 1, 3, 4)} == {True}, name
-        assert " · " in page.words, name
+        assert datetime.date.today().isoformat() in page.words, name
         assert "`" not in page.words, name

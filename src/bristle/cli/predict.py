@@ -101,9 +101,9 @@ def _predict_friction(
         source = provenance(
             command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
         )
-        seen = bool(recorded.origin.checksum) and recorded.origin.checksum in facts["provenance"].values()
+        own_log = bool(recorded.origin.checksum) and recorded.origin.checksum in facts["provenance"].values()
         summary = prediction_summary(
-            prediction, friction=friction, notes=recorded.notes, provenance=source, seen=seen
+            prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log
         )  # fmt: skip
         if folder:
             from bristle.report.prediction import prediction_report
@@ -111,7 +111,7 @@ def _predict_friction(
 
             page = prediction_report(
                 prediction, plant=plant, friction=friction, log=recorded, command=command,
-                axis_name=described.name if described else log.stem, provenance=source, seen=seen,
+                axis_name=described.name if described else log.stem, provenance=source, own_log=own_log,
             )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:

@@ -46,20 +46,21 @@ def loops_proposed(
         The kind of axis.
     """
     figure, (row,) = style.panels(0.85 + ROW * len(names), columns=3, left=NAMES, between=0.2)
-    known = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
-    length = scale_for("length", kind, known[0][np.isfinite(known[0])], np.array([1e-6]))
-    force, word = effort_scale(kind, known[1][np.isfinite(known[1])])
+    columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
+    length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
+    force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
     places = np.arange(len(names), dtype=float)
     panels = zip(
-        row, known, (length.factor, force.factor, 1.0),
+        row, columns, (length.factor, force.factor, 1.0),
         (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"), strict=True,
     )  # fmt: skip
     for number, (axes, values, factor, label) in enumerate(panels):
         for place, value in zip(places, values * factor, strict=True):
-            axes.barh(place, value, BAR, **LOOKS[int(place > 0)])
+            if np.isfinite(value):
+                axes.barh(place, value, BAR, **LOOKS[int(place > 0)])
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_yticks(places, shortened_apart(names, NAMES - 0.4) if number == 0 else [])
-        axes.set_xlim(0.0, 1.08 * (axes.dataLim.x1 or 1.0))
+        axes.set_xlim(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0))
         axes.tick_params(axis="y", length=0)
         axes.grid(axis="y", visible=False)
         axes.set_xlabel(label)

@@ -124,11 +124,11 @@ def _short_picture(compared: Comparison) -> Picture:
     from bristle import figures
 
     signal = "following error" if "following_error.rms" in compared.changes else "effort"
-    where = f"the mean {signal} around reversals" if compared.turns else f"the mean {signal} over the cycles"
+    place = f"the mean {signal} around reversals" if compared.turns else f"the mean {signal} over the cycles"
     return picture(
         "short", lambda: figures.comparison_in_short(compared),
         f"{signal.capitalize()} before and after, and each change",
-        f"Above, {where}: light before, dark after. Below, each change in percent of before: a full point is one whose "
+        f"Above, {place}: light before, dark after. Below, each change in percent of before: a full point is one whose "
         "interval leaves out zero.",
     )  # fmt: skip
 

@@ -101,7 +101,7 @@ def _missed(excitation: Excitation) -> list[str]:
     if (rehearsal := excitation.rehearsal) is None:
         return []
     estimates = rehearsal.identification.best.estimates
-    return [one.name for one in estimates if _misses(one, rehearsal.truth.get(one.name))]
+    return [estimate.name for estimate in estimates if _misses(estimate, rehearsal.truth.get(estimate.name))]
 
 
 def _error_percent(estimate: Estimate, put_in: float | None) -> float | None:

@@ -28,14 +28,14 @@ def passages_picture(log: Log, segments: Sequence[Passage]) -> Picture:
     from bristle import figures
 
     has_loops = log.effort is not None and any(segment.kind in ("loops", "break_away") for segment in segments)
-    what = f"Position over time{', and effort over position of its loops' if has_loops else ''}"
+    alternative = f"Position over time{', and effort over position of its loops' if has_loops else ''}"
     caption = f"{SHADED} {LOOPS}" if has_loops else SHADED
-    return picture("passages", lambda: figures.passages(log, segments), what, caption)
+    return picture("passages", lambda: figures.passages(log, segments), alternative, caption)
 
 
 def log_report(
     log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str],
-    found: Sequence[Mapping[str, Any]] = (),
+    diagnostics: Sequence[Mapping[str, Any]] = (),
 ) -> str:  # fmt: skip
     """Return the report of a log as one HTML page.
 
@@ -51,13 +51,13 @@ def log_report(
         The command that repeats it.
     provenance : mapping of str to str
         Versions, files, checksums.
-    found : sequence of mapping
+    diagnostics : sequence of mapping
         What the log contradicts, and what it cannot tell: ``code``, ``severity`` and ``message`` of each.
     """
     drawn = passages_picture(log, segments)
     return render(
         "log.html", provenance=provenance, command=command, banner=None, name=name,
-        front=log_front(log, segments, found, name, drawn), facts=log_facts(log), notes=log.notes,
-        found=[one["message"] for one in found],
+        front=log_front(log, segments, diagnostics, name, drawn), facts=log_facts(log), notes=log.notes,
+        found=[diagnostic["message"] for diagnostic in diagnostics],
         passages=passage_table([segment.as_data() for segment in segments], log.kind),
     )  # fmt: skip

@@ -72,7 +72,7 @@ def operator_report(
     best = identification.best
     comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
     return _page(
-        best.prediction, best.operator, identification.recorded, what=f"{best.name} identified", name=name,
+        best.prediction, best.operator, identification.recorded, title=f"{best.name} identified", name=name,
         fits=identification.fits, notes=identification.notes, comparison=comparison, command=command,
         provenance=provenance, banner=banner,
     )  # fmt: skip
@@ -84,13 +84,13 @@ def operator_prediction_report(
 ) -> str:  # fmt: skip
     """Return the report of recorded curves, predicted by an operator, as one HTML page."""
     return _page(
-        prediction, operator, recorded, what=f"prediction by {operator.name}", name=name, fits=(), notes=(),
+        prediction, operator, recorded, title=f"prediction by {operator.name}", name=name, fits=(), notes=(),
         comparison=None, command=command, provenance=provenance, banner=banner,
     )  # fmt: skip
 
 
 def _page(
-    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, what: str,
+    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, title: str,
     fits: Sequence[OperatorFit], **content: Any,
 ) -> str:  # fmt: skip
     from bristle.figures import recorded_curves
@@ -113,8 +113,8 @@ def _page(
     return render(
         "operator.html",
         axis_name=name,
-        what=what,
-        front=operator_front(prediction, name, what, recorded, drawn, fits),
+        title=title,
+        front=operator_front(prediction, name, title, recorded, drawn, fits),
         facts=facts,
         parameters=_parameter_table(operator),
         **content,

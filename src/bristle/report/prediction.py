@@ -29,7 +29,7 @@ MODES = {
 
 def prediction_report(
     prediction: Prediction, *, plant: Model, friction: Model, log: Log, command: str, axis_name: str,
-    provenance: Mapping[str, str], banner: str | None = None, seen: bool = False,
+    provenance: Mapping[str, str], banner: str | None = None, own_log: bool = False,
 ) -> str:  # fmt: skip
     """Return the report of a prediction as one HTML page.
 
@@ -49,7 +49,7 @@ def prediction_report(
         Versions, files, checksums.
     banner : str, optional
         What a reader must know before anything else.
-    seen : bool
+    own_log : bool
         Whether the model was fitted to this very log.
     """
     predicts, pictures = MODES.get(prediction.mode, prediction.mode), prediction_picture(prediction, log.kind)
@@ -58,7 +58,9 @@ def prediction_report(
         provenance=provenance,
         command=command,
         banner=banner,
-        front=prediction_front(prediction, friction, log, axis_name, predicts, pictures.get("prediction"), seen=seen),
+        front=prediction_front(
+            prediction, friction, log, axis_name, predicts, pictures.get("prediction"), own_log=own_log
+        ),
         axis_name=axis_name,
         metrics=metrics_in_words(prediction),
         notes=(*notes_of(prediction), *log.notes),

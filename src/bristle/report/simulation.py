@@ -67,10 +67,10 @@ def _reversal_picture(result: SimulationResult) -> Picture | None:
     """Return the figure of the loop as it stands and the best one around the worst reversal."""
     from bristle.figures import has_completed, loops_at_reversal
 
-    found = standing(result)
-    if found is None or not has_completed(result):
+    rank = standing(result)
+    if rank is None or not has_completed(result):
         return None
-    names = list(dict.fromkeys((found.base.name, found.best.name)))
+    names = list(dict.fromkeys((rank.base.name, rank.best.name)))
     return picture(
         "reversal", lambda: loops_at_reversal(result, names),
         f"Following error of {' and '.join(names)} over time and at the worst reversal, and the effort there",

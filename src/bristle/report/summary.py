@@ -86,10 +86,15 @@ def identification_summary(
 
 
 def prediction_summary(
-    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], seen: bool = False
+    prediction: Prediction,
+    *,
+    friction: Model,
+    notes: Sequence[str],
+    provenance: Mapping[str, str],
+    own_log: bool = False,
 ) -> dict[str, Any]:
-    """Return a prediction in numbers; `notes` are those of the log, `seen` where the model was fitted to it."""
-    verdict = prediction_ruling(prediction, seen=seen).as_data()
+    """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
+    verdict = prediction_ruling(prediction, own_log=own_log).as_data()
     head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
     return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
 

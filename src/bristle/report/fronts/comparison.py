@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["comparison_front", "comparison_ruling"]
 
 RMS = "following_error.rms"
-TOLD = {
+VERDICTS = {
     "lower": ("usable", "It helped"), "higher": ("no", "It did not help"),
     "no_change": ("with_care", "No change told"), "unknown": ("with_care", "Not told"),
 }  # fmt: skip
@@ -41,11 +41,13 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     compared : Comparison
         Two logs, held against each other.
     """
-    doubts = [sentence_of(one.code).means for one in compared.diagnostics if one.severity != "note"]
+    doubts = [
+        sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"
+    ]
     change = compared.changes.get(RMS)
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
-    level, words = HARDLY if _hardly(change) else TOLD[change.verdict]
+    level, words = HARDLY if _hardly(change) else VERDICTS[change.verdict]
     reasons = [_instead(change)]
     if change.verdict in WHY_NOT:
         reasons.append(WHY_NOT[change.verdict])
@@ -76,7 +78,8 @@ def comparison_front(compared: Comparison, name: str, figure: Picture) -> Front:
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     named = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     return Front(
-        f"{name}: before and after", about(*(f"{side}: {file}" for side, file in named.items() if file)), *ruling[:2], ruling.reasons,
+        f"{name}: before and after", about(*(f"{side}: {file}" for side, file in named.items() if file)), *ruling[:2],
+        ruling.reasons,
         answered(
             _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
             [_typed(compared.changes.get(RMS))],
@@ -89,20 +92,20 @@ def comparison_front(compared: Comparison, name: str, figure: Picture) -> Front:
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:
     """Return the changes of these groups, but for the one that stands in the verdict."""
-    told = [change for name, change in compared.changes.items() if name.partition(".")[0] in groups]
-    return [_short(change) for change in told if change.name != RMS or len(told) == 1] or [otherwise]
+    changes = [change for name, change in compared.changes.items() if name.partition(".")[0] in groups]
+    return [_short(change) for change in changes if change.name != RMS or len(changes) == 1] or [otherwise]
 
 
 def _short(change: Change) -> str:
-    told = "no change told" if change.verdict == "no_change" else percent_of(change)
-    return f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({told})"
+    verdict = "no change told" if change.verdict == "no_change" else percent_of(change)
+    return f"{WORDS[change.name]}: {_text(change, change.after)}, before {_text(change, change.before)} ({verdict})"
 
 
 def _typed(change: Change | None) -> str:
     if change is None or change.verdict in WHY_NOT:
         return "nothing: these logs tell neither way"
-    kept = "what stood there after" if change.verdict == "lower" else "what stood there before"
-    return f"nothing new: {kept} the change"
+    state = "what stood there after" if change.verdict == "lower" else "what stood there before"
+    return f"nothing new: {state} the change"
 
 
 def _trust(compared: Comparison) -> list[str]:

@@ -109,18 +109,20 @@ def _quality(design: Design) -> list[str]:
 
 def _cost(chosen: Proposal, design: Design) -> list[str]:
     present, unit = design.proposals[0], unit_of("force", design.experiment.kind)
-    other, lines = chosen is not present, []
-    if chosen.following_error is not None and present.following_error is not None and other:
+    is_change, lines = chosen is not present, []
+    if chosen.following_error is not None and present.following_error is not None and is_change:
         new, old = (length_text(peak_of(loop), design.experiment.kind) for loop in (chosen, present))
         lines.append(f"following error {new} instead of {old}")
-    for what, new, old in (
+    for word, new, old in (
         ("effort, root mean square", chosen.effort_rms, present.effort_rms),
         ("effort that one count of the encoder calls up", chosen.count_effort, present.count_effort),
     ):
         if new is not None:
-            lines.append(f"{what}: {fixed(new, unit)}" + (f" instead of {fixed(old, unit)}" if other and old else ""))
+            lines.append(
+                f"{word}: {fixed(new, unit)}" + (f" instead of {fixed(old, unit)}" if is_change and old else "")
+            )
     margins = [least_phase(loop) for loop in (chosen, present)]
-    if other and margins[0] is not None and margins[1] is not None:
+    if is_change and margins[0] is not None and margins[1] is not None:
         lines.append(f"phase margin {number(margins[0], digits=3)}° instead of {number(margins[1], digits=3)}°")
     return lines
 

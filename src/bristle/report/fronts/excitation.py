@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["excitation_front", "excitation_ruling"]
 
 
-WHOLE = 100.0  # percent: an interval as wide as the value
+FULL_PERCENT = 100.0  # percent: an interval as wide as the value
 
 
 def excitation_ruling(excitation: Excitation, missed: Sequence[str]) -> Ruling:
@@ -34,9 +34,9 @@ def excitation_ruling(excitation: Excitation, missed: Sequence[str]) -> Ruling:
     if rehearsal is None:
         return Ruling("with_care", "Run it, with care", ("it was not rehearsed",))
     reasons = []
-    open_ = [one.name for one in _estimates(excitation) if one.status in ("unidentifiable", "at_edge")]
+    open_ = [estimate.name for estimate in _estimates(excitation) if estimate.status in ("unidentifiable", "at_edge")]
     reasons += [f"its log would not identify {', '.join(open_)}"] if open_ else []
-    vague = [one.name for one in _sure(excitation, sure=False)]
+    vague = [estimate.name for estimate in _sure(excitation, sure=False)]
     reasons += [f"it would hardly tell {', '.join(vague)}: intervals as wide as the values"] if vague else []
     reasons += [f"it would give {', '.join(missed)} beyond the interval"] if missed else []
     if excitation.limits.presliding is not None and rehearsal.lag > excitation.limits.presliding:
@@ -50,14 +50,18 @@ def excitation_ruling(excitation: Excitation, missed: Sequence[str]) -> Ruling:
 def _estimates(excitation: Excitation) -> list[Estimate]:
     if excitation.rehearsal is None:
         return []
-    return [one for one in excitation.rehearsal.identification.best.estimates if one.status != "held"]
+    return [estimate for estimate in excitation.rehearsal.identification.best.estimates if estimate.status != "held"]
 
 
 def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the parameters that would be identified within their own size, or those that would not."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
-    identified = [one for one in _estimates(excitation) if one.status == "identified" and truth.get(one.name) != 0.0]
-    return [one for one in identified if ((one.interval_percent or 0.0) < WHOLE) == sure]
+    identified = [
+        estimate
+        for estimate in _estimates(excitation)
+        if estimate.status == "identified" and truth.get(estimate.name) != 0.0
+    ]
+    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < FULL_PERCENT) == sure]
 
 
 def excitation_front(excitation: Excitation, identify: str, missed: Sequence[str], figure: Picture) -> Front:
@@ -81,8 +85,10 @@ def _quality(excitation: Excitation) -> list[str]:
     if not identified:
         return ["nothing that its log would surely identify"]
     widths = ", ".join(
-        one.name if one.interval_percent is None else f"{one.name} ± {number(one.interval_percent, digits=2)} %"
-        for one in identified
+        estimate.name
+        if estimate.interval_percent is None
+        else f"{estimate.name} ± {number(estimate.interval_percent, digits=2)} %"
+        for estimate in identified
     )
     return ["its log would identify, with 95 % intervals:", widths]
 

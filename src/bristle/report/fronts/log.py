@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 __all__ = ["log_front", "log_ruling"]
 
 
-def log_ruling(log: Log, found: Sequence[Mapping[str, Any]]) -> Ruling:
+def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     """Return whether a log can be identified, and why.
 
     Parameters
     ----------
     log : Log
         The log.
-    found : sequence of mapping
+    diagnostics : sequence of mapping
         What it contradicts, and what it cannot tell: ``code`` and ``severity`` of each.
     """
     grave, doubts = (
-        [sentence_of(one["code"]).means for one in found if one["severity"] == severity]
+        [sentence_of(diagnostic["code"]).means for diagnostic in diagnostics if diagnostic["severity"] == severity]
         for severity in ("error", "warning")
     )
     if log.effort is None:
@@ -42,12 +42,12 @@ def log_ruling(log: Log, found: Sequence[Mapping[str, Any]]) -> Ruling:
 
 
 def log_front(
-    log: Log, segments: Sequence[Passage], found: Sequence[Mapping[str, Any]], name: str, figure: Picture
+    log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str, figure: Picture
 ) -> Front:
     """Return the first page of a log."""
-    ruling, source = log_ruling(log, found), log.source.name.strip("<>")
+    ruling, source = log_ruling(log, diagnostics), log.source.name.strip("<>")
     duration = len(log) * log.sample_time
-    advice = (sentence_of(one["code"]).advice for one in found if one["severity"] != "note")
+    advice = (sentence_of(diagnostic["code"]).advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
     then = (
         [f"fit models to it: `bristle identify {source} --axis axis.toml --out results`"]
@@ -87,5 +87,5 @@ def _trust(log: Log) -> list[str]:
     count = len(log.segments)
     lines = [f"{len(log)} samples in {count} {'stretch' if count == 1 else 'stretches'}"]
     lines.append(f"a sample every {fixed(log.sample_time, 's')} ({number(1.0 / log.sample_time)} Hz)")
-    known = "with a reference: the following error is told" if log.reference is not None else "without a reference"
-    return [*lines, known]
+    reference = "with a reference: the following error is told" if log.reference is not None else "without a reference"
+    return [*lines, reference]

@@ -30,8 +30,8 @@ def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ru
         Whether the operator was fitted to these curves.
     """
     decisive = error if held_out is None else held_out
-    where = "on what it was not fitted to" if held_out is not None else "on these curves"
-    reasons = [f"it misses {percent_text(decisive)} of full scale {where}"]
+    place = "on what it was not fitted to" if held_out is not None else "on these curves"
+    reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
     if fitted and held_out is None:
         reasons.append("nothing was held out: its error says nothing of other curves")
     if held_out is not None and held_out > TWICE * error:
@@ -43,7 +43,7 @@ def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ru
 
 
 def operator_front(
-    prediction: OperatorPrediction, name: str, what: str, recorded: Curves, figure: Picture,
+    prediction: OperatorPrediction, name: str, title: str, recorded: Curves, figure: Picture,
     fits: Sequence[OperatorFit] = (),
 ) -> Front:  # fmt: skip
     """Return the first page of an operator, identified or held against other curves; `fits` are best first."""
@@ -58,7 +58,7 @@ def operator_front(
     trust += [note for note in best.notes if note][:2] if best is not None else []
     then = "predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"
     return Front(
-        f"{name}: {what}", about(f"{count} {'curve' if count == 1 else 'curves'}"), *ruling[:2], ruling.reasons,
+        f"{name}: {title}", about(f"{count} {'curve' if count == 1 else 'curves'}"), *ruling[:2], ruling.reasons,
         answered(
             quality,
             ["the model file, model.toml, as it is written" if fits else "nothing new: the model file as it is"],

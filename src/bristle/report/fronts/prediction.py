@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 __all__ = ["prediction_front", "prediction_ruling"]
 
 INSIDE = 80.0  # percent of what is measured that lie in a band of 95 %, below which the band is said to be too narrow
-SEEN = "it was fitted to this very log, which says nothing of another one"
+OWN_LOG = "it was fitted to this very log, which says nothing of another one"
 SIGNALS = {"force": "effort", "position": "position"}
 
 
-def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, seen: bool = False) -> Ruling:
+def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, own_log: bool = False) -> Ruling:
     """Return whether a model holds on a log, and why.
 
     The effort decides, where it is predicted: of a position nearly everything is told by the reference.
@@ -36,11 +36,11 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, s
         A model run on a log.
     settings : Settings
         From which error on it is used with care, or not at all: `usable_error`, `useless_error`.
-    seen : bool
+    own_log : bool
         Whether the model was fitted to this very log, which it repeats better than any other.
     """
-    doubted = [one for one in prediction.diagnostics if one.severity != "note"]
-    doubts = list(dict.fromkeys(sentence_of(one.code).means for one in doubted))
+    doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
+    doubts = list(dict.fromkeys(sentence_of(diagnostic.code).means for diagnostic in doubted))
     if prediction.status is Status.NOT_FINITE:
         return Ruling("no", "It does not run", (prediction.status.sentence, *doubts))
     signal, error = _decisive(prediction)
@@ -52,13 +52,15 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, s
         if share is not None and share < INSIDE
     ]
     status = [] if prediction.status is Status.OK else [prediction.status.sentence]
-    own = [SEEN] if seen else []
-    told = (*reasons, *own, *narrow, *status, *doubts)
-    if (error is not None and error > settings.useless_error) or any(one.severity == "error" for one in doubted):
-        return Ruling("no", "The model does not hold", told)
+    own = [OWN_LOG] if own_log else []
+    all_reasons = (*reasons, *own, *narrow, *status, *doubts)
+    if (error is not None and error > settings.useless_error) or any(
+        diagnostic.severity == "error" for diagnostic in doubted
+    ):
+        return Ruling("no", "The model does not hold", all_reasons)
     if own or narrow or doubts or status or error is None or error > settings.usable_error:
-        return Ruling("with_care", "The model holds, with care", told)
-    return Ruling("usable", "The model holds", told)
+        return Ruling("with_care", "The model holds, with care", all_reasons)
+    return Ruling("usable", "The model holds", all_reasons)
 
 
 def _decisive(prediction: Prediction) -> tuple[str, float | None]:
@@ -71,17 +73,24 @@ def _decisive(prediction: Prediction) -> tuple[str, float | None]:
 
 
 def prediction_front(
-    prediction: Prediction, friction: Model, log: Log, name: str, predicts: str, figure: Picture | None, *, seen: bool
+    prediction: Prediction,
+    friction: Model,
+    log: Log,
+    name: str,
+    predicts: str,
+    figure: Picture | None,
+    *,
+    own_log: bool,
 ) -> Front:
     """Return the first page of a prediction."""
-    ruling = prediction_ruling(prediction, seen=seen)
+    ruling = prediction_ruling(prediction, own_log=own_log)
     source = log.source.name.strip("<>")
     facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
     return Front(
         f"{name}: does the model hold?", facts, *ruling[:2], ruling.reasons,
         answered(
             _quality(prediction, log), _typed(ruling), _gain(prediction, log, predicts), _trust(prediction),
-            _next(ruling, prediction, seen=seen), third="What was predicted",
+            _next(ruling, prediction, own_log=own_log), third="What was predicted",
         ),
         figure, "metrics",
     )  # fmt: skip
@@ -112,8 +121,8 @@ def _gain(prediction: Prediction, log: Log, predicts: str) -> list[str]:
     effort, rmse = prediction.effort, prediction.metrics.get("force_rmse")
     if prediction.mode == "inverse" and effort is not None and isinstance(rmse, (int, float)):
         unit = unit_of("force", log.kind)
-        whole = float(np.sqrt(np.mean(np.square(effort))))
-        left = f"{fixed(float(rmse), unit)} of {fixed(whole, unit)}"
+        effort_rms = float(np.sqrt(np.mean(np.square(effort))))
+        left = f"{fixed(float(rmse), unit)} of {fixed(effort_rms, unit)}"
         lines.append(f"fed forward along this motion, it would leave {left} to the controller, root mean square")
     return lines
 
@@ -124,10 +133,12 @@ def _trust(prediction: Prediction) -> list[str]:
     return lines or ["the model does not say how sure it is: it has no band"]
 
 
-def _next(ruling: Ruling, prediction: Prediction, *, seen: bool) -> list[str]:
-    advice = [sentence_of(one.code).advice for one in prediction.diagnostics if one.severity != "note"]
+def _next(ruling: Ruling, prediction: Prediction, *, own_log: bool) -> list[str]:
+    advice = [
+        sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"
+    ]
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
-    if seen:
+    if own_log:
         return [*lines, "predict another log of this axis, of another motion"]
     if ruling.level == "usable":
         return [*lines, "feed it forward, record the machine without and with it, then `bristle compare`"]

@@ -53,30 +53,30 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
     level = "with_care" if doubts else "usable"
     if is_open(result):
         return Ruling(level, "No loop: the effort is given", doubts)
-    found = standing(result)
-    if found is None:
+    rank = standing(result)
+    if rank is None:
         return Ruling("with_care", "Nothing to compare with", doubts)
     if len(completed) == 1:
         return Ruling(level, "It runs: one loop, nothing to compare with", doubts)
-    return _compared(result, found, level, doubts)
+    return _compared(result, rank, level, doubts)
 
 
-def _compared(result: SimulationResult, found: Standing, level: str, doubts: tuple[str, ...]) -> Ruling:
-    fed, plain = (_variant(result, one.name).feedforward.friction for one in (found.best, found.base))
-    what = "Compensation" if fed is not None and plain is None else "Another loop"
-    if found.best is found.base:
-        what = "Compensation" if gain_of(result) is not None else "Another loop"
-        return Ruling("no", f"{what} does not help", (f"no variant errs less than {found.base.name}", *doubts))
-    if found.alike:
-        return Ruling("with_care", f"{what} hardly helps", (_instead(found, result), *doubts))
-    return Ruling(level, f"{what} helps", (_instead(found, result), *doubts))
+def _compared(result: SimulationResult, rank: Standing, level: str, doubts: tuple[str, ...]) -> Ruling:
+    fed, plain = (_variant(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
+    subject = "Compensation" if fed is not None and plain is None else "Another loop"
+    if rank.best is rank.base:
+        subject = "Compensation" if gain_of(result) is not None else "Another loop"
+        return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
+    if rank.alike:
+        return Ruling("with_care", f"{subject} hardly helps", (_instead(rank, result), *doubts))
+    return Ruling(level, f"{subject} helps", (_instead(rank, result), *doubts))
 
 
-def _instead(found: Standing, result: SimulationResult) -> str:
+def _instead(rank: Standing, result: SimulationResult) -> str:
     kind = result.experiment.kind
-    new, old = (length_text(one.following_error.peak_to_peak, kind) for one in (found.best, found.base))
-    less = "hardly less" if found.alike else f"{percent_text(found.base, found.best)} less"
-    return f"following error {new} ({found.best.name}) instead of {old} ({found.base.name}) peak to peak, {less}"
+    new, old = (length_text(variant.following_error.peak_to_peak, kind) for variant in (rank.best, rank.base))
+    less = "hardly less" if rank.alike else f"{percent_text(rank.base, rank.best)} less"
+    return f"following error {new} ({rank.best.name}) instead of {old} ({rank.base.name}) peak to peak, {less}"
 
 
 def _variant(result: SimulationResult, name: str) -> Variant:
@@ -89,60 +89,64 @@ def simulation_front(result: SimulationResult, warnings: Sequence[str], figure: 
     name, runs = result.experiment.name, max((variant.runs for variant in result.variants.values()), default=0)
     of = f"mean of {runs} runs" if runs > 1 else ""
     facts = about(f"simulated, {count} {'variant' if count == 1 else 'variants'}", of)
-    found = None if is_open(result) else standing(result)
-    answers = _open_answers(result) if found is None else _loop_answers(result, found)
+    rank = None if is_open(result) else standing(result)
+    answers = _open_answers(result) if rank is None else _loop_answers(result, rank)
     return Front(f"{name}: simulated", facts, *ruling[:2], ruling.reasons, answers, figure, "variants")
 
 
 def _open_answers(result: SimulationResult) -> list[tuple[str, list[str]]]:
     kind = result.experiment.kind
-    done = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
-    went = [f"moves by {length_text(one.motion.peak_to_peak, kind)} ({one.name})" for one in done if one.is_open]
+    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    went = [
+        f"moves by {length_text(variant.motion.peak_to_peak, kind)} ({variant.name})"
+        for variant in completed
+        if variant.is_open
+    ]
     return answered(
         went or ["nothing completed against which an error could be measured"],
         ["nothing: no loop was compared with another"],
-        [f"effort {_effort(one)} ({one.name})" for one in done] or ["nothing completed"],
+        [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
         ["it is a simulation: what the models leave out, it leaves out"],
-        ["mend what the verdict names" if not done else "compare the motion with a log of the same effort"],
+        ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
     )  # fmt: skip
 
 
-def _loop_answers(result: SimulationResult, found: Standing) -> list[tuple[str, list[str]]]:
-    best = _variant(result, found.best.name)
-    where = "as it is" if found.best is found.base else "of the file"
+def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:
+    best = _variant(result, rank.best.name)
+    place = "as it is" if rank.best is rank.base else "of the file"
     return answered(
-        _quality(found, result), [f"variant {best.name}, {where}", *law_lines(best)], _cost(found, result),
-        _trust(found, result), _next(found, result),
+        _quality(rank, result), [f"variant {best.name}, {place}", *law_lines(best)], _cost(rank, result),
+        _trust(rank, result), _next(rank, result),
     )  # fmt: skip
 
 
-def _quality(found: Standing, result: SimulationResult) -> list[str]:
-    kind, best = result.experiment.kind, found.best
+def _quality(rank: Standing, result: SimulationResult) -> list[str]:
+    kind, best = result.experiment.kind, rank.best
     lines = [
         f"following error {length_text(best.following_error.peak_to_peak, kind)} peak to peak, "
         f"{length_text(best.following_error.rms, kind)} root mean square ({best.name})"
     ]
-    swings = [_at_reversal(result, one) for one in (found.best, found.base)]
+    swings = [_at_reversal(result, variant) for variant in (rank.best, rank.base)]
     if swings[0] is None or swings[1] is None:
         return lines
     new, old = (length_text(swing, kind) for swing in swings if swing is not None)
-    beside = "" if best is found.base else f" instead of {old}"
+    beside = "" if best is rank.base else f" instead of {old}"
     return [*lines, f"at its worst reversal: {new}{beside}"]
 
 
-def _at_reversal(result: SimulationResult, one: VariantResult) -> float | None:
-    run = _variant(result, one.name).run
+def _at_reversal(result: SimulationResult, variant: VariantResult) -> float | None:
+    run = _variant(result, variant.name).run
     judged = slice(round(run.settle / run.sample_time), None)
-    reference = one.reference[judged]
-    return swing_at_worst_reversal(reference, reference - one.measured[judged]) if reference.size else None
+    reference = variant.reference[judged]
+    return swing_at_worst_reversal(reference, reference - variant.measured[judged]) if reference.size else None
 
 
-def _effort(one: VariantResult) -> str:
-    unit = unit_of("force", one.kind)
-    return f"{fixed(one.effort_rms, unit)} root mean square, {fixed(one.effort_peak, unit)} at its peak"
+def _effort(variant: VariantResult) -> str:
+    unit = unit_of("force", variant.kind)
+    return f"{fixed(variant.effort_rms, unit)} root mean square, {fixed(variant.effort_peak, unit)} at its peak"
 
 
-def _cost(found: Standing, result: SimulationResult) -> list[str]:
+def _cost(rank: Standing, result: SimulationResult) -> list[str]:
     kind, gain = result.experiment.kind, gain_of(result)
     lines = []
     if gain is not None and len(gain.steps) > 1 and gain.alone:
@@ -151,24 +155,24 @@ def _cost(found: Standing, result: SimulationResult) -> list[str]:
             f"friction fed forward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
             f"{length_text(after.peak_to_peak, kind)}"
         )
-    beside = "" if found.best is found.base else f"; without it {_effort(found.base)}"
-    lines.append(f"effort {_effort(found.best)}{beside}")
-    limit = _variant(result, found.best.name).run.effort_limit
-    if math.isfinite(limit) and found.best.effort_peak >= limit:
+    beside = "" if rank.best is rank.base else f"; without it {_effort(rank.base)}"
+    lines.append(f"effort {_effort(rank.best)}{beside}")
+    limit = _variant(result, rank.best.name).run.effort_limit
+    if math.isfinite(limit) and rank.best.effort_peak >= limit:
         lines.append("the drive is at its limit")
     return lines
 
 
-def _trust(found: Standing, result: SimulationResult) -> list[str]:
-    gain, runs = gain_of(result), found.best.runs
+def _trust(rank: Standing, result: SimulationResult) -> list[str]:
+    gain, runs = gain_of(result), rank.best.runs
     lines = [gain.caveat if gain is not None else "This is a simulation: confirm it on the machine."]
-    spread = found.best.spread.get("following_error", {}).get("peak_to_peak")
+    spread = rank.best.spread.get("following_error", {}).get("peak_to_peak")
     if runs > 1 and spread:
         lines.append(f"{runs} runs with other noise: ± {length_text(float(spread), result.experiment.kind)}")
     return lines
 
 
-def _next(found: Standing, result: SimulationResult) -> list[str]:
-    if found.best is found.base:
+def _next(rank: Standing, result: SimulationResult) -> list[str]:
+    if rank.best is rank.base:
         return ["what limits this loop, and gains for it: `bristle design EXPERIMENT.toml`"]
     return [ON_THE_MACHINE, "what the loop still errs by: `bristle design EXPERIMENT.toml`"]
