@@ -64,7 +64,7 @@ CAPTIONS = {
 WITH_LOOP = (
     "Friction over velocity, and the following error at its worst reversal",
     "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, simulated "
-    "as it is, and compensated.",
+    "as recorded, and compensated.",
 )
 """The same of the first figure, where the log has a loop."""
 
