@@ -101,7 +101,12 @@ def _predict_friction(
         source = provenance(
             command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
         )
-        own_log = bool(recorded.origin.checksum) and recorded.origin.checksum in facts["provenance"].values()
+        # A file of several tables has one checksum for all of them.
+        own_log = (
+            "::" not in str(log)
+            and bool(recorded.origin.checksum)
+            and recorded.origin.checksum in facts["provenance"].values()
+        )
         summary = prediction_summary(
             prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log
         )  # fmt: skip

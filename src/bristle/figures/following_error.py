@@ -127,8 +127,8 @@ def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np
 
 
 @style.styled
-def loops_at_reversal(result: SimulationResult, names: Sequence[str]) -> Figure:
-    """Return the following error of some variants, whole and at the worst reversal of the first, and the effort there.
+def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
+    """Return the following error of some variants, whole and at the worst reversal, and the effort there.
 
     Parameters
     ----------
@@ -136,19 +136,23 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str]) -> Figure:
         The simulated variants.
     names : sequence of str
         Those to be drawn: the one to compare with first.
+    close_names : sequence of str, optional
+        Those that are looked at closely, at the worst reversal of the first of them; all by default.
     """
     by_name = {loop.variant: loop for loop in _settled(result, None)}
     looks = ({key: value for key, value in one.items() if key != "marker"} for one in style.SERIES)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
-    kind, times = result.experiment.kind, _turn(loops[0])
-    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
+    near = [loop for loop in loops if loop.variant in close_names] or loops
+    kind, times = result.experiment.kind, _turn(near[0])
+    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in near) if loop.time.size]
     name_rows = lines([loop.name for loop in loops])
     above = LINE * name_rows if name_rows > 1 else 0.0
     figure, grid = style.panels(5.1 + above, rows=3, heights=(1.0, 1.2, 0.8), top=0.32 + above)
     (full,), (close,), (effort,) = grid
     _draw_errors(full, loops, kind)
     _draw_errors(close, cut, kind)
-    close.set_title("at the worst reversal")
+    apart = "" if len(near) == len(loops) else ", " + " and ".join(loop.name for loop in near) + " only"
+    style.title(close, f"at the worst reversal{apart}")
     force, word = effort_scale(kind, *(loop.effort for loop in cut))
     for loop in cut:
         _plot(effort, loop.time, loop.effort, force, loop.look)

@@ -87,13 +87,15 @@ def identification_report(
         pictures |= following_picture(simulation, following)
     if prediction is not None:
         pictures |= prediction_picture(prediction, kind)
+    # A plant on a spring has no friction over velocity: its motion is shown instead.
+    first = pictures["first"] if curve else pictures.pop("prediction", pictures["first"])
     return render(
         "identification.html",
         provenance=provenance,
         command=command,
         banner=banner,
         axis_name=axis_name,
-        front=_front(identification, simulation, following, axis_name, axis, pictures["first"]),
+        front=_front(identification, simulation, following, axis_name, axis, first),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit, axis),
         warnings=[*warnings_of(fit), *_contradictions(following)],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Kind
+from bristle.report.front import length_text
 from bristle.report.fronts.prediction import prediction_front
 from bristle.report.log_facts import log_facts
 from bristle.report.loop_tables import component_table
@@ -106,5 +107,6 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         rows.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
     rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
     if isinstance(rmse, (int, float)):
-        rows.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))
+        kind: Kind = "rotational" if unit == "rad" else "translational"
+        rows.append(("Position error, root mean square", length_text(float(rmse), kind).replace("\u00a0", " ")))
     return rows

@@ -70,11 +70,15 @@ def _reversal_picture(result: SimulationResult) -> Picture | None:
     rank = standing(result)
     if rank is None or not has_completed(result):
         return None
-    names = list(dict.fromkeys((rank.base.name, rank.best.name)))
+    # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
+    pair, best = pair_in(result), rank.best.name
+    near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
+    names, close = (list(dict.fromkeys(group)) for group in ((rank.base.name, *near), near))
     return picture(
-        "reversal", lambda: loops_at_reversal(result, names),
-        f"Following error of {' and '.join(names)} over time and at the worst reversal, and the effort there",
-        "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there.",
+        "reversal", lambda: loops_at_reversal(result, names, close),
+        f"Following error of {', '.join(names)} over time and at the worst reversal, and the effort there",
+        "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there"
+        f"{'' if names == close else ', both of ' + ' and '.join(close)}.",
     )  # fmt: skip
 
 

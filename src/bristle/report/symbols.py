@@ -15,7 +15,7 @@ GREEK = {
     "lambda": "λ", "mu": "µ", "nu": "ν", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "psi": "ψ", "omega": "ω",
 }  # fmt: skip
 SIDES = {"_pos": "+", "_neg": "\u2212"}
-_ALONE = re.compile(r"(?<!\w)(?:F([+\u2212])(?!\w)|([A-Z])(?= ± ))")
+_ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _CODE = re.compile(r"`([^`]+)`")
 _NAME = re.compile(rf"(?<![\w`])({'|'.join(GREEK)}|[A-Za-z])_([A-Za-z0-9]{{1,3}})(_pos|_neg)?(?![\w`+])")
 
@@ -48,7 +48,7 @@ def worded(text: str) -> Markup:
 
 def _letter(match: re.Match[str]) -> str:
     side, letter = match.groups()
-    return f"<i>{letter}</i>" if letter else f"<i>F</i><sub>{side}</sub>"
+    return f"<i>{GREEK.get(letter, letter)}</i>" if letter else f"<i>F</i><sub>{side}</sub>"
 
 
 def _symbol(match: re.Match[str]) -> str:

@@ -21,6 +21,7 @@ __all__ = ["LESS", "MORE", "best_of", "counts_much", "design_front", "design_rul
 
 MUCH = 0.5  # of the friction: effort for a single count that is worth a word
 LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
+WORTH = 0.8  # of an error: above it other gains are not worth their margins
 
 
 def peak_of(proposal: Proposal) -> float:
@@ -54,7 +55,7 @@ def design_ruling(design: Design) -> Ruling:
         return Ruling("with_care", "Change the gains", (_instead(chosen, design), *doubts))
     if doubts:
         return Ruling("with_care", "Keep it, with care", doubts)
-    return Ruling("usable", "Keep it", (_held(design.proposals[0]), "no loop proposed errs less"))
+    return Ruling("usable", "Keep it", (_held(design.proposals[0]), "no loop proposed errs by a fifth less"))
 
 
 def _chosen(design: Design) -> Proposal:
@@ -62,7 +63,7 @@ def _chosen(design: Design) -> Proposal:
     present, best = design.proposals[0], best_of(design)
     if best is None:
         return present
-    return best if not design.is_stable or peak_of(best) < LESS * peak_of(present) else present
+    return best if not design.is_stable or peak_of(best) < WORTH * peak_of(present) else present
 
 
 def _instead(chosen: Proposal, design: Design) -> str:

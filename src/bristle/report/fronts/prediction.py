@@ -113,7 +113,7 @@ def _quality(prediction: Prediction, log: Log) -> list[str]:
 def _typed(ruling: Ruling) -> list[str]:
     if ruling.level == "no":
         return ["nothing from this model"]
-    return ["nothing new: levels and table for the drive stand in the report of the identification"]
+    return ["nothing new: what the report of the identification says stands"]
 
 
 def _gain(prediction: Prediction, log: Log, predicts: str) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core.status import Status
+from bristle.core.typography import number
 from bristle.core.variable import unit_of
 from bristle.report.best import Standing, percent_text, standing
 from bristle.report.compensation import gain_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["is_open", "simulation_front", "simulation_ruling"]
 
+MANY = 10.0  # times less: told as a factor
 ON_THE_MACHINE = "record the machine without and with it, then `bristle compare before.csv after.csv --axis axis.toml`"
 
 
@@ -75,8 +77,18 @@ def _compared(result: SimulationResult, rank: Standing, level: str, doubts: tupl
 def _instead(rank: Standing, result: SimulationResult) -> str:
     kind = result.experiment.kind
     new, old = (length_text(variant.following_error.peak_to_peak, kind) for variant in (rank.best, rank.base))
-    less = "hardly less" if rank.alike else f"{percent_text(rank.base, rank.best)} less"
+    less = "hardly less" if rank.alike else _less(rank)
     return f"following error {new} ({rank.best.name}) instead of {old} ({rank.base.name}) peak to peak, {less}"
+
+
+def _less(rank: Standing) -> str:
+    """Return by how much the error is less: a factor where percent would all be 99 and some."""
+    ratio = rank.base.following_error.peak_to_peak / rank.best.following_error.peak_to_peak
+    if ratio > MANY * MANY:
+        return "less than a hundredth"
+    if ratio > MANY:
+        return f"by a factor of {number(ratio, digits=2)}"
+    return f"{percent_text(rank.base, rank.best)} less".replace(" ", "\u00a0")
 
 
 def _variant(result: SimulationResult, name: str) -> Variant:
@@ -155,7 +167,7 @@ def _cost(rank: Standing, result: SimulationResult) -> list[str]:
             f"friction fed forward alone: from {length_text(before.peak_to_peak, kind)} ({before.name}) to "
             f"{length_text(after.peak_to_peak, kind)}"
         )
-    beside = "" if rank.best is rank.base else f"; without it {_effort(rank.base)}"
+    beside = "" if rank.best is rank.base else f"; that of {rank.base.name} {_effort(rank.base)}"
     lines.append(f"effort {_effort(rank.best)}{beside}")
     limit = _variant(result, rank.best.name).run.effort_limit
     if math.isfinite(limit) and rank.best.effort_peak >= limit:
