@@ -26,6 +26,7 @@ from bristle.report.fronts.operators import operator_ruling
 from bristle.report.fronts.prediction import prediction_ruling
 from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.log import log_report
+from bristle.report.loop_warnings import loop_doubts
 from bristle.report.summary import prediction_summary, simulation_summary
 from bristle.simulation.reversals import swing_at_worst_reversal, worst_reversal
 
@@ -72,6 +73,18 @@ def test_a_warned_run_is_with_care_and_a_diverged_one_is_none(stage):
     assert "the margins are small" in warned.reasons
     failed = {name: replace(one, status=Status.NOT_FINITE) for name, one in result.variants.items()}
     assert simulation_ruling(replace(result, variants=failed))[:2] == ("no", "It does not run")
+
+
+def test_a_law_that_helps_by_itself_is_no_compensation(stage):
+    result = looped(stage, 20e-6, 4.05e-6, 4e-6)
+    assert simulation_ruling(result)[:2] == ("usable", "Another loop helps")
+
+
+def test_doubts_of_loops_are_short_on_the_first_page():
+    small = Diagnostic("small_margin", severity="warning", numbers={
+        "variants": ("a", "b", "c", "d"), "motions": "all", "phase": 15.0, "enough": 30.0,
+    })  # fmt: skip
+    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c and 1 more"]
 
 
 def test_variants_along_another_motion_are_not_held_against_the_base(stage):

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
 BINS = 80
+BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
 MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit
 CLOSE_UP = 0.05  # share of the samples, where nothing reverses
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
@@ -140,7 +141,8 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_name
         Those that are looked at closely, at the worst reversal of the first of them; all by default.
     """
     by_name = {loop.variant: loop for loop in _settled(result, None)}
-    looks = ({key: value for key, value in one.items() if key != "marker"} for one in style.SERIES)
+    # The two that are looked at closely lie light under dark, a third one behind them.
+    looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
     near = [loop for loop in loops if loop.variant in close_names] or loops
     kind, times = result.experiment.kind, _turn(near[0])

@@ -13,7 +13,7 @@ from bristle.report.compensation import NO_CHANGE, gain_of
 if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["Standing", "best_sentences", "closing_sentences", "error_text", "percent_text", "standing"]
+__all__ = ["Standing", "best_sentences", "closing_sentences", "error_text", "is_alike", "percent_text", "standing"]
 
 BASE = "base"
 NAMES_MAX = 4  # names of variants that err about as little
@@ -43,7 +43,7 @@ def standing(result: SimulationResult) -> Standing | None:
     references = {variant.name: variant.reference for variant in result.experiment.variants}
     completed = [variant for variant in result.variants.values() if _is_done(variant)]
     best = min((one for one in completed if references[one.name] == references[base.name]), key=_peak)
-    return Standing(base, best, best is base or _is_alike(best, base))
+    return Standing(base, best, best is base or is_alike(best, base))
 
 
 def closing_sentences(result: SimulationResult) -> list[str]:
@@ -65,7 +65,7 @@ def best_sentences(result: SimulationResult) -> list[str]:
         return []
     unit = unit_of("length", result.experiment.kind)
     best = min(completed, key=_peak)
-    alike = [variant for variant in completed if variant is not best and _is_alike(best, variant)]
+    alike = [variant for variant in completed if variant is not best and is_alike(best, variant)]
     base = _base(result)
     if base is None or not _is_done(base):
         lacks = f"{base.name if base else BASE}, against which it would be measured, did not complete"
@@ -115,7 +115,7 @@ def _spread(variant: VariantResult) -> float:
     return float(variant.spread["following_error"]["peak_to_peak"]) if variant.spread else 0.0
 
 
-def _is_alike(best: VariantResult, variant: VariantResult) -> bool:
+def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether two variants are not told apart: by as much as nobody minds, or as their runs scatter."""
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), _spread(best) + _spread(variant))
 

@@ -113,7 +113,7 @@ def _page(
     return render(
         "operator.html",
         axis_name=name,
-        title=title,
+        what=title,
         front=operator_front(prediction, name, title, recorded, drawn, fits),
         facts=facts,
         parameters=_parameter_table(operator),

@@ -25,7 +25,7 @@ __all__ = ["following_picture", "motion_picture", "simulation_report"]
 
 def simulation_report(
     result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None,
-    warnings: Sequence[str] = (),
+    warnings: Sequence[str] = (), doubts: Sequence[str] | None = None,
 ) -> str:  # fmt: skip
     """Return the report of a simulated experiment as one HTML page.
 
@@ -41,6 +41,8 @@ def simulation_report(
         What a reader must know before anything else.
     warnings : sequence of str
         What is to be said of the loops: poles and margins.
+    doubts : sequence of str, optional
+        The same in short; `warnings` by default.
     """
     variants, open_ = result.experiment.variants, is_open(result)
     pictures = motion_picture(result) if open_ else following_picture(result)
@@ -50,7 +52,7 @@ def simulation_report(
         provenance=provenance,
         command=command,
         banner=banner,
-        front=simulation_front(result, warnings, figure),
+        front=simulation_front(result, warnings if doubts is None else doubts, figure),
         name=result.experiment.name,
         verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
         is_open=open_,

@@ -16,7 +16,7 @@ from bristle.report.drive_values import drive_values
 from bristle.report.fronts.prediction import prediction_ruling
 from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.judgement import judged
-from bristle.report.loop_warnings import loop_warnings
+from bristle.report.loop_warnings import loop_doubts, loop_warnings
 from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def simulation_summary(
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "files": files,
-        "verdict": simulation_ruling(result, loop_warnings(diagnostics)).as_data(),
+        "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
         "warnings": loop_warnings(diagnostics),
         "diagnostics": as_data(diagnostics),
         "provenance": provenance,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import unit_of
-from bristle.report.best import Standing, percent_text, standing
-from bristle.report.compensation import gain_of
+from bristle.report.best import Standing, is_alike, percent_text, standing
+from bristle.report.compensation import gain_of, pair_of
 from bristle.report.front import Front, Ruling, about, answered, fixed, length_text
 from bristle.report.laws import law_lines
 from bristle.simulation.reversals import swing_at_worst_reversal
@@ -65,13 +65,20 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
 
 def _compared(result: SimulationResult, rank: Standing, level: str, doubts: tuple[str, ...]) -> Ruling:
     fed, plain = (_variant(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
-    subject = "Compensation" if fed is not None and plain is None else "Another loop"
+    subject = "Compensation" if fed is not None and plain is None and _is_friction(result, rank) else "Another loop"
     if rank.best is rank.base:
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
         return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
     if rank.alike:
         return Ruling("with_care", f"{subject} hardly helps", (_instead(rank, result), *doubts))
     return Ruling(level, f"{subject} helps", (_instead(rank, result), *doubts))
+
+
+def _is_friction(result: SimulationResult, rank: Standing) -> bool:
+    """Return whether the friction fed forward helps by itself, and not the other law alone that stands beside it."""
+    pair = pair_of(result.experiment, _variant(result, rank.best.name))
+    plain = None if pair is None else result.variants.get(pair[0].name)
+    return plain is None or plain.status is Status.NOT_FINITE or not is_alike(rank.best, plain)
 
 
 def _instead(rank: Standing, result: SimulationResult) -> str:
