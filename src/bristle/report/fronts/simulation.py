@@ -65,7 +65,8 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
 
 def _compared(result: SimulationResult, rank: Standing, level: str, doubts: tuple[str, ...]) -> Ruling:
     fed, plain = (_variant(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
-    subject = "Compensation" if fed is not None and plain is None and _is_friction(result, rank) else "Another loop"
+    is_compensation = fed is not None and plain is None and (rank.alike or _is_friction(result, rank))
+    subject = "Compensation" if is_compensation else "Another loop"
     if rank.best is rank.base:
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
         return Ruling("no", f"{subject} does not help", (f"no variant errs less than {rank.base.name}", *doubts))
