@@ -13,7 +13,8 @@ from tests.report.test_compensation import with_error
 from tests.report.test_pages import COMMON, identification_page, prediction_page, simulation_page
 
 from bristle import compare, references
-from bristle.core import Status
+from bristle.core import Axis, Status
+from bristle.core.axis import Column
 from bristle.core.diagnostic import Diagnostic
 from bristle.excitation import excite
 from bristle.report.comparison import comparison_report, comparison_summary
@@ -26,7 +27,9 @@ from bristle.report.fronts.operators import operator_ruling
 from bristle.report.fronts.prediction import prediction_ruling
 from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.log import log_report
+from bristle.report.loop_tables import variant_table
 from bristle.report.loop_warnings import loop_doubts
+from bristle.report.model_tables import drive_rows
 from bristle.report.summary import prediction_summary, simulation_summary
 from bristle.simulation.reversals import swing_at_worst_reversal, worst_reversal
 
@@ -94,6 +97,21 @@ def test_variants_along_another_motion_are_not_held_against_the_base(stage):
     moved = replace(result, experiment=replace(result.experiment, variants=(*first, other)))
     assert simulation_ruling(result).words == "Compensation helps"
     assert simulation_ruling(moved).level == "with_care"
+
+
+def test_following_errors_are_told_in_no_smaller_unit_than_micrometres(stage):
+    table = variant_table(looped(stage, 8e-7, 5e-7, 3e-7))
+    assert table.heads[1].endswith("[µm]")
+    assert [float(row[1]) for row in table.rows] == pytest.approx([0.8, 0.5, 0.3], abs=2e-3)
+
+
+def test_the_table_for_a_drive_names_no_unit_twice():
+    columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
+    axis = Axis(columns=columns)
+    heads = drive_rows([(-0.1, -9.0), (0.1, 9.0)], "translational", axis).heads
+    assert "Velocity [mm/s]" in heads
+    assert "[mm/s]" not in heads
+    assert "[V]" in heads
 
 
 def test_the_worst_reversal_is_where_the_error_swings_most():
