@@ -78,7 +78,7 @@ def test_the_table_is_in_rpm_and_percent_of_rated(found, entries):
 
 def test_the_first_page_tells_them_in_the_units_of_the_drive(found):
     page = found.outcome.page
-    assert "in % of rated: F+" in page
+    assert "in % of rated: <i>F</i><sub>+</sub>" in page
     assert "11.8\u00a0g·cm² at the motor" in page or "0.118\u00a0kg·cm² at the motor" in page
     assert "N*m" not in page.partition("Table for the drive")[0]
 

@@ -113,6 +113,7 @@ def gallery(names=PLAIN, many=None):
         "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: figures.circles(circles(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
+        "comparison_in_short": lambda: figures.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison(compared()),
         "control_effort": lambda: figures.control_effort(simulated(names), 0.5, (1.0, 2.0)),
         "control_scheme": lambda: figures.control_scheme(variant),
@@ -134,6 +135,10 @@ def gallery(names=PLAIN, many=None):
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
         "loop_family": lambda: figures.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
+        "loops_at_reversal": lambda: figures.loops_at_reversal(looped(names), names[:2]),
+        "loops_proposed": lambda: figures.loops_proposed(
+            many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
+        ),
         "margins": lambda: figures.margins(assess(rig(1))),
         "marked_path": lambda: figures.marked_path(few, turns, "abc", told),
         "minor_loops": lambda: figures.minor_loops(traces),

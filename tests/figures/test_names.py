@@ -16,9 +16,9 @@ from bristle.figures.plain import one_line, printable
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {
-    "comparison", "control_scheme", "drive_table", "effort_over_time", "error_budget", "everett_surface", "expected",
-    "fitted", "friction_over_velocity", "margins", "motion", "passages", "prediction", "preisach_plane",
-    "preisach_stages", "recorded_curves", "residuals", "rig_layout",
+    "comparison", "comparison_in_short", "control_scheme", "drive_table", "effort_over_time", "error_budget",
+    "everett_surface", "expected", "first_page", "fitted", "friction_over_velocity", "margins", "motion", "passages",
+    "prediction", "preisach_plane", "preisach_stages", "recorded_curves", "residuals", "rig_layout",
 }  # fmt: skip
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
 WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "model_comparison", "tracking")

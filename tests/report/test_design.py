@@ -14,8 +14,9 @@ from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.controller import controller_from
 from bristle.loop_design import design
-from bristle.report.design import design_report, design_sentences
+from bristle.report.design import design_report, design_sentences, design_summary
 from bristle.report.design_tables import budget_table, controller_text, margin_table
+from bristle.report.fronts.design import design_ruling
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +31,45 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
-    assert [one["id"] for one in page.named("figure")] == ["figure-margins", "figure-budget", "figure-circles"]
+    assert [one["id"] for one in page.named("figure")] == [
+        "figure-loops", "figure-budget", "figure-margins", "figure-circles",
+    ]  # fmt: skip
     assert "$" not in page.words
+
+
+def with_errors(designed, *peaks):
+    """The design with following errors of our own [m]."""
+    error = designed.proposals[0].following_error
+    loops = [
+        replace(one, following_error=replace(error, peak_to_peak=peak))
+        for one, peak in zip(designed.proposals, peaks, strict=True)
+    ]
+    return replace(designed, proposals=tuple(loops))
+
+
+def test_the_verdict_names_the_loop_that_errs_less(designed):
+    ruling = design_ruling(with_errors(designed, 2e-6, 1e-6, 3e-6))
+    assert (ruling.level, ruling.words) == ("with_care", "Change the gains")
+    assert "the loop tuned errs by 1\u00a0µm instead of 2\u00a0µm" in ruling.reasons[0]
+    assert design_summary(designed, provenance={})["verdict"] == design_ruling(designed).as_data()
+
+
+def test_a_loop_that_none_proposed_betters_is_kept(designed):
+    assert design_ruling(with_errors(designed, 2e-6, 1.7e-6, 3e-6))[:2] == ("usable", "Keep it")
+
+
+def test_the_first_page_tells_what_to_type_in_and_what_it_takes(designed):
+    words = Page(design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)).words
+    tuned = designed.proposals[1]
+    assert f"kp {tuned.variant.controller.values['k_p']:.4g} 1/s" in words
+    assert "acceleration × 20 kg fed forward" in words
+    assert "following error 1 µm instead of 2 µm" in words
+
+
+def test_one_loop_has_one_word(designed):
+    page = Page(design_report(designed, **COMMON))
+    assert "as it is" not in page.cells
+    assert page.cells.count(designed.variant.name) >= 2
 
 
 def test_what_a_person_wrote_is_escaped(designed):
@@ -80,6 +118,7 @@ def test_an_unstable_loop_is_told_with_what_is_stable():
     unstable = loop(run=replace(loop().run, delay=9))
     found = design(Experiment("slow", "translational", (unstable,)))
     words = design_sentences(found)
+    assert design_ruling(found)[:2] == ("no", "Do not run it")
     assert "pole at" in words[0]
     assert "nine samples of delay" in words[0]
     page = Page(design_report(found, **COMMON))

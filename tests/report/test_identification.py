@@ -14,7 +14,6 @@ from tests.identification.known_logs import STATED, sliding_log
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
-from bristle.core.typography import typeset_sentence
 from bristle.core.units import factor
 from bristle.friction import MODELS, find
 from bristle.identification import identify
@@ -25,6 +24,7 @@ from bristle.report.advice import ADVICE, next_measurements
 from bristle.report.identification import identification_report
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
+from bristle.report.symbols import worded
 from bristle.report.verdict import sentences
 from bristle.simulation import simulate
 
@@ -100,9 +100,9 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
     assert unknown
     words = Page(identification_page(bench)).words
     assert f"could not be identified from this log: {', '.join(unknown)}" in words
-    assert all(typeset_sentence(warning) in words for warning in warnings_of(bench.identified.best))
+    assert all(Page(worded(warning)).words in words for warning in warnings_of(bench.identified.best))
     for names, motion in next_measurements(bench.identified.best):
-        assert f"{names}: {motion}" in words
+        assert Page(worded(f"{names}: {motion}")).words in words
 
 
 def test_where_all_is_identified_the_least_certain_is_named(stage):
@@ -120,7 +120,7 @@ def test_there_is_advice_for_every_excitation_that_a_model_asks_for():
 
 def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
     words = Page(identification_page(stage)).words
-    assert all(typeset_sentence(one) in words for one in assumptions_of(stage.identified.best))
+    assert all(Page(worded(one)).words in words for one in assumptions_of(stage.identified.best))
     for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
         assert fact in words
 
@@ -197,3 +197,14 @@ def test_the_report_of_a_measured_axis():
     assert "All 5 parameters are identified" in words
     assert "lowers the following error" in words
     assert len(text) < 1_000_000
+
+
+def test_parameters_that_are_open_are_named_once_on_the_first_page(workbenches):
+    bench = workbenches["rotational"]
+    fit = bench.identified.best
+    open_ = tuple(replace(one, status="unidentifiable") for one in fit.estimates)
+    text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
+    verdict = Page(text.partition('<dl class="answers">')[0]).words
+    assert "parameters are open" in verdict
+    assert "not identified" not in verdict
+    assert "nothing yet: measure again first" in Page(text).words

@@ -11,10 +11,11 @@ from bristle.identification import identify
 from bristle.identification.settings import Settings
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
+from bristle.report.advice import WRITTEN_BY
 from bristle.report.first_page import answers
 from bristle.report.judgement import DOUBTS, judged
 from bristle.report.sentences import SENTENCES
-from bristle.report.symbols import symbolic
+from bristle.report.symbols import symbolic, worded
 from bristle.simulation.result import statistics_of
 
 USUAL = Settings()
@@ -59,6 +60,22 @@ def test_open_parameters_ask_for_care_and_half_of_them_for_another_log(found):
     assert levels == ["usable", "with_care", "measure_again", "measure_again", "measure_again"]
 
 
+def test_nothing_is_typed_in_where_the_axis_is_to_be_measured_again(found):
+    reversed_ = doubted(found.best, Diagnostic("sign_reversed", severity="error"))
+    again = dict(answers(replace(found, fits=(reversed_,)), None, None, [], usable=False))
+    assert again["What to type in"][0] == "nothing yet: measure again first"
+    assert again["What next"] == [SENTENCES["sign_reversed"].advice]
+    assert not any("nothing yet" in line for line in dict(answers(found, None, None, []))["What to type in"])
+
+
+def test_parameters_that_one_motion_serves_share_its_line(found):
+    by_excite = [
+        (name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")
+    ]
+    told = dict(answers(found, None, None, by_excite))["What next"]
+    assert told == ["for F_S, v_S: `bristle excite AXIS.toml --for stribeck`, which writes the motion"]
+
+
 def test_the_error_that_friction_takes_decides(found):
     error = found.best.friction_alone_error_percent
     for usable, useless, level in ((1.1, 2.0, "usable"), (0.9, 2.0, "with_care"), (0.5, 0.9, "measure_again")):
@@ -92,7 +109,7 @@ def test_the_five_questions_are_answered(found):
     assert all(told.values())
     mass = found.best.parameters["M"]
     assert told["What to type in"][0] == f"mass {mass.value:.3g}\u00a0kg"
-    assert f"M ± {mass.interval_percent:.2g} %" in told["Can it be trusted?"][1]
+    assert f"M ± {mass.interval_percent:.2g}\u00a0%" in told["Can it be trusted?"][1]
     assert told["What next"] == ["for F_S: move slowly"]
     assert "effective" not in " ".join(told["Can it be trusted?"])
 
@@ -105,7 +122,15 @@ def test_the_five_questions_are_answered(found):
         ("`F_S`", "`F_S`"),
         ("stribeck_free", "stribeck_free"),
         ("a < b", "a &lt; b"),
+        ("M ± 2 %", "<i>M</i> ± 2 %"),
+        ("F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
     ],
 )
 def test_names_of_parameters_are_symbols(text, symbol):
     assert symbolic(text) == symbol
+
+
+def test_what_is_to_be_typed_is_left_as_it_is_typed():
+    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == (
+        "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"
+    )

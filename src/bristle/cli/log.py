@@ -153,7 +153,7 @@ def _write(folder: Results, looked_at: Summary, axis: Axis | None, command: str)
 
     page = log_report(
         log, passages, name=axis.name if axis else Path(summary["file"]).stem, command=command,
-        provenance=summary["provenance"], found=[entry["message"] for entry in summary["diagnostics"]],
+        provenance=summary["provenance"], diagnostics=summary["diagnostics"],
     )  # fmt: skip
     write_report(folder, page, summary)
 

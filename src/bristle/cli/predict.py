@@ -101,14 +101,22 @@ def _predict_friction(
         source = provenance(
             command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
         )
-        summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
+        # A file of several tables has one checksum for all of them.
+        own_log = (
+            "::" not in str(log)
+            and bool(recorded.origin.checksum)
+            and recorded.origin.checksum in facts["provenance"].values()
+        )
+        summary = prediction_summary(
+            prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log
+        )  # fmt: skip
         if folder:
             from bristle.report.prediction import prediction_report
             from bristle.report.results import write_report
 
             page = prediction_report(
                 prediction, plant=plant, friction=friction, log=recorded, command=command,
-                axis_name=described.name if described else log.stem, provenance=source,
+                axis_name=described.name if described else log.stem, provenance=source, own_log=own_log,
             )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:

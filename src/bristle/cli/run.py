@@ -56,7 +56,7 @@ def run(
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
-    from bristle.report.loop_warnings import about_loops, loop_warnings
+    from bristle.report.loop_warnings import about_loops, loop_doubts, loop_warnings
     from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
@@ -88,7 +88,9 @@ def run(
         if folder:
             from bristle.report.simulation import simulation_report
 
-            page = simulation_report(result, command=context.obj, provenance=source, warnings=warnings)
+            page = simulation_report(
+                result, command=context.obj, provenance=source, warnings=warnings, doubts=loop_doubts(about)
+            )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))

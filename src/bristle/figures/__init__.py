@@ -10,7 +10,7 @@ from bristle.figures import loading  # noqa: F401  (before all others: with it m
 from bristle.figures.break_away import break_away
 from bristle.figures.circles import circles
 from bristle.figures.closure import closure
-from bristle.figures.comparison import comparison
+from bristle.figures.comparison import comparison, comparison_in_short
 from bristle.figures.control_effort import control_effort
 from bristle.figures.control_scheme import control_scheme, rig_layout
 from bristle.figures.correlation import correlation
@@ -25,9 +25,10 @@ from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.first_page import first_page
 from bristle.figures.fitted import fitted
-from bristle.figures.following_error import following_error, has_completed
+from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import loop_family
+from bristle.figures.loops_proposed import loops_proposed
 from bristle.figures.margins import margins
 from bristle.figures.marked_path import marked_path
 from bristle.figures.mechanical_layout import Mechanics
@@ -56,6 +57,7 @@ __all__ = [
     "circles",
     "closure",
     "comparison",
+    "comparison_in_short",
     "control_effort",
     "control_scheme",
     "correlation",
@@ -77,6 +79,8 @@ __all__ = [
     "has_completed",
     "inline_svg",
     "loop_family",
+    "loops_at_reversal",
+    "loops_proposed",
     "margins",
     "marked_path",
     "minor_loops",

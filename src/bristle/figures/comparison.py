@@ -11,6 +11,7 @@ from bristle.core.typography import Scale
 from bristle.figures import style
 from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.legends import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison, Turn
     from bristle.core.variable import Kind
 
-__all__ = ["comparison"]
+__all__ = ["comparison", "comparison_in_short"]
 
 BEFORE: style.Look = style.MEASURED
 AFTER: style.Look = style.PREDICTED
@@ -63,6 +64,34 @@ def comparison(compared: Comparison) -> Figure:
     return figure
 
 
+@style.styled
+def comparison_in_short(compared: Comparison) -> Figure:
+    """Return the mean around reversals, or over the motion where it has none, and each change with its interval.
+
+    Parameters
+    ----------
+    compared : Comparison
+        Two logs, held against each other.
+    """
+    told = [change for change in compared.changes.values() if change.interval_percent is not None]
+    heights = [1.5, *([0.3 + 0.19 * len(told)] * bool(told))]
+    rows = len(heights)
+    # Above the titles of the panels there is a line for the names.
+    figure, grid = style.panels(
+        0.5 + LINE + 0.66 * (rows - 1) + 1.25 * sum(heights), rows=rows, columns=max(len(compared.turns), 1),
+        heights=heights, undivided=[row for row in range(rows) if not compared.turns or row > 0], left=1.2,
+        between=0.68, top=0.32 + LINE,
+    )  # fmt: skip
+    if compared.turns:
+        _draw_turns(grid[0], compared.turns, compared.window, compared.kind)
+    else:
+        _draw_errors(grid[0][0], compared)
+    if told:
+        _draw_changes(grid[-1][0], told)
+    style.legend(grid[0][0], top=True)
+    return figure
+
+
 def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
     course_, kind = compared.course, compared.kind
     follows = "following_error.rms" in compared.changes
@@ -71,13 +100,19 @@ def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -
     motion.plot(x * span.factor, y * length.factor, color=style.INK, linewidth=1.0)
     motion.set_ylabel(length.label(position_word(kind)))
     motion.set_title("reference" if follows else "position")
-    scale, word = (scale_for("length", kind, course_.before, course_.after), "Following error")
-    if not follows:
-        scale, word = effort_scale(kind, course_.before, course_.after)
-    _draw_pair(course, course_.time, course_.before, course_.after, scale)
-    course.set_ylabel(scale.label(word))
-    for axes in (motion, course):
-        axes.set_xlabel(span.label("Time"))
+    motion.set_xlabel(span.label("Time"))
+    _draw_errors(course, compared)
+
+
+def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
+    """Draw the mean following error over the motion, or the effort where there is no reference."""
+    course, kind = compared.course, compared.kind
+    scale, word = (scale_for("length", kind, course.before, course.after), "Following error")
+    if "following_error.rms" not in compared.changes:
+        scale, word = effort_scale(kind, course.before, course.after)
+    _draw_pair(axes, course.time, course.before, course.after, scale)
+    axes.set_ylabel(scale.label(word))
+    axes.set_xlabel(time_scale(course.time).label("Time"))
 
 
 def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, scale: Scale) -> None:

@@ -17,16 +17,19 @@ from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.legends import LINE, lines
 from bristle.figures.names import label
+from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.core.variable import Kind
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["draw_worst_reversal", "following_error", "has_completed"]
+__all__ = ["draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
 BINS = 80
-CLOSE_UP = 0.05  # share of the samples
+BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
+MICROMETRE = np.array([1e-6])  # the errors of servos are told in no smaller unit
+CLOSE_UP = 0.05  # share of the samples, where nothing reverses
 SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
 
@@ -109,7 +112,7 @@ def _draw_signals(motion: style.Axes, effort: style.Axes, loops: list[_Loop], ki
 
 
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
-    scale = scale_for("length", kind, *(loop.error for loop in loops))
+    scale = scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
         _plot(axes, loop.time, loop.error, scale, loop.look, loop.name)
     axes.set_ylabel(scale.label("Following error"))
@@ -122,6 +125,43 @@ def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np
     shown = [loops[number] for number in sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})]
     times = _turn(shown[0])
     _draw_errors(axes, [loop.between(times[0], times[-1]) for loop in shown], result.experiment.kind)
+
+
+@style.styled
+def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_names: Sequence[str] = ()) -> Figure:
+    """Return the following error of some variants, whole and at the worst reversal, and the effort there.
+
+    Parameters
+    ----------
+    result : SimulationResult
+        The simulated variants.
+    names : sequence of str
+        Those to be drawn: the one to compare with first.
+    close_names : sequence of str, optional
+        Those that are looked at closely, at the worst reversal of the first of them; all by default.
+    """
+    by_name = {loop.variant: loop for loop in _settled(result, None)}
+    # The two that are looked at closely lie light under dark, a third one behind them.
+    looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
+    loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
+    near = [loop for loop in loops if loop.variant in close_names] or loops
+    kind, times = result.experiment.kind, _turn(near[0])
+    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in near) if loop.time.size]
+    name_rows = lines([loop.name for loop in loops])
+    above = LINE * name_rows if name_rows > 1 else 0.0
+    figure, grid = style.panels(5.1 + above, rows=3, heights=(1.0, 1.2, 0.8), top=0.32 + above)
+    (full,), (close,), (effort,) = grid
+    _draw_errors(full, loops, kind)
+    _draw_errors(close, cut, kind)
+    apart = "" if len(near) == len(loops) else ", " + " and ".join(loop.name for loop in near) + " only"
+    style.title(close, f"at the worst reversal{apart}")
+    force, word = effort_scale(kind, *(loop.effort for loop in cut))
+    for loop in cut:
+        _plot(effort, loop.time, loop.effort, force, loop.look)
+    effort.set_ylabel(force.label(word))
+    style.mark_window(full, times * time_scale(loops[0].time).factor)
+    style.legend(full, top=name_rows > 1)
+    return figure
 
 
 def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> None:
@@ -137,16 +177,8 @@ def _turn(loop: _Loop) -> np.ndarray:
 
     Where the reference never reverses, around the largest error.
     """
-    count = min(max(round(CLOSE_UP * loop.time.size), 40), loop.time.size)
-    steps = np.diff(loop.reference)
-    moving = np.flatnonzero(steps)
-    turns = moving[1:][np.sign(steps[moving[1:]]) != np.sign(steps[moving[:-1]])]
-    starts = np.clip(turns - count // 3, 0, loop.time.size - count)
-    if not starts.size:
-        return loop.time[window(loop.time, loop.error, CLOSE_UP)]
-    swings = [np.ptp(loop.error[start : start + count]) for start in starts]
-    start = starts[int(np.argmax(swings))]
-    return loop.time[start : start + count]
+    at = worst_reversal(loop.reference, loop.error)
+    return loop.time[window(loop.time, loop.error, CLOSE_UP) if at is None else at]
 
 
 def has_completed(result: SimulationResult) -> bool:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["next_measurements"]
+__all__ = ["WRITTEN_BY", "next_measurements"]
+
+WRITTEN_BY = " Written by: "  # between the motion that is needed and the command for it
 
 # The purposes of a motion (`bristle excite --for`) that serves.
 MOTIONS = {
@@ -57,4 +59,4 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
 def _advice_text(needed: str) -> str:
     if needed not in MOTIONS:
         return ADVICE[needed]
-    return f"{ADVICE[needed]} Written by: bristle excite AXIS.toml --for {MOTIONS[needed]}"
+    return f"{ADVICE[needed]}{WRITTEN_BY}`bristle excite AXIS.toml --for {MOTIONS[needed]}`"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of, with_unit
@@ -13,10 +13,37 @@ from bristle.report.compensation import NO_CHANGE, gain_of
 if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["best_sentences", "closing_sentences"]
+__all__ = ["Standing", "best_sentences", "closing_sentences", "error_text", "is_alike", "percent_text", "standing"]
 
 BASE = "base"
 NAMES_MAX = 4  # names of variants that err about as little
+
+
+class Standing(NamedTuple):
+    """The loop as it stands, and the variant that errs least.
+
+    Parameters
+    ----------
+    base, best : VariantResult
+        Both completed; one alone is both.
+    alike : bool
+        Whether they are not told apart.
+    """
+
+    base: VariantResult
+    best: VariantResult
+    alike: bool
+
+
+def standing(result: SimulationResult) -> Standing | None:
+    """Return the loop as it stands and the best one along the same reference; None where that loop did not complete."""
+    base = _base(result) if result.variants else None
+    if base is None or not _is_done(base):
+        return None
+    references = {variant.name: variant.reference for variant in result.experiment.variants}
+    completed = [variant for variant in result.variants.values() if _is_done(variant)]
+    best = min((one for one in completed if references[one.name] == references[base.name]), key=_peak)
+    return Standing(base, best, best is base or is_alike(best, base))
 
 
 def closing_sentences(result: SimulationResult) -> list[str]:
@@ -38,22 +65,24 @@ def best_sentences(result: SimulationResult) -> list[str]:
         return []
     unit = unit_of("length", result.experiment.kind)
     best = min(completed, key=_peak)
-    alike = [variant for variant in completed if variant is not best and _is_alike(best, variant)]
+    alike = [variant for variant in completed if variant is not best and is_alike(best, variant)]
     base = _base(result)
     if base is None or not _is_done(base):
         lacks = f"{base.name if base else BASE}, against which it would be measured, did not complete"
-        return [f"Of {len(completed)} variants, {best.name} errs least: {_error(best, unit)} peak to peak. {lacks}."]
+        return [
+            f"Of {len(completed)} variants, {best.name} errs least: {error_text(best, unit)} peak to peak. {lacks}."
+        ]
     if best is base:
         nearest = min((variant for variant in completed if variant is not base), key=_peak)
-        more = "about as much as" if nearest in alike else f"{_percent(base, nearest)} more than"
+        more = "about as much as" if nearest in alike else f"{percent_text(base, nearest)} more than"
         return [
-            f"No variant errs less than {base.name}: {_error(base, unit)} peak to peak. The nearest, {nearest.name}, "
-            f"errs by {_error(nearest, unit)}, {more} that{_runs(base)}."
+            f"No variant errs less than {base.name}: {error_text(base, unit)} peak to peak. The nearest, "
+            f"{nearest.name}, errs by {error_text(nearest, unit)}, {more} that{_runs(base)}."
         ]  # fmt: skip
-    less = "hardly less" if base in alike else f"{_percent(base, best)} less"
+    less = "hardly less" if base in alike else f"{percent_text(base, best)} less"
     comparison = (
-        f"Of {len(completed)} variants, {best.name} errs least: {_error(best, unit)} peak to peak, {less} than "
-        f"{base.name} with {_error(base, unit)}{_runs(best)}."
+        f"Of {len(completed)} variants, {best.name} errs least: {error_text(best, unit)} peak to peak, {less} than "
+        f"{base.name} with {error_text(base, unit)}{_runs(best)}."
     )
     return [comparison, *_near_ties([variant for variant in alike if variant is not base])]
 
@@ -86,12 +115,12 @@ def _spread(variant: VariantResult) -> float:
     return float(variant.spread["following_error"]["peak_to_peak"]) if variant.spread else 0.0
 
 
-def _is_alike(best: VariantResult, variant: VariantResult) -> bool:
+def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether two variants are not told apart: by as much as nobody minds, or as their runs scatter."""
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), _spread(best) + _spread(variant))
 
 
-def _error(variant: VariantResult, unit: str) -> str:
+def error_text(variant: VariantResult, unit: str) -> str:
     """Return the error with its unit, and the standard deviation over the runs."""
     if not _spread(variant):
         return with_unit(_peak(variant), unit)
@@ -100,7 +129,7 @@ def _error(variant: VariantResult, unit: str) -> str:
     return f"{number(peak, spread)} ± {number(spread, spread)} {scale.unit}"
 
 
-def _percent(base: VariantResult, variant: VariantResult) -> str:
+def percent_text(base: VariantResult, variant: VariantResult) -> str:
     """Return by how much the error of another variant differs from that of the base, in percent of that."""
     ratio = _peak(variant) / _peak(base) if _peak(base) else math.inf
     percent = 100.0 * abs(1.0 - ratio)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
+from bristle.report.changes import WORDS, interval_of, percent_of
 from bristle.report.compensation import NO_CHANGE
+from bristle.report.fronts.comparison import comparison_front, comparison_ruling
 from bristle.report.log_facts import log_facts
 from bristle.report.messages import as_data, message
-from bristle.report.page import picture, render
+from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
@@ -19,15 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["HEADS", "change_rows", "comparison_report", "comparison_sentences", "comparison_summary", "remarks_of"]
 
-WORDS = {
-    "following_error.rms": "Following error, root mean square",
-    "following_error.peak": "Following error, largest in a cycle",
-    "reversals.forward_to_backward": "Following error behind a reversal, forward to backward",
-    "reversals.backward_to_forward": "Following error behind a reversal, backward to forward",
-    "effort.rms": "Effort, root mean square",
-    "effort.peak": "Effort, largest in a cycle",
-    "friction.level": "Friction level",
-}
 VERDICTS = {"lower": "lower", "higher": "higher", "no_change": "no change told", "unknown": "no interval"}
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 HELPED = {
@@ -37,7 +30,6 @@ HELPED = {
     "unknown": "Whether it helped these logs cannot tell: one cycle gives no interval.",
 }
 HARDLY = f"It helped hardly: the following error is lower, by less than {100.0 * NO_CHANGE:g} %."
-FINEST = 0.1  # percent, told to two digits
 GROUPS = ("following_error", "reversals", "effort", "friction")
 
 
@@ -55,7 +47,7 @@ def _head(change: Change) -> str:
 
 def _sentence(change: Change) -> str:
     word, (before, after) = WORDS[change.name], (with_unit(side, change.unit) for side in (change.before, change.after))
-    interval = f", {_percent(change)} (95 % interval {_interval(change)})" if change.interval_percent else ""
+    interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
     if change.verdict == "unknown":
         return f"{word}: {before} before, {after} after; nothing tells how sure that is."
     if change.verdict == "no_change":
@@ -63,36 +55,12 @@ def _sentence(change: Change) -> str:
     return f"{word}: {change.verdict}, {after} instead of {before}{interval}."
 
 
-def _half_width(change: Change) -> float | None:
-    """Return the half-width of the interval [%], but for digits that nobody reads."""
-    if change.interval_percent is None:
-        return None
-    low, high = change.interval_percent
-    return max(0.5 * (high - low), FINEST)
-
-
-def _signed(value: float, resolution: float | None) -> str:
-    text = number(value, resolution, digits=2)
-    return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
-
-
-def _percent(change: Change) -> str:
-    return f"{_signed(change.change_percent, _half_width(change))} %"
-
-
-def _interval(change: Change) -> str:
-    if change.interval_percent is None:
-        return "–"
-    low, high = (_signed(end, _half_width(change)) for end in change.interval_percent)
-    return f"{low} to {high} %"
-
-
 def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
     """Return a row for each quantity, under `HEADS`."""
     return [
         (
             WORDS[change.name], with_unit(change.before, change.unit), with_unit(change.after, change.unit),
-            _percent(change), _interval(change), VERDICTS[change.verdict],
+            percent_of(change), interval_of(change), VERDICTS[change.verdict],
         )
         for change in compared.changes.values()
     ]  # fmt: skip
@@ -141,13 +109,27 @@ def comparison_report(
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     return render(
         "comparison.html", provenance=provenance, command=command, banner=banner, name=name,
-        sentences=comparison_sentences(compared), warnings=warnings,
+        front=comparison_front(compared, name, _short_picture(compared)), sentences=comparison_sentences(compared),
+        warnings=warnings,
         remarks=remarks_of(compared)[len(warnings) :],
         changes=Table("Before and after", HEADS, change_rows(compared)),
         friction=_friction_table(compared),
         picture=picture("comparison", lambda: figures.comparison(compared), *_caption(compared)),
         logs=[(f"The log {side}", log_facts(logs[0], logs[1:])) for side, logs in sides.items()],
         notes=[note for logs in sides.values() for log in logs for note in log.notes],
+    )  # fmt: skip
+
+
+def _short_picture(compared: Comparison) -> Picture:
+    from bristle import figures
+
+    signal = "following error" if "following_error.rms" in compared.changes else "effort"
+    place = f"the mean {signal} around reversals" if compared.turns else f"the mean {signal} over the cycles"
+    return picture(
+        "short", lambda: figures.comparison_in_short(compared),
+        f"{signal.capitalize()} before and after, and each change",
+        f"Above, {place}: light before, dark after. Below, each change in percent of before: a full point is one whose "
+        "interval leaves out zero.",
     )  # fmt: skip
 
 
@@ -169,7 +151,7 @@ def _friction_table(compared: Comparison) -> Table | None:
     rows = [
         (
             with_unit(at, speed), with_unit(change.before, change.unit), with_unit(change.after, change.unit),
-            _percent(change), _interval(change), VERDICTS[change.verdict],
+            percent_of(change), interval_of(change), VERDICTS[change.verdict],
         )
         for at, change in compared.friction_curve
     ]  # fmt: skip
@@ -189,6 +171,7 @@ def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[s
     return {
         "name": name, "kind": compared.kind, "helped": compared.helped,
         "error_unit": unit_of("length", compared.kind), "effort_unit": unit_of("force", compared.kind),
+        "verdict": comparison_ruling(compared).as_data(),
         "sentences": comparison_sentences(compared),
     } | {group: numbers or None for group, numbers in groups.items()} | {
         "shared": vars(compared.shared),

@@ -114,7 +114,7 @@ class Gain(NamedTuple):
             return []
         first, last = self.steps[0].peak_to_peak, self.steps[-1].peak_to_peak
         return [
-            f"The loop as it is ({self.steps[0].name}) has {self._words(first)}: with all that is fed forward "
+            f"The first loop, {self.steps[0].name}, has {self._words(first)}: with all that is fed forward "
             f"it becomes {self._words(last)}{_times(first, last)}."
         ]
 

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.design_tables import (
-    MICROMETRE,
     budget_table,
     circle_table,
     controller_text,
     delay_table,
+    least_phase,
+    loop_name,
     margin_table,
     proposal_table,
 )
+from bristle.report.front import length_text
+from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, design_front, design_ruling, peak_of
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
-from bristle.stability import doubts_of, verdict_of
+from bristle.stability import PHASE_ENOUGH, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.loop_design import Design, Proposal
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
-
-MUCH = 0.5  # of the friction: effort for a single count that is worth a word
-LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
 
 
 def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -46,6 +47,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         provenance=provenance,
         command=command,
         banner=None,
+        front=design_front(design, _loops_picture(design)),
         name=design.experiment.name,
         verdict=design_sentences(design),
         margins=margin_table(design),
@@ -71,17 +73,17 @@ def design_sentences(design: Design) -> list[str]:
     )
     lines += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
-        first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
+        first, kind = design.budget.entries[0], design.experiment.kind
         lines.append(
-            f"It errs by {_length(design.budget.all_causes.peak_to_peak, length)} peak to peak. No cause weighs more "
-            f"than this one, {first.cause}: without it, that is {_length(first.without.peak_to_peak, length)}."
+            f"It errs by {length_text(design.budget.all_causes.peak_to_peak, kind)} peak to peak. No cause weighs more "
+            f"than this one, {first.cause}: without it, that is {length_text(first.without.peak_to_peak, kind)}."
         )
     return lines + _advice(design)
 
 
 def _about_a_count(design: Design) -> list[str]:
     present, kind = design.proposals[0], design.experiment.kind
-    if present.count_effort <= MUCH * design.friction or design.friction <= 0.0:
+    if not counts_much(design):
         return []
     effort, friction = (with_unit(force, unit_of("force", kind)) for force in (present.count_effort, design.friction))
     return [
@@ -92,34 +94,23 @@ def _about_a_count(design: Design) -> list[str]:
 
 
 def _advice(design: Design) -> list[str]:
-    present = design.proposals[0].following_error
-    simulated = [proposal for proposal in design.proposals[1:] if proposal.following_error is not None]
-    best = min(simulated, key=_peak, default=None)
+    best, present = best_of(design), design.proposals[0].following_error
     if best is None:
         return []
-    length = unit_of("length", design.experiment.kind)
-    if present is not None and _peak(best) > MORE * present.peak_to_peak:
+    error = length_text(peak_of(best), design.experiment.kind)
+    if present is not None and peak_of(best) > MORE * present.peak_to_peak:
         return [
             "None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against "
             "the error."
         ]
-    if present is not None and _peak(best) > LESS * present.peak_to_peak:
+    if present is not None and peak_of(best) > LESS * present.peak_to_peak:
         return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
-                f"simulation, {_length(_peak(best), length)}, with margins kept."]  # fmt: skip
+                f"simulation, {error}, with margins kept."]  # fmt: skip
     return [
-        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_length(_peak(best), length)} "
+        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {error} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
         "the model leaves are a good start for any axis."
     ]
-
-
-def _length(length: float, unit: str) -> str:
-    """Return a length in no smaller unit than the micrometre, in which the errors of servos are told."""
-    return with_unit(length, unit) if length >= MICROMETRE else f"{number(length / MICROMETRE, digits=3)} µ{unit}"
-
-
-def _peak(proposal: Proposal) -> float:
-    return proposal.following_error.peak_to_peak if proposal.following_error is not None else float("inf")
 
 
 def _circle_words(design: Design) -> str:
@@ -134,6 +125,23 @@ def _circle_words(design: Design) -> str:
         f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
         "swing of the deviation within 30° of the place where an axis reverses."
     )
+
+
+def _loops_picture(design: Design) -> Picture:
+    from bristle import figures
+
+    loops = design.proposals
+    errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in loops]
+    return picture(
+        "loops",
+        lambda: figures.loops_proposed(
+            [loop_name(loop.name, design) for loop in loops], errors, [loop.effort_rms for loop in loops],
+            [least_phase(loop) for loop in loops], PHASE_ENOUGH, design.experiment.kind,
+        ),
+        "Following error, effort and smallest phase margin of the loop as it is and of those proposed",
+        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
+        "is the loop as it is, the others are proposed.",
+    )  # fmt: skip
 
 
 def _pictures(design: Design) -> dict[str, Picture]:
@@ -157,8 +165,9 @@ def _pictures(design: Design) -> dict[str, Picture]:
             "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
         )  # fmt: skip
     if design.circles:
+        named = tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles)
         pictures["circles"] = picture(
-            "circles", lambda: figures.circles(design.circles, kind),
+            "circles", lambda: figures.circles(named, kind),
             "Radial deviation of the circle, around it and unrolled",
             "How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
             "reversals friction changes sides, and the path bulges.",
@@ -176,6 +185,7 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
         "stable": design.is_stable,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
+        "verdict": design_ruling(design).as_data(),
         "sentences": design_sentences(design),
         "loops": {assessment.name: _loop(assessment) for assessment in design.assessments},
         "delay": design.delays._asdict() | {"total": design.delays.total},

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
-__all__ = ["budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
+__all__ = [
+    "at_the_motor",
+    "budget_table",
+    "circle_table",
+    "controller_text",
+    "delay_table",
+    "margin_table",
+    "proposal_table",
+]
 
 
 def margin_table(design: Design) -> Table:
@@ -103,8 +111,8 @@ def proposal_table(design: Design) -> Table:
     )  # fmt: skip
     rows = [
         (
-            _loop_name(proposal, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
-            _least_margin(proposal),
+            loop_name(proposal.name, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
+            _cell(least_phase(proposal)),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
             "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
@@ -115,15 +123,15 @@ def proposal_table(design: Design) -> Table:
     return Table("The loop as it is, and what is proposed", heads, rows)
 
 
-def _loop_name(proposal: Proposal, design: Design) -> str:
-    """Return what a loop is called: as in the experiment where it is that of a variant."""
-    return f"{design.variant.name}, {proposal.name}" if proposal is design.proposals[0] else proposal.name
+def loop_name(name: str, design: Design) -> str:
+    """Return what a loop is called: as in the experiment where it is that of the variant that was designed."""
+    return design.variant.name if name == design.proposals[0].name else name
 
 
-def _least_margin(proposal: Proposal) -> str:
-    """Return the smallest phase margin of a loop without friction, as text."""
+def least_phase(proposal: Proposal) -> float | None:
+    """Return the smallest phase margin of a loop without friction [°]."""
     phases = [point.margins.phase for point in proposal.assessment.bare]
-    return _cell(min((phase for phase in phases if phase is not None), default=None))
+    return min((phase for phase in phases if phase is not None), default=None)
 
 
 def controller_text(variant: Variant) -> str:
@@ -137,7 +145,7 @@ def controller_text(variant: Variant) -> str:
         elif isinstance(value, int) or unit == "1":
             lines.append(f"{key_of(name)} = {value}")
         elif math.isfinite(value):
-            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_at_the_motor(value, unit, variant)}')
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_as_comment(value, unit, variant)}')
     if mass > 0.0:
         unit = unit_of("mass", controller.kind)
         lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
@@ -148,10 +156,15 @@ MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
 """By its unit on a carriage, the unit of a gain at the motor."""
 
 
-def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
-    """Return a gain as the drive of a motor behind a screw has it, as a comment; nothing where there is none."""
+def at_the_motor(value: float, unit: str, variant: Variant) -> str:
+    """Return a gain as the drive of a motor behind a screw has it; nothing where there is no screw."""
     arm = None if variant.axis is None else variant.axis.arm
-    return f"  # {value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
+    return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
+
+
+def _as_comment(value: float, unit: str, variant: Variant) -> str:
+    text = at_the_motor(value, unit, variant)
+    return f"  # {text}" if text else ""
 
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
@@ -162,7 +175,11 @@ def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [
-        (circle.variant, length.cell(circle.peak_to_peak), *(length.cell(glitch) for glitch in circle.glitches))
+        (
+            loop_name(circle.variant, design),
+            length.cell(circle.peak_to_peak),
+            *(length.cell(glitch) for glitch in circle.glitches),
+        )
         for circle in circles
     ]
     return Table("The circle", heads, rows)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
 from bristle.excitation import PURPOSES
+from bristle.report.fronts.excitation import excitation_front, excitation_ruling
 from bristle.report.messages import as_data, note_of
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Picture, picture, render
@@ -95,6 +96,14 @@ def _misses(estimate: Estimate, put_in: float | None) -> bool:
     return abs(error) > estimate.interval_percent + SMALL_PERCENT
 
 
+def _missed(excitation: Excitation) -> list[str]:
+    """Return the parameters that the rehearsal gives beyond their intervals."""
+    if (rehearsal := excitation.rehearsal) is None:
+        return []
+    estimates = rehearsal.identification.best.estimates
+    return [estimate.name for estimate in estimates if _misses(estimate, rehearsal.truth.get(estimate.name))]
+
+
 def _error_percent(estimate: Estimate, put_in: float | None) -> float | None:
     return 100.0 * (estimate.value / put_in - 1.0) if put_in and math.isfinite(put_in) else None
 
@@ -106,7 +115,9 @@ def excitation_summary(
     kind, motion = excitation.motion.kind, excitation.motion
     units = {name: unit_of(name, kind) for name in ("length", "length/time", "length/time^2", "force")}
     data: dict[str, Any] = {
-        "axis": excitation.axis.name, "kind": kind, "files": dict(files), "identify": identify,
+        "axis": excitation.axis.name, "kind": kind,
+        "files": dict(files), "identify": identify,
+        "verdict": excitation_ruling(excitation, _missed(excitation)).as_data(),
         "motion": {
             "duration": motion.duration, "sample_time": motion.sample_time, "samples": motion.time.size,
             "start": motion.start, "travel": float(motion.position.max() - motion.position.min()),
@@ -156,6 +167,7 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
     provenance : mapping of str to str
         Versions, files, checksums.
     """
+    pictures = _pictures(excitation)
     used = {piece.purpose for piece in excitation.motion.pieces}
     return render(
         "excitation.html",
@@ -163,6 +175,7 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
         command=command,
         banner=None,
         axis_name=excitation.axis.name,
+        front=excitation_front(excitation, identify, _missed(excitation), pictures["motion"]),
         verdict=_verdict(excitation),
         purposes=[(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used],
         pieces=piece_table(excitation),
@@ -170,7 +183,7 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
         limits=_limits(excitation),
         notes=excitation.notes,
         identify=identify,
-        pictures=_pictures(excitation),
+        pictures=pictures,
     )
 
 
@@ -182,7 +195,7 @@ def _verdict(excitation: Excitation) -> list[str]:
         return lines
     rehearsal = excitation.rehearsal
     estimates = rehearsal.identification.best.estimates
-    missed = [estimate.name for estimate in estimates if _misses(estimate, rehearsal.truth.get(estimate.name))]
+    missed = _missed(excitation)
     identified = [
         estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in missed
     ]

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bristle.core.typography import number, typeset, with_unit
+from bristle.core.typography import number, typeset
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import LevelValues, level_values
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
-from bristle.report.messages import message
+from bristle.report.advice import WRITTEN_BY
+from bristle.report.front import about, answered, fixed, length_text, percent_text
+from bristle.report.messages import message, sentence_of
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
@@ -22,42 +24,40 @@ if TYPE_CHECKING:
 
 __all__ = ["answers", "facts"]
 
+NAMES_MAX = 8  # parameters whose intervals stand on the first page
 
-def facts(identification: Identification, axis_name: str, date: str) -> str:
-    """Return what the page is about: the axis, its log, the model, and when it was made."""
+
+def facts(identification: Identification) -> str:
+    """Return what the page is about: its log, the model, and when it was made."""
     log, further = identification.log, len(identification.further_logs)
     logs = f"{log.source.name.strip('<>')} and {further} more" if further else log.source.name.strip("<>")
-    return " · ".join(
-        (date, axis_name, f"log {logs}, {_fixed(log.duration, 's')}", f"model {identification.best.name}")
-    )  # fmt: skip
+    return about(f"log {logs}, {fixed(log.duration, 's')}", f"model {identification.best.name}")
 
 
 def answers(
     identification: Identification, simulation: SimulationResult | None, following: Following | None,
-    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None,
+    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None, *, usable: bool = True,
 ) -> list[tuple[str, list[str]]]:  # fmt: skip
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit = identification.best
-    return [
-        ("Is it good?", _quality(fit)),
-        ("What to type in", _typed_in(fit, axis)),
-        ("What it gains, and costs", _gain(fit, simulation, following)),
-        ("Can it be trusted?", _trust(fit)),
-        ("What next", _next(fit, next_measurements)),
-    ]
+    typed = _typed_in(fit, axis) if usable else ["nothing yet: measure again first", *_typed_in(fit, axis)[:-1]]
+    return answered(
+        _quality(fit), typed, _gain(fit, simulation, following), _trust(fit),
+        _next(fit, next_measurements, usable=usable),
+    )  # fmt: skip
 
 
 def _quality(fit: Fit) -> list[str]:
     if fit.position_rmse is not None:
-        line = f"position of the log to {_fixed(fit.position_rmse, unit_of('length', fit.plant.kind))}"
+        line = f"misses the position of the log by {length_text(fit.position_rmse, fit.plant.kind)}"
     elif fit.loop_rmse is not None:
-        line = f"effort of the loop to {_fixed(fit.loop_rmse, unit_of('force', fit.plant.kind))}"
+        line = f"misses the effort of the loop by {fixed(fit.loop_rmse, unit_of('force', fit.plant.kind))}"
     else:
-        line = f"effort of the log to {_percent(fit.force_error_percent)}, friction alone to "
-        line += _percent(fit.friction_alone_error_percent)
+        line = f"misses {percent_text(fit.force_error_percent)} of the effort of the log, "
+        line += f"{percent_text(fit.friction_alone_error_percent)} of what friction takes"
     if fit.held_out is None:
         return [line, "nothing was held out"]
-    return [line, f"on {fit.held_out.of} that it was not fitted to: {_percent(fit.held_out.mean_percent)}"]
+    return [line, f"on {fit.held_out.of} that it was not fitted to: {percent_text(fit.held_out.mean_percent)}"]
 
 
 def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
@@ -66,11 +66,11 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
         return ["nothing: a plant on a spring does not move on steadily"]
     mass = "inertia" if fit.plant.kind == "rotational" else "mass"
     sides = {"F+": levels.forward, "F\u2212": levels.backward}
-    words = [f"{name} {_fixed(value, unit)}" for name, value in sides.items() if value is not None]
-    words += [f"constant {_fixed(levels.constant, unit)}"] if levels.constant else []
+    words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
+    words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
     return [
-        f"{mass} {_fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
-        f"{', '.join(words)}: levels within {_fixed(levels.deviation, unit)} of the curve",
+        f"{mass} {fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
+        f"{', '.join(words)}: levels within {fixed(levels.deviation, unit)} of the curve",
         *_in_drive_units(levels, drive_units(axis, fit.plant.kind)),
         *_after_reversal(fit, axis),
         "or the table for the drive, below",
@@ -79,10 +79,10 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
 
 def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
     """Return inertia and levels in each unit that the drive may want them in."""
-    lines = [f"{_fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
+    lines = [f"that is {fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
     named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
     for unit in units.efforts:
-        told = (f"{name} {number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
+        told = (f"{name}\u00a0{number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
         lines.append(f"in {typeset(unit.name)}: {', '.join(told)}")
     return lines
 
@@ -94,24 +94,24 @@ def _after_reversal(fit: Fit, axis: Axis | None) -> list[str]:
         return []
     motor = [unit for unit in length_units(axis, fit.plant.kind) if "motor" in unit.name]
     beside = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
-    far = _fixed(distance, unit_of("length", fit.plant.kind))
+    far = length_text(distance, fit.plant.kind)
     return [f"after a reversal 95 % of the friction turns within {far}{beside}"]
 
 
 def _gain(fit: Fit, simulation: SimulationResult | None, following: Following | None) -> list[str]:
-    length, force = (unit_of(quantity, fit.plant.kind) for quantity in ("length", "force"))
+    kind = fit.plant.kind
     if following is None:
         return ["not simulated: that takes a log with a reference, and a controller in the axis file"]
-    lines = [f"following error, peak to peak: {_fixed(following.measured.peak_to_peak, length)} in the log"]
+    lines = [f"following error, peak to peak: {length_text(following.measured.peak_to_peak, kind)} in the log"]
     if following.contradiction is not None:
         return [*lines, f"no gain is promised: {message(following.contradiction)}"]
     if following.simulated is not None and following.compensated is not None:
         pair = (following.simulated, following.compensated)
-        before, after = (_fixed(error.peak_to_peak, length) for error in pair)
-        lines.append(f"simulated: {before} as it is, {after} compensated")
+        before, after = (length_text(error.peak_to_peak, kind) for error in pair)
+        lines.append(f"simulated: {before} as recorded, {after} compensated")
     if simulation is not None and (efforts := _efforts(simulation)):
-        before, after = (_fixed(effort, force) for effort in efforts)
-        lines.append(f"effort, root mean square: {before} as it is, {after} compensated")
+        before, after = (fixed(effort, unit_of("force", kind)) for effort in efforts)
+        lines.append(f"effort, root mean square: {before} as recorded, {after} compensated")
     return lines
 
 
@@ -132,26 +132,28 @@ def _trust(fit: Fit) -> list[str]:
     if not identified:
         return ["no parameter was identified"]
     lines = [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:"]
-    lines.append(", ".join(_precise(estimate) for estimate in identified))
+    more = f" and {len(identified) - NAMES_MAX} more, below" if len(identified) > NAMES_MAX else ""
+    lines.append(", ".join(_precise(estimate) for estimate in identified[:NAMES_MAX]) + more)
     return lines + (["they are effective: the model lacks a force"] if fit.effective else [])
 
 
 def _precise(estimate: Estimate) -> str:
     half = estimate.interval_percent
-    return f"{estimate.name} " + ("–" if half is None else f"± {number(half, digits=2)} %" if half < 100.0 else "≈ 0")
+    told = "–" if half is None else f"± {number(half, digits=2)}\u00a0%" if half < 100.0 else "≈ 0"
+    return f"{estimate.name} {told}"
 
 
-def _next(fit: Fit, next_measurements: Sequence[tuple[str, str]]) -> list[str]:
+def _next(fit: Fit, next_measurements: Sequence[tuple[str, str]], *, usable: bool) -> list[str]:
+    grave = (sentence_of(doubt.code).advice for doubt in fit.diagnostics if doubt.severity == "error")
+    mends = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
-    lines = [f"fit {' or '.join(dict.fromkeys(models))}: it has what this model lacks"] if models else []
-    lines += [f"for {names}: {motion}" for names, motion in next_measurements]
+    lines = [f"fit what this model lacks: `--model {','.join(dict.fromkeys(models))}`"] if models else []
+    by_motion: dict[str, list[str]] = {}
+    for names, motion in next_measurements:
+        sentence, _, command = motion.partition(WRITTEN_BY)
+        by_motion.setdefault(f"{command}, which writes the motion" if command else sentence, []).append(names)
+    lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
+    lines = mends + lines
+    if not usable:
+        return lines or ["record the axis again, in both directions and at several speeds"]
     return lines or ["try it on the machine, record again, and let `bristle compare` tell what it gained"]
-
-
-def _percent(value: float) -> str:
-    return f"{number(value, digits=3)} %"
-
-
-def _fixed(value: float, unit: str) -> str:
-    """Return a number with its unit, between which no line ends."""
-    return with_unit(value, unit).replace(" ", "\u00a0")

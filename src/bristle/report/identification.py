@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from bristle.report.advice import next_measurements
 from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.first_page import answers, facts
+from bristle.report.front import Front
 from bristle.report.judgement import judged
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
@@ -34,9 +34,12 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
+    from bristle.report.page import Picture
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
+
+ROUNDING = 1e-6  # of the largest effort
 
 
 def identification_report(
@@ -84,21 +87,21 @@ def identification_report(
         pictures |= following_picture(simulation, following)
     if prediction is not None:
         pictures |= prediction_picture(prediction, kind)
+    # A plant on a spring has no friction over velocity: its motion is shown instead.
+    first = pictures["first"] if curve else pictures.pop("prediction", pictures["first"])
     return render(
         "identification.html",
         provenance=provenance,
         command=command,
         banner=banner,
         axis_name=axis_name,
-        facts=facts(identification, axis_name, datetime.date.today().isoformat()),
-        judgement=judged(fit, identification.settings, following),
-        answers=answers(identification, simulation, following, next_measurements(fit), axis),
+        front=_front(identification, simulation, following, axis_name, axis, first),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit, axis),
         warnings=[*warnings_of(fit), *_contradictions(following)],
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind, axis),
-        deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
+        deviation=_deviation(fit, table) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
         contradicted=contradicted,
@@ -116,6 +119,37 @@ def identification_report(
         certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=identification.notes,
     )
+
+
+def _each_once(reasons: Sequence[str]) -> list[str]:
+    """Return reasons without those whose parameters another one names already."""
+    names = [reason.partition(": ")[2] for reason in reasons]
+    return [reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place]]
+
+
+def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
+    """Return how far straight lines between the entries are from the model: not at all where it is straight itself."""
+    deviation, largest = largest_deviation(fit, table), max(abs(effort) for _, effort in table)
+    if deviation <= ROUNDING * largest:
+        return "follow the model"
+    return f"deviate from the model by {with_unit(deviation, unit_of('force', fit.plant.kind))} at most"
+
+
+def _front(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str,
+    axis: Axis | None, figure: Picture,
+) -> Front:  # fmt: skip
+    fit = identification.best
+    judgement = judged(fit, identification.settings, following)
+    return Front(
+        f"{axis_name}: identified friction", facts(identification), judgement.level, judgement.words,
+        _each_once(judgement.reasons),
+        answers(
+            identification, simulation, following, next_measurements(fit), axis,
+            usable=judgement.level != "measure_again",
+        ),
+        figure, "doubts", "Nothing in this log speaks against it.",
+    )  # fmt: skip
 
 
 def _as_recorded(simulation: SimulationResult) -> SimulationResult:

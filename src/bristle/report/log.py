@@ -3,28 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from bristle.report.fronts.log import log_front
 from bristle.report.log_facts import log_facts
-from bristle.report.page import picture, render
+from bristle.report.page import Picture, picture, render
 from bristle.report.passages import passage_table
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.logs.passage import Passage
 
-__all__ = ["PASSAGES_CAPTION", "log_report"]
+__all__ = ["log_report", "passages_picture"]
 
-PASSAGES_CAPTION = (
-    "Position over time, and effort over position of its loops",
-    "Shaded: what kind of experiment each part of the log is. Below, effort over position where friction turns slowly: "
-    "loops that lie inside one another tell models of friction apart; loops of one amplitude do not.",
+SHADED = "Shaded: what kind of experiment each part of the log is."
+LOOPS = (
+    "Below, effort over position where friction turns slowly: loops that lie inside one another tell models of "
+    "friction apart; loops of one amplitude do not."
 )
+
+
+def passages_picture(log: Log, segments: Sequence[Passage]) -> Picture:
+    """Return the figure of what a log contains; its caption tells of loops where it has any."""
+    from bristle import figures
+
+    has_loops = log.effort is not None and any(segment.kind in ("loops", "break_away") for segment in segments)
+    alternative = f"Position over time{', and effort over position of its loops' if has_loops else ''}"
+    caption = f"{SHADED} {LOOPS}" if has_loops else SHADED
+    return picture("passages", lambda: figures.passages(log, segments), alternative, caption)
 
 
 def log_report(
     log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str],
-    found: Sequence[str] = (),
+    diagnostics: Sequence[Mapping[str, Any]] = (),
 ) -> str:  # fmt: skip
     """Return the report of a log as one HTML page.
 
@@ -40,14 +51,13 @@ def log_report(
         The command that repeats it.
     provenance : mapping of str to str
         Versions, files, checksums.
-    found : sequence of str
-        What the log contradicts, and what it cannot tell, in sentences.
+    diagnostics : sequence of mapping
+        What the log contradicts, and what it cannot tell: ``code``, ``severity`` and ``message`` of each.
     """
-    from bristle import figures
-
+    drawn = passages_picture(log, segments)
     return render(
         "log.html", provenance=provenance, command=command, banner=None, name=name,
-        facts=log_facts(log), notes=log.notes, found=found,
+        front=log_front(log, segments, diagnostics, name, drawn), facts=log_facts(log), notes=log.notes,
+        found=[diagnostic["message"] for diagnostic in diagnostics],
         passages=passage_table([segment.as_data() for segment in segments], log.kind),
-        picture=picture("passages", lambda: figures.passages(log, segments), *PASSAGES_CAPTION),
     )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from bristle.core.status import Status
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
+from bristle.report.front import MICROMETRE
 from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def _following(result: SimulationResult) -> tuple[list[VariantResult], Quantity]
     """Return the variants that completed, and the column for their following errors, by the smallest of them."""
     completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
     smallest = min((variant.following_error.peak_to_peak for variant in completed), default=0.0)
-    return completed, Quantity.of(unit_of("length", result.experiment.kind), (smallest,))
+    return completed, Quantity.at_least(MICROMETRE, unit_of("length", result.experiment.kind), smallest)
 
 
 def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:

@@ -7,13 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.report.messages import message
+from bristle.report.messages import message, sentence_of
 from bristle.stability import Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.stability import Assessment
 
-__all__ = ["about_loops", "loop_warnings"]
+__all__ = ["about_loops", "loop_doubts", "loop_warnings"]
+
+NAMES_MAX = 3  # variants that are named in a line
 
 
 def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]) -> list[Diagnostic]:
@@ -47,6 +49,18 @@ def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
         f"{', '.join(map(str, _names(diagnostic)))}: {_prefix(diagnostic)}{message(diagnostic)}"
         for diagnostic in diagnostics
     ]
+
+
+def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """Return the same in short: what is grave as it stands, what is warned of by what it means."""
+    grave = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
+    doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
+    return loop_warnings(grave) + [f"{sentence_of(doubt.code).means}: {_in_short(_names(doubt))}" for doubt in doubts]
+
+
+def _in_short(names: Sequence[object]) -> str:
+    more = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
+    return ", ".join(map(str, names[:NAMES_MAX])) + more
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

@@ -45,8 +45,14 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
                 estimate, values.get(estimate.name, {}), plain=plain, effective=estimate.name in fit.effective
             )
             for estimate in (*fit.estimates, *fit.combinations)
+            if not _is_left_out(estimate)
         ],
     ).without_empty_columns()
+
+
+def _is_left_out(estimate: Estimate) -> bool:
+    """Return whether a parameter says nothing: one that is held at infinity is a term that the model does without."""
+    return estimate.status == "held" and math.isinf(estimate.value)
 
 
 def _parameter_row(
@@ -127,12 +133,16 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
         effort.head("Friction torque" if kind == "rotational" else "Friction force"),
     )
     further = drive_units(axis, kind)
-    heads = (*heads, *(f"[{typeset(printable(unit.name))}]" for units in further[:2] for unit in units))
+    velocities, efforts = (
+        [unit for unit in units if typeset(printable(unit.name)) != column.scale.unit]
+        for units, column in ((further.velocities, speed), (further.efforts, effort))
+    )
+    heads = (*heads, *(f"[{typeset(printable(unit.name))}]" for unit in (*velocities, *efforts)))
     rows = [
         (
             str(index), _side(v) or speed.cell(v), effort.cell(force),
-            *(_side(v) or number(unit.of(v), digits=4) for unit in further.velocities),
-            *(number(unit.of(force), digits=4) for unit in further.efforts),
+            *(_side(v) or number(unit.of(v), digits=4) for unit in velocities),
+            *(number(unit.of(force), digits=4) for unit in efforts),
         )
         for index, (v, force) in enumerate(table, 1)
     ]  # fmt: skip

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.report.fronts.operators import operator_front, operator_ruling
 from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
@@ -30,6 +31,9 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
         "model": best.name,
         "kind": kind,
         "parameters": _parameters(best.operator, best.offset),
+        "verdict": operator_ruling(
+            best.prediction.error_percent, best.held_out and best.held_out.mean_percent, fitted=True
+        ).as_data(),
         "metrics": best.metrics,
         "notes": best.notes,
         "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
@@ -49,6 +53,7 @@ def operator_prediction_summary(
         "model": operator.name,
         "kind": operator.kind,
         "mode": "operator",
+        "verdict": operator_ruling(prediction.error_percent, None, fitted=False).as_data(),
         "metrics": metrics | {"unit": unit_of("force", operator.kind), "full_scale": prediction.full_scale},
         "log": _log(recorded),
         "provenance": provenance,
@@ -65,14 +70,10 @@ def operator_report(
 ) -> str:
     """Return the report of the identification of an operator as one HTML page."""
     best = identification.best
-    metrics = [("Error", f"{number(best.prediction.error_percent, digits=3)} %")]
-    if best.held_out is not None:
-        held_out = f"{number(best.held_out.mean_percent, digits=3)} %"
-        metrics.insert(0, ("Error on what was not fitted", held_out))
     comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
     return _page(
-        best.prediction, best.operator, identification.recorded, what=f"{best.name} identified", name=name,
-        metrics=metrics, notes=identification.notes, comparison=comparison, command=command,
+        best.prediction, best.operator, identification.recorded, title=f"{best.name} identified", name=name,
+        fits=identification.fits, notes=identification.notes, comparison=comparison, command=command,
         provenance=provenance, banner=banner,
     )  # fmt: skip
 
@@ -82,14 +83,16 @@ def operator_prediction_report(
     provenance: Mapping[str, str], banner: str | None = None,
 ) -> str:  # fmt: skip
     """Return the report of recorded curves, predicted by an operator, as one HTML page."""
-    metrics = [("Error", f"{number(prediction.error_percent, digits=3)} %")]
     return _page(
-        prediction, operator, recorded, what=f"prediction by {operator.name}", name=name, metrics=metrics, notes=(),
+        prediction, operator, recorded, title=f"prediction by {operator.name}", name=name, fits=(), notes=(),
         comparison=None, command=command, provenance=provenance, banner=banner,
     )  # fmt: skip
 
 
-def _page(prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, **content: Any) -> str:
+def _page(
+    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, title: str,
+    fits: Sequence[OperatorFit], **content: Any,
+) -> str:  # fmt: skip
     from bristle.figures import recorded_curves
     from bristle.report.page import picture, render
 
@@ -108,7 +111,13 @@ def _page(prediction: OperatorPrediction, operator: Model, recorded: Curves, *, 
         *(("Note", note) for note in recorded.notes),
     ]
     return render(
-        "operator.html", axis_name=name, picture=drawn, facts=facts, parameters=_parameter_table(operator), **content
+        "operator.html",
+        axis_name=name,
+        what=title,
+        front=operator_front(prediction, name, title, recorded, drawn, fits),
+        facts=facts,
+        parameters=_parameter_table(operator),
+        **content,
     )
 
 

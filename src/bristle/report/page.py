@@ -15,7 +15,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core.typography import typeset_sentence
-from bristle.report.symbols import symbolic
+from bristle.report.symbols import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -119,7 +119,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["typeset"] = typeset_sentence
-    environment.filters["symbolic"] = symbolic
+    environment.filters["worded"] = worded
     environment.filters["breakable"] = _breakable
     # Names that would stretch a table: they are broken anywhere instead.
     environment.tests["long"] = lambda text: len(text) > LONGEST

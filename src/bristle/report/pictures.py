@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.report.log import PASSAGES_CAPTION
+from bristle.report.log import passages_picture
 from bristle.report.page import Picture, picture
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ __all__ = ["identification_pictures"]
 # For each figure: what it is, and what to see in it.
 CAPTIONS = {
     "first": ("Friction over velocity", "Friction over velocity, measured and modelled."),
-    "passages": PASSAGES_CAPTION,
     "parameters": (
         "95 % interval of each parameter in percent of its value",
         "95 % intervals in percent of each value, on a scale that is linear within ± 1 % and logarithmic beyond. "
@@ -65,7 +64,7 @@ CAPTIONS = {
 WITH_LOOP = (
     "Friction over velocity, and the following error at its worst reversal",
     "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, simulated "
-    "as it is, and compensated.",
+    "as recorded, and compensated.",
 )
 """The same of the first figure, where the log has a loop."""
 
@@ -105,8 +104,8 @@ def identification_pictures(
         draw["drive"] = lambda: figures.drive_table(table, curve, fit.plant.kind)
     if len(fit.correlation_names) > 1:
         draw["correlation"] = lambda: figures.correlation(fit)
-    draw["passages"] = lambda: figures.passages(identification.log, segments)
     if len(identification.fits) > 1:
         draw["comparison"] = lambda: figures.model_comparison(identification)
     captions = CAPTIONS | ({"first": WITH_LOOP} if simulation is not None else {})
-    return {name: picture(name, drawing, *captions[name]) for name, drawing in draw.items()}
+    drawn = {name: picture(name, drawing, *captions[name]) for name, drawing in draw.items()}
+    return drawn | {"passages": passages_picture(identification.log, segments)}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Kind
+from bristle.report.front import length_text
+from bristle.report.fronts.prediction import prediction_front
 from bristle.report.log_facts import log_facts
 from bristle.report.loop_tables import component_table
 from bristle.report.messages import notes_of
@@ -29,7 +30,7 @@ MODES = {
 
 def prediction_report(
     prediction: Prediction, *, plant: Model, friction: Model, log: Log, command: str, axis_name: str,
-    provenance: Mapping[str, str], banner: str | None = None,
+    provenance: Mapping[str, str], banner: str | None = None, own_log: bool = False,
 ) -> str:  # fmt: skip
     """Return the report of a prediction as one HTML page.
 
@@ -49,20 +50,22 @@ def prediction_report(
         Versions, files, checksums.
     banner : str, optional
         What a reader must know before anything else.
+    own_log : bool
+        Whether the model was fitted to this very log.
     """
+    predicts, pictures = MODES.get(prediction.mode, prediction.mode), prediction_picture(prediction, log.kind)
     return render(
         "prediction.html",
         provenance=provenance,
         command=command,
         banner=banner,
+        front=prediction_front(
+            prediction, friction, log, axis_name, predicts, pictures.get("prediction"), own_log=own_log
+        ),
         axis_name=axis_name,
-        mode=prediction.mode,
-        predicts=MODES.get(prediction.mode, prediction.mode),
         metrics=metrics_in_words(prediction),
-        status="" if prediction.status is Status.OK else prediction.status.sentence,
         notes=(*notes_of(prediction), *log.notes),
         components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
-        pictures=prediction_picture(prediction, log.kind),
         log=log_facts(log),
     )
 
@@ -92,7 +95,9 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
     rows = []
     for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
         value = prediction.metrics.get(key)
-        if isinstance(value, (int, float)):
+        # Of a position that follows a reference a share of the stroke means nothing.
+        of_stroke = prediction.mode == "closed-loop" and key == "position_error_percent"
+        if isinstance(value, (int, float)) and not of_stroke:
             rows.append((word, f"{number(float(value), digits=3)} %"))
     for signal, share in (("effort", prediction.inside_percent), ("position", prediction.position_inside_percent)):
         if share is not None:
@@ -102,5 +107,6 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         rows.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
     rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
     if isinstance(rmse, (int, float)):
-        rows.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))
+        kind: Kind = "rotational" if unit == "rad" else "translational"
+        rows.append(("Position error, root mean square", length_text(float(rmse), kind).replace("\u00a0", " ")))
     return rows

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.report.best import closing_sentences
+from bristle.report.best import closing_sentences, standing
 from bristle.report.compensation import pair_in
+from bristle.report.fronts.simulation import is_open, simulation_front
 from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
 from bristle.report.page import Picture, picture, render
 
@@ -24,7 +25,7 @@ __all__ = ["following_picture", "motion_picture", "simulation_report"]
 
 def simulation_report(
     result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None,
-    warnings: Sequence[str] = (),
+    warnings: Sequence[str] = (), doubts: Sequence[str] | None = None,
 ) -> str:  # fmt: skip
     """Return the report of a simulated experiment as one HTML page.
 
@@ -40,23 +41,47 @@ def simulation_report(
         What a reader must know before anything else.
     warnings : sequence of str
         What is to be said of the loops: poles and margins.
+    doubts : sequence of str, optional
+        The same in short; `warnings` by default.
     """
-    variants, is_open = result.experiment.variants, _is_open(result)
+    variants, open_ = result.experiment.variants, is_open(result)
+    pictures = motion_picture(result) if open_ else following_picture(result)
+    figure = pictures.pop("motion", None) if open_ else _reversal_picture(result)
     return render(
         "simulation.html",
         provenance=provenance,
         command=command,
         banner=banner,
+        front=simulation_front(result, warnings if doubts is None else doubts, figure),
         name=result.experiment.name,
         verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
-        is_open=is_open,
+        is_open=open_,
         variants=variant_table(result),
-        directions=None if is_open else direction_table(result),
-        pictures=motion_picture(result) if is_open else following_picture(result),
+        directions=None if open_ else direction_table(result),
+        pictures=pictures,
         loops=[component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants],
         efforts=[f"{variant.name}: {variant.effort.description}" for variant in variants if variant.effort is not None],
         runs=run_table(variants),
     )
+
+
+def _reversal_picture(result: SimulationResult) -> Picture | None:
+    """Return the figure of the loop as it stands and the best one around the worst reversal."""
+    from bristle.figures import has_completed, loops_at_reversal
+
+    rank = standing(result)
+    if rank is None or not has_completed(result):
+        return None
+    # Close up stand the two that differ in the friction fed forward alone: the lag of a loop would flatten both.
+    pair, best = pair_in(result), rank.best.name
+    near = (pair[0].name, best) if pair is not None and pair[1].name == best else (rank.base.name, best)
+    names, close = (list(dict.fromkeys(group)) for group in ((rank.base.name, *near), near))
+    return picture(
+        "reversal", lambda: loops_at_reversal(result, names, close),
+        f"Following error of {', '.join(names)} over time and at the worst reversal, and the effort there",
+        "Following error over the whole run, close up at the worst reversal (shaded above), and the effort there"
+        f"{'' if names == close else ', both of ' + ' and '.join(close)}.",
+    )  # fmt: skip
 
 
 def following_picture(result: SimulationResult, measured: Following | None = None) -> dict[str, Picture]:
@@ -91,10 +116,6 @@ def motion_picture(result: SimulationResult) -> dict[str, Picture]:
             "Where the velocity is zero and friction holds against the effort, the axis sticks.",
         )
     }  # fmt: skip
-
-
-def _is_open(result: SimulationResult) -> bool:
-    return all(variant.effort is not None for variant in result.experiment.variants)
 
 
 def _focus(result: SimulationResult) -> tuple[str, ...]:

@@ -13,8 +13,10 @@ from bristle.prediction.drive_table import largest_deviation, level_values
 from bristle.prediction.drive_units import drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
 from bristle.report.drive_values import drive_values
+from bristle.report.fronts.prediction import prediction_ruling
+from bristle.report.fronts.simulation import simulation_ruling
 from bristle.report.judgement import judged
-from bristle.report.loop_warnings import loop_warnings
+from bristle.report.loop_warnings import loop_doubts, loop_warnings
 from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
@@ -84,10 +86,16 @@ def identification_summary(
 
 
 def prediction_summary(
-    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str]
+    prediction: Prediction,
+    *,
+    friction: Model,
+    notes: Sequence[str],
+    provenance: Mapping[str, str],
+    own_log: bool = False,
 ) -> dict[str, Any]:
-    """Return a prediction in numbers; `notes` are those of the log."""
-    head = {"model": friction.name, "kind": friction.kind}
+    """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
+    verdict = prediction_ruling(prediction, own_log=own_log).as_data()
+    head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
     return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
 
 
@@ -109,6 +117,7 @@ def simulation_summary(
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "files": files,
+        "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
         "warnings": loop_warnings(diagnostics),
         "diagnostics": as_data(diagnostics),
         "provenance": provenance,

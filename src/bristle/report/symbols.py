@@ -6,13 +6,17 @@ import re
 
 from markupsafe import Markup, escape
 
-__all__ = ["symbolic"]
+from bristle.core.typography import typeset_sentence
+
+__all__ = ["symbolic", "worded"]
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η", "kappa": "κ",
     "lambda": "λ", "mu": "µ", "nu": "ν", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "psi": "ψ", "omega": "ω",
 }  # fmt: skip
 SIDES = {"_pos": "+", "_neg": "\u2212"}
+_ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
+_CODE = re.compile(r"`([^`]+)`")
 _NAME = re.compile(rf"(?<![\w`])({'|'.join(GREEK)}|[A-Za-z])_([A-Za-z0-9]{{1,3}})(_pos|_neg)?(?![\w`+])")
 
 
@@ -24,7 +28,27 @@ def symbolic(text: str) -> Markup:
     >>> symbolic("F_C_pos and sigma_0 of stribeck_free")
     Markup('<i>F</i><sub>C+</sub> and <i>σ</i><sub>0</sub> of stribeck_free')
     """
-    return Markup(_NAME.sub(_symbol, str(escape(text))))
+    return Markup(_ALONE.sub(_letter, _NAME.sub(_symbol, str(escape(text)))))
+
+
+def worded(text: str) -> Markup:
+    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code.
+
+    Examples
+    --------
+    >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
+    Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
+    """
+    pieces = _CODE.split(text)
+    return Markup().join(
+        Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece))
+        for place, piece in enumerate(pieces)
+    )
+
+
+def _letter(match: re.Match[str]) -> str:
+    side, letter = match.groups()
+    return f"<i>{GREEK.get(letter, letter)}</i>" if letter else f"<i>F</i><sub>{side}</sub>"
 
 
 def _symbol(match: re.Match[str]) -> str:

@@ -4,10 +4,11 @@ from bristle.stability.assessment import Assessment, Friction, Motions, Verdict,
 from bristle.stability.linear_friction import NO_FRICTION
 from bristle.stability.margins import Margins, margins_of
 from bristle.stability.sampled_loop import SampledLoop
-from bristle.stability.verdict import doubts_of, runnable, verdict_of
+from bristle.stability.verdict import PHASE_ENOUGH, doubts_of, runnable, verdict_of
 
 __all__ = [
     "NO_FRICTION",
+    "PHASE_ENOUGH",
     "Assessment",
     "Friction",
     "Margins",

@@ -37,7 +37,7 @@ CHECKS: dict[str, Sentence] = {
     "stamps_jitter": Sentence(
         (
             "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to "
-            "{largest:.2g} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs "
+            "{largest:.0f} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs "
             "by about {position_error:length} in the position",
             " and {effort_error:force} in the effort",
             " (root mean square). If the stamps are off and the samples are not, leave the column of time out of "
@@ -159,7 +159,7 @@ CHECKS: dict[str, Sentence] = {
         "record the position more finely, or move further",
     ),
     "one_direction": _with_names(
-        "the axis moves {direction}, and the other way for no more than {percent:.1f} % of its way: a constant force "
+        "the axis moves {direction}, and the other way for no more than {percent!m:.1f} % of its way: a constant force "
         "and friction are one. Move in both directions",
         "; {names:list} cannot be told apart, whatever their intervals say",
         "the motion goes in one direction",

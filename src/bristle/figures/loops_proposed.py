@@ -1,0 +1,69 @@
+"""The loop as it is and those proposed for it: following error, effort and phase margin, side by side."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.labels import effort_scale, scale_for
+from bristle.figures.names import shortened_apart
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bristle.core.variable import Kind
+
+__all__ = ["loops_proposed"]
+
+BAR, ROW = 0.55, 0.5
+NAMES = 1.5  # inch
+LOOKS = (
+    {"color": style.PREDICTED["color"]},
+    {"color": style.MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0},
+)
+
+
+@style.styled
+def loops_proposed(
+    names: Sequence[str], errors: Sequence[float | None], efforts: Sequence[float | None],
+    phases: Sequence[float | None], enough: float, kind: Kind = "translational",
+) -> Figure:  # fmt: skip
+    """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the loops, the one as it is first.
+    errors, efforts, phases : sequence of float or None
+        Following error peak to peak [m or rad], effort root mean square [N or N*m], phase margin [°]; None where it is
+        not known.
+    enough : float
+        Phase margin that is usual as the least [°].
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    figure, (row,) = style.panels(0.85 + ROW * len(names), columns=3, left=NAMES, between=0.2)
+    columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
+    length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
+    force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
+    places = np.arange(len(names), dtype=float)
+    panels = zip(
+        row, columns, (length.factor, force.factor, 1.0),
+        (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"), strict=True,
+    )  # fmt: skip
+    for number, (axes, values, factor, label) in enumerate(panels):
+        for place, value in zip(places, values * factor, strict=True):
+            if np.isfinite(value):
+                axes.barh(place, value, BAR, **LOOKS[int(place > 0)])
+        axes.set_ylim(len(names) - 0.4, -0.6)
+        axes.set_yticks(places, shortened_apart(names, NAMES - 0.4) if number == 0 else [])
+        axes.set_xlim(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0))
+        axes.tick_params(axis="y", length=0)
+        axes.grid(axis="y", visible=False)
+        axes.set_xlabel(label)
+    row[-1].axvline(enough, color=style.INK, linewidth=1.0, linestyle="--")
+    row[-1].set_title(f"dashed: usual least, {enough:g}°")
+    return figure

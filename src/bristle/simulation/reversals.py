@@ -1,0 +1,40 @@
+"""Where a following error swings most: around the reversals of its reference."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["swing_at_worst_reversal", "worst_reversal"]
+
+SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at least
+
+
+def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
+    """Return the samples around the reversal of a reference with the widest swing of the error.
+
+    Parameters
+    ----------
+    reference, error : ndarray, shape (sample,)
+        Of one run [m or rad].
+
+    Returns
+    -------
+    slice or None
+        A twentieth of the samples, a third of them before the reversal; None where the reference never reverses.
+    """
+    count = min(max(round(SHARE * error.size), LEAST), error.size)
+    steps = np.diff(reference)
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][np.sign(steps[moving[1:]]) != np.sign(steps[moving[:-1]])]
+    starts = np.clip(turns - count // 3, 0, error.size - count)
+    if not starts.size:
+        return None
+    swings = [np.ptp(error[start : start + count]) for start in starts]
+    start = int(starts[int(np.argmax(swings))])
+    return slice(start, start + count)
+
+
+def swing_at_worst_reversal(reference: np.ndarray, error: np.ndarray) -> float | None:
+    """Return the swing of the error there, peak to peak [m or rad]; None where the reference never reverses."""
+    at = worst_reversal(reference, error)
+    return None if at is None else float(np.ptp(error[at]))
