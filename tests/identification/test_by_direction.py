@@ -10,6 +10,7 @@ from bristle.core.mathematics import direction
 from bristle.friction import find
 from bristle.friction.slots import by_direction, directional, slotted
 from bristle.identification import identify
+from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 
 
 class Parameters(NamedTuple):
@@ -61,3 +62,5 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert found["F_C_pos"] + found["offset"] == pytest.approx(5.0 + offset, abs=0.1)
     assert found["F_C_neg"] - found["offset"] == pytest.approx(4.0 - offset, abs=0.1)
     assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}
+    remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
+    assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]

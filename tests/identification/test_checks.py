@@ -7,6 +7,7 @@ from tests.logs.test_check import MASS, Run
 from bristle.identification import identify
 from bristle.prediction import predict
 from bristle.report.messages import message, warnings_of
+from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
 
 
@@ -24,6 +25,21 @@ def test_every_parameter_that_trades_places_at_one_speed_is_named():
 def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_not():
     (found,) = told(Run(0, back=False).log(), "one_direction")
     assert set(found.numbers["names"]) == {"F_C", "offset"}
+
+
+@pytest.mark.parametrize(
+    ("run", "traded"),
+    [(Run(0, (0.3,)), {"F_C", "F_v", "offset"}), (Run(0, back=False), {"F_C", "offset"})],
+    ids=["one speed", "one direction"],
+)
+def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(run, traded):
+    fit = identify(run.log(), "coulomb_viscous", draws=0, blocks=0).best
+    doubted = {one.name for one in fit.estimates if one.status == "identified"} & traded
+    remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
+    assert doubted
+    assert {name for name, remark in remarks.items() if DOUBTED in remark} == doubted
+    right = identify(Run(0).log(), mass=MASS, draws=0, blocks=0).best
+    assert right.doubted == ()
 
 
 def test_a_parameter_that_was_told_trades_places_with_none():

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
 
+DOUBTS = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
+"""Codes that name parameters whose intervals are not to be relied on."""
+CONSTANT_HELD = ("held_levels", "held_constant")
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -237,6 +241,20 @@ class Fit:
         lacking = next((diagnostic for diagnostic in self.diagnostics if diagnostic.code == "structure"), None)
         names = lacking.numbers["names"] if lacking is not None else ()
         return tuple(str(name) for name in names) if isinstance(names, tuple) else ()
+
+    @property
+    def doubted(self) -> tuple[str, ...]:
+        """Parameters that are identified, and of which a diagnostic says that their intervals do not hold."""
+        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in DOUBTS]
+        names = {name for several in named if isinstance(several, tuple) for name in several}
+        return tuple(one.name for one in self.estimates if one.status == "identified" and one.name in names)
+
+    @property
+    def with_constant(self) -> tuple[str, ...]:
+        """Levels of friction by direction: what they differ by and a constant force look alike, and one was held."""
+        held = [one.reason.numbers["levels"] for one in self.estimates
+                if one.reason is not None and one.reason.code in CONSTANT_HELD]  # fmt: skip
+        return tuple(str(name) for levels in held if isinstance(levels, tuple) for name in levels)
 
     @property
     def friction_error_percent(self) -> float:

@@ -26,6 +26,7 @@ STATUS_WORDS = {
 }
 EFFECTIVE = "effective"
 """What stands beside a parameter of a model that lacks a force."""
+DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
@@ -41,9 +42,7 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
         f"Parameters of {fit.name}",
         heads,
         [
-            _parameter_row(
-                estimate, values.get(estimate.name, {}), plain=plain, effective=estimate.name in fit.effective
-            )
+            _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
             for estimate in (*fit.estimates, *fit.combinations)
             if not _is_left_out(estimate)
         ],
@@ -56,7 +55,7 @@ def _is_left_out(estimate: Estimate) -> bool:
 
 
 def _parameter_row(
-    estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, effective: bool
+    estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str
 ) -> tuple[str, ...]:  # fmt: skip
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
@@ -76,8 +75,16 @@ def _parameter_row(
         _percent(estimate.relative_std_percent) if plain else "–",
         "–" if half == "–" else f"± {half}",
         "; ".join(_in_unit(value, name) for name, value in in_units.items()),
-        EFFECTIVE if effective else STATUS_WORDS.get(estimate.status, estimate.status),
+        remark,
     )
+
+
+def _remark(fit: Fit, estimate: Estimate) -> str:
+    """Return what is to be known of a parameter before its numbers are used."""
+    if estimate.status != "identified":
+        return STATUS_WORDS.get(estimate.status, estimate.status)
+    remarks = {EFFECTIVE: fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
+    return "; ".join(text for text, names in remarks.items() if estimate.name in names)
 
 
 def _in_unit(value: float, name: str) -> str:
