@@ -14,6 +14,7 @@ from bristle.prediction.following import Following
 from bristle.report.advice import WRITTEN_BY
 from bristle.report.first_page import answers
 from bristle.report.judgement import DOUBTS, judged
+from bristle.report.messages import warnings_of
 from bristle.report.sentences import SENTENCES
 from bristle.report.symbols import symbolic, worded
 from bristle.simulation.result import statistics_of
@@ -112,6 +113,28 @@ def test_the_five_questions_are_answered(found):
     assert f"M ± {mass.interval_percent:.2g}\u00a0%" in told["Can it be trusted?"][1]
     assert told["What next"] == ["for F_S: move slowly"]
     assert "effective" not in " ".join(told["Can it be trusted?"])
+
+
+def test_what_was_not_identified_is_not_to_be_typed_in(found):
+    fit = found.best
+
+    def typed(*names):
+        estimates = tuple(replace(one, status="unidentifiable") if one.name in names else one for one in fit.estimates)
+        return dict(answers(replace(found, fits=(replace(fit, estimates=estimates),)), None, None, []))[
+            "What to type in"
+        ]
+
+    assert typed("M")[0] == "mass: not identified"
+    assert typed(*fit.parameters) == ["nothing: no parameter was identified"]
+
+
+def test_an_error_is_told_before_what_follows_from_it(found):
+    fit = doubted(
+        found.best,
+        Diagnostic("delay_unknown", severity="warning"),
+        Diagnostic("sign_reversed", "", "error", {"percent": 73.0}),
+    )
+    assert "sign of effort" in warnings_of(fit)[0]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import numpy as np
 
 from bristle.core.typography import number, typeset
 from bristle.core.variable import unit_of
+from bristle.identification.roles import Role, name_of
 from bristle.prediction.drive_table import LevelValues, level_values
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
@@ -62,16 +63,21 @@ def _quality(fit: Fit) -> list[str]:
 
 def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     levels, unit = level_values(fit), unit_of("force", fit.plant.kind)
+    if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
+        return ["nothing: no parameter was identified"]
     if levels is None:
         return ["nothing: a plant on a spring does not move on steadily"]
     mass = "inertia" if fit.plant.kind == "rotational" else "mass"
     sides = {"F+": levels.forward, "F\u2212": levels.backward}
     words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
     words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
+    weighed = fixed(levels.inertia, unit_of("mass", fit.plant.kind))
+    inertia, units = name_of(Role.INERTIA, fit.plant.component.variables), drive_units(axis, fit.plant.kind)
+    is_open = inertia in fit.parameters and fit.parameters[inertia].status == "unidentifiable"
     return [
-        f"{mass} {fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
+        f"{mass}: not identified" if is_open else f"{mass} {weighed}",
         f"{', '.join(words)}: levels within {fixed(levels.deviation, unit)} of the curve",
-        *_in_drive_units(levels, drive_units(axis, fit.plant.kind)),
+        *_in_drive_units(levels, units._replace(inertias=()) if is_open else units),
         *_after_reversal(fit, axis),
         "or the table for the drive, below",
     ]

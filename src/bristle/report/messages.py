@@ -86,8 +86,9 @@ def note_of(estimate: Estimate) -> str:
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
-    """Return what may mislead in a fit, in sentences."""
-    return tuple(message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.severity != "note")
+    """Return what may mislead in a fit, in sentences; errors, which explain others, first."""
+    told = sorted(fit.diagnostics, key=lambda diagnostic: diagnostic.severity != "error")
+    return tuple(message(diagnostic) for diagnostic in told if diagnostic.severity != "note")
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
