@@ -43,6 +43,8 @@ __all__ = [
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
+SHOWS_LEVEL = 4  # rows of a half-cycle that are not all beside a reversal
+FEWEST_LEVELS = 8
 ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 
 
@@ -108,6 +110,10 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
     if not np.any(excess):
         return 0.0
     rest = within_cycles(cycles, slope, residual)
+    # Rows beside a reversal are wrong by their filter: what comes and goes within a few shows no level.
+    shown = np.bincount(cycles.index, minlength=power.size) >= SHOWS_LEVEL
+    if np.count_nonzero(shown) >= FEWEST_LEVELS:
+        power, excess = power[shown], excess[shown]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
     for _ in range(ROUNDS):
         weight = power / (power + noise / square)

@@ -5,7 +5,7 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
 
 from bristle.core import Axis
-from bristle.identification.half_cycles import half_cycle_starts, half_cycles, scatter_in, within_cycles
+from bristle.identification.half_cycles import Groups, half_cycle_starts, half_cycles, scatter_in, within_cycles
 from bristle.identification.preprocessing import treat
 
 DT = 1e-3
@@ -68,3 +68,19 @@ def test_what_is_left_within_half_cycles_has_no_level():
     residual, cycles = np.random.default_rng(1).normal(size=(2, dataset.effort.size)), half_cycles(dataset)
     left = within_cycles(cycles, residual[0], residual[1])
     np.testing.assert_allclose(cycles.summed(left * residual[0]), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.1])
+def test_what_turns_back_at_once_shows_no_level(scatter):
+    # An axis that rings where it stops: after each stroke of 60 rows, three turns of 2 rows, wrong by their filter.
+    rng, sizes = np.random.default_rng(1), np.tile([60, 2, 2, 2], 24)
+    groups = Groups(np.repeat(np.arange(sizes.size), sizes))
+    slope = np.where(groups.of_rows % 2, -9.0, 9.0)
+    short = np.repeat(sizes == 2, sizes)
+    level = np.where(sizes == 60, scatter * rng.standard_normal(sizes.size), 0.0)[groups.of_rows]
+    residual = level * slope + 0.02 * rng.standard_normal(slope.size)
+    wrong = residual + short * 8.0 * rng.standard_normal(slope.size)
+    assert scatter_in(groups, slope, wrong) == pytest.approx(scatter, rel=0.3, abs=0.03)
+    # Where all turn back as soon, they are all that there is.
+    every = Groups(np.arange(slope.size) // 2)
+    assert scatter_in(every, slope, wrong) > 0.15
