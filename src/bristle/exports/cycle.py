@@ -71,8 +71,16 @@ class Cycle:
     begin: np.ndarray
 
 
-def cycle_of(subject: Subject) -> Cycle:
-    """Return the cycle of a model."""
+def cycle_of(subject: Subject, builder: Builder | None = None) -> Cycle:
+    """Return the cycle of a model.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    builder : Builder, optional
+        What builds it, where other functions are built beside it: its unit is then not pruned.
+    """
     fields = subject.state.fields
     load = ", ".join(
         f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]"
@@ -80,13 +88,14 @@ def cycle_of(subject: Subject) -> Cycle:
     )
     store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, (name, _) in enumerate(fields))
     kernel = _defined(TEXT.format(load=load, store=store or "    lasting[REFUSED] = lasting[REFUSED]"), subject)
-    builder = Builder()
+    own = builder is None
+    builder = builder or Builder()
     size = STATE + len(fields)
     memory = Array(subject.memory_size, writable=True)
     entry = builder.function(kernel, [Array(size, writable=True), memory, REAL, REAL, subject.parameters])
     begin = np.zeros(size)
     begin[STATE:] = [float(value) for value in subject.virgin]
-    return Cycle(subject, pruned(builder.unit, [entry]), entry, begin)
+    return Cycle(subject, pruned(builder.unit, [entry]) if own else builder.unit, entry, begin)
 
 
 def _defined(text: str, subject: Subject) -> Callable[..., Any]:

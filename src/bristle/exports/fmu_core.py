@@ -82,8 +82,18 @@ class Core:
         return self.begin.size - 1 if self.plant is not None else -1
 
 
-def core_of(subject: Subject, plant: Model | None) -> Core:
-    """Return the step of a friction model, on a plant where one is given."""
+def core_of(subject: Subject, plant: Model | None, builder: Builder | None = None) -> Core:
+    """Return the step of a friction model, on a plant where one is given.
+
+    Parameters
+    ----------
+    subject : Subject
+        The friction model.
+    plant : Model or None
+        The plant that it is on.
+    builder : Builder, optional
+        What builds it, where other functions are built beside it: its unit is then not pruned.
+    """
     scope: dict[str, Any] = {
         "__name__": __name__, "State": subject.state.cls, "Motion": Motion, "friction_trial": friction_trial,
         "friction_commit": friction_commit, "Mechanism": Mechanism, "mechanism": mechanism,
@@ -113,11 +123,13 @@ def core_of(subject: Subject, plant: Model | None) -> Core:
         most = [0] * first + most + [0] * SOLVER
         parameters = {"q": (plant, plant_parameters)} | parameters
     entry_types = [Array(len(begin), writable=True), Array(subject.memory_size, writable=True), *[REAL] * (inputs + 1)]
-    builder = Builder()
+    own = builder is None
+    builder = builder or Builder()
     entry = builder.function(
         defined("stepped", text, scope), [*entry_types, *(kind for _, kind in parameters.values())]
     )
-    return Core(subject, plant, pruned(builder.unit, [entry]), entry, np.array(begin), tuple(most), parameters)
+    unit = pruned(builder.unit, [entry]) if own else builder.unit
+    return Core(subject, plant, unit, entry, np.array(begin), tuple(most), parameters)
 
 
 def _around() -> list[tuple[str, float]]:

@@ -28,6 +28,7 @@ __all__ = [
     "Walk",
     "digest_of",
     "hash_of",
+    "presliding_distance",
     "walk_of",
 ]
 
@@ -69,7 +70,7 @@ class Walk:
 
 def walk_of(subject: Subject, dt: float) -> Walk:
     """Return the walk that leads a model through its pre-sliding and far beyond."""
-    reach = _presliding_distance(subject)
+    reach = presliding_distance(subject)
     return Walk(tuple(scale * reach / 32768.0 for scale in SCALES), dt)
 
 
@@ -86,7 +87,7 @@ def digest_of(content: bytes) -> int:
     return digest
 
 
-def _presliding_distance(subject: Subject) -> float:
+def presliding_distance(subject: Subject) -> float:
     """Return over which distance a virgin contact, moved slowly, reaches half of its largest force [m or rad]."""
     component, p, state = subject.model.component, subject.model.parameters, subject.virgin
     memory, forces, at = component.new_memory(p), [], 0.0

@@ -1,7 +1,8 @@
 """WebAssembly of a friction model: a module of the binary format, written without a compiler, and a script around it.
 
 The module is alone: it imports nothing, and has one page of memory or more. Parameters lie in the memory as numbers, so
-that a script may change them between two calls.
+that a script may change them between two calls. With a plant, it has a second function: a step of the plant with this
+friction under an effort, with a contact of its own and the same parameters of friction.
 """
 
 from __future__ import annotations
@@ -15,14 +16,33 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.exports.build import Builder
 from bristle.exports.c_code import needs_wide_integers
-from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, Cycle, cycle_of
+from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, cycle_of
 from bristle.exports.described import Source, parameter_table
+from bristle.exports.fmu_core import core_of
+from bristle.exports.prune import pruned
 from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
+from bristle.exports.tree import Function, Unit
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
-from bristle.exports.wasm_binary import CALL, END, F64, GET, I32, I64, LOAD, Types, flat, leb, signed_leb, vector
+from bristle.exports.wasm_binary import (
+    CALL,
+    END,
+    F64,
+    GET,
+    I32,
+    I64,
+    LOAD,
+    TRUNCATE_32,
+    TRUNCATE_64,
+    Types,
+    flat,
+    leb,
+    signed_leb,
+    vector,
+)
 from bristle.exports.wasm_code import Code
 
 __all__ = ["Module", "module_of", "wasm_files"]
@@ -43,18 +63,31 @@ class Module:
         Address of what lasts from call to call.
     places : dict
         For each parameter that may be changed, the addresses of its numbers; one list for each place it stands at.
+    contact : int
+        Address of the memory of the contact.
+    body : int
+        Address of what lasts of the plant; 0 without one.
+    parameters : int
+        Address of the first parameter: what lies before it changes from step to step.
     """
 
     binary: bytes
     lasting: int
     places: dict[str, list[list[int]]]
+    contact: int
+    body: int
+    parameters: int
 
 
 class _Memory:
-    """The memory of a module while it is laid out."""
+    """The memory of a module while it is laid out, and what of it the parameters of its entries are."""
 
-    def __init__(self) -> None:
+    def __init__(self, unit: Unit) -> None:
+        self.unit = unit
+        self.integer = I64 if needs_wide_integers(unit) else I32
         self.numbers: list[float] = [0.0] * (FIRST // 8)
+        self.pushed: dict[str, bytes] = {}
+        self.addresses: dict[str, dict[tuple[str, ...], int]] = {}
 
     def add(self, values: Any) -> int:
         """Put numbers into the memory, and return their address."""
@@ -62,27 +95,84 @@ class _Memory:
         self.numbers += [float(value) for value in np.atleast_1d(values)]
         return address
 
+    def place(self, argument: str, model: Model, kind: Struct, *, choices: bool = False) -> None:
+        """Lay out the parameters of a model, and keep the instructions that hand them to an entry."""
+        named = {name for name, variable in model.component.variables.items() if variable.choices and choices}
+        self.addresses[argument] = {}
+        self.pushed[argument] = self._pushed(model.parameters, kind, self.addresses[argument], (), named)
 
-def module_of(subject: Subject) -> Module:
-    """Return a friction model as a module of WebAssembly."""
-    cycle, memory, types = cycle_of(subject), _Memory(), Types()
-    integer = I64 if needs_wide_integers(cycle.unit) else I32
-    lasting = memory.add(cycle.begin)
-    contact = memory.add(np.zeros(max(subject.memory_size, 1)))
-    addresses: dict[tuple[str, ...], int] = {}
-    arguments = _parameters(subject.model.parameters, subject.parameters, memory, addresses, ())
-    numbers = {id(function): number for number, function in enumerate(cycle.unit.functions)}
-    bodies = [Code(function, numbers, types, integer).body() for function in cycle.unit.functions]
+    def _pushed(
+        self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]
+    ) -> bytes:
+        code = b""
+        for (name, part), leaf in zip(kind.fields, value, strict=True):
+            if isinstance(part, Struct):
+                code += self._pushed(leaf, part, addresses, (*path, name), named)
+                continue
+            if part == REAL or isinstance(part, Array) or name in named:
+                addresses[*path, name] = self.add(leaf)
+            code += self._leaf(part, leaf, addresses.get((*path, name)))
+        return code
+
+    def _leaf(self, kind: Type, value: Any, place: int | None) -> bytes:
+        """Return the instructions that push a number: itself where it is whole and fixed, an array by its address."""
+        if place is None:
+            return (b"\x41" if self.integer == I32 else b"\x42") + signed_leb(int(value))
+        load = b"\x41" + signed_leb(place)
+        if isinstance(kind, Array):
+            return load
+        load += bytes([LOAD, 3, 0])
+        return load if kind == REAL else load + bytes(TRUNCATE_32 if self.integer == I32 else TRUNCATE_64)
+
+
+def module_of(subject: Subject, plant: Model | None = None, *, choices: bool = False) -> Module:
+    """Return a friction model as a module of WebAssembly.
+
+    Parameters
+    ----------
+    subject : Subject
+        The friction model.
+    plant : Model, optional
+        A plant that a second function, ``step``, moves against this friction.
+    choices : bool
+        Whether what is one of several names may be changed as numbers may: to its place among the names.
+    """
+    builder = Builder()
+    cycle, core = cycle_of(subject, builder), None if plant is None else core_of(subject, plant, builder)
+    roots = [cycle.entry] if core is None else [cycle.entry, core.entry]
+    unit = cycle.unit if core is None else pruned(builder.unit, roots)
+    layout = _Memory(unit)
+    size = max(subject.memory_size, 1)
+    places = {"lasting": layout.add(cycle.begin), "memory": layout.add(np.zeros(size))}
+    begins = (
+        [places] if core is None else [places, {"lasting": layout.add(core.begin), "memory": layout.add([0] * size)}]
+    )
+    parameters = 8 * len(layout.numbers)
+    layout.place("p", subject.model, subject.parameters, choices=choices)
+    if plant is not None and core is not None:
+        layout.place("q", plant, core.parameters["q"][1])
+    addresses = _places(subject.model, layout.addresses["p"], choices=choices)
+    if plant is not None:
+        addresses |= _places(plant, layout.addresses["q"])
+    binary = _binary(unit, [_entry(root, layout, begin) for root, begin in zip(roots, begins, strict=True)], layout)
+    body = begins[1]["lasting"] if core is not None else 0
+    return Module(binary, places["lasting"], addresses, places["memory"], body, parameters)
+
+
+def _binary(unit: Unit, entries: list[bytes], layout: _Memory) -> bytes:
+    """Return the module of some functions, with an exported one for each entry."""
+    types, integer = Types(), layout.integer
+    numbers = {id(function): number for number, function in enumerate(unit.functions)}
+    bodies = [Code(function, numbers, types, integer).body() for function in unit.functions] + entries
     kinds = [
         types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer))
-        for f in cycle.unit.functions
-    ]
-    bodies.append(_entry(cycle, numbers, lasting, contact, arguments, integer))
-    kinds.append(types.index([F64, F64], [F64]))
-    image = struct.pack(f"<{len(memory.numbers)}d", *memory.numbers)
+        for f in unit.functions
+    ] + [types.index([F64, F64], [F64])] * len(entries)
+    image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
-    exports = [_export("memory", 2, 0), _export("advance", 0, len(kinds) - 1)]
-    binary = b"".join([
+    names = zip(("advance", "step"), range(len(unit.functions), len(kinds)), strict=False)
+    exports = [_export("memory", 2, 0), *(_export(name, 0, number) for name, number in names)]
+    return b"".join([
         b"\0asm\1\0\0\0",
         _section(TYPE, [b"\x60" + vector([bytes([n]) for n in t]) + vector([bytes([n]) for n in g])
                         for t, g in types.listed]),
@@ -92,7 +182,6 @@ def module_of(subject: Subject) -> Module:
         _section(CODE, bodies),
         _section(DATA, [b"\0\x41" + signed_leb(0) + bytes([END]) + leb(len(image)) + image]),
     ])  # fmt: skip
-    return Module(binary, lasting, _places(subject.model, addresses))
 
 
 def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
@@ -107,42 +196,19 @@ def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | b
     return {f"{name}.wasm": module.binary, f"{name}.mjs": rendered("wasm/module.mjs", facts)}
 
 
-def _parameters(
-    value: Any, kind: Struct, memory: _Memory, addresses: dict[tuple[str, ...], int], path: tuple[str, ...]
-) -> list[tuple[Type, Any]]:
-    """Lay out parameters, and return each number or array with its address, or itself where it is whole."""
-    leaves: list[tuple[Type, Any]] = []
-    for (name, part), leaf in zip(kind.fields, value, strict=True):
-        if isinstance(part, Struct):
-            leaves += _parameters(leaf, part, memory, addresses, (*path, name))
-        elif part == REAL or isinstance(part, Array):
-            addresses[*path, name] = memory.add(leaf)
-            leaves.append((part, addresses[*path, name]))
-        else:
-            leaves.append((part, int(leaf)))
-    return leaves
-
-
-def _entry(
-    cycle: Cycle, numbers: dict[int, int], lasting: int, contact: int, arguments: list[tuple[Type, Any]], integer: int
-) -> bytes:
-    """Return the code of the exported function: position and time step in, force out."""
-    pushed = {
-        "lasting": b"\x41" + signed_leb(lasting), "memory": b"\x41" + signed_leb(contact),
-        "x": bytes([GET, 0]), "dt": bytes([GET, 1]), "p": b"".join(_loaded(*leaf, integer) for leaf in arguments),
-    }  # fmt: skip
-    content = b"\0" + b"".join(pushed[parameter.name] for parameter in cycle.entry.parameters)
-    content += bytes([CALL]) + leb(numbers[id(cycle.entry)]) + bytes([END])
+def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
+    """Return the code of an exported function: position, or effort, and time step in, force out."""
+    pushed = layout.pushed | {name: b"\x41" + signed_leb(place) for name, place in begin.items()}
+    pushed |= {"x": bytes([GET, 0]), "effort": bytes([GET, 0]), "dt": bytes([GET, 1])}
+    number = next(number for number, function in enumerate(layout.unit.functions) if function is root)
+    content = b"\0" + b"".join(pushed[parameter.name] for parameter in root.parameters)
+    content += bytes([CALL]) + leb(number) + bytes([END])
     return leb(len(content)) + content
 
 
-def _loaded(kind: Type, place: int, integer: int) -> bytes:
-    if kind == REAL:
-        return b"\x41" + signed_leb(place) + bytes([LOAD, 3, 0])
-    return (b"\x41" if isinstance(kind, Array) or integer == I32 else b"\x42") + signed_leb(place)
-
-
-def _places(model: Model, addresses: dict[tuple[str, ...], int]) -> dict[str, list[list[int]]]:
+def _places(
+    model: Model, addresses: dict[tuple[str, ...], int], *, choices: bool = False
+) -> dict[str, list[list[int]]]:
     try:
         tuned = tunable_of(model)
     except InputError:
@@ -151,6 +217,10 @@ def _places(model: Model, addresses: dict[tuple[str, ...], int]) -> dict[str, li
     for path, name in tuned.places.items():
         size = np.size(tuned.values[name])
         places[name].append([addresses[path] + 8 * i for i in range(size)])
+    if choices:
+        for path, address in addresses.items():
+            if path not in tuned.places and (variable := model.component.variables.get(path[-1])) and variable.choices:
+                places.setdefault(path[-1], []).append([address])
     return places
 
 
