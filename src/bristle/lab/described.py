@@ -1,0 +1,134 @@
+"""What a page knows of a friction model: its module, its parameters with their sliders, its scales and its walks."""
+
+from __future__ import annotations
+
+import base64
+import inspect
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from markupsafe import escape
+
+from bristle.core.contracts import Model
+from bristle.core.typography import typeset
+from bristle.core.variable import unit_of
+from bristle.exports.cycle import OVERFLOW, REFUSED, STATE
+from bristle.exports.subject import Subject, subject_of
+from bristle.exports.wasm import module_of
+from bristle.files.components import key_of
+from bristle.friction import MODELS, base_of
+from bristle.hysteresis.turning_points import Stack
+from bristle.lab.conditions import conditions_of, shares_of
+from bristle.lab.scales import Scales, pulled_by, scales_of
+from bristle.lab.sliders import slider_for
+from bristle.lab.walks import LONG, SHORT, stored, walked
+from bristle.report.symbols import symbolic
+from bristle.testing import example_of
+
+__all__ = ["described", "example_named", "walks_of"]
+
+UNITS = {"position": "length", "velocity": "length/time", "force": "force"}
+
+
+def example_named(name: str) -> Model:
+    """Return a friction model of the package with the values of its example, and without slots but the offset."""
+    from bristle.friction import find
+
+    return example_of(find(name))
+
+
+def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
+    """Return the walks of a model as they are computed now."""
+    subject = subject_of(model)
+    scales = scales_of(subject)
+    return walked(subject, pulled_by(scales, model), scales, count)
+
+
+def described(
+    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
+    named: str = "",
+) -> dict[str, Any]:  # fmt: skip
+    """Return what a page knows of a friction model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    uncertainty : mapping, optional
+        For a parameter, what a model file knows of how sure it is.
+    mass : float, optional
+        What the model moves [kg or kg*m^2].
+    named : str
+        What it is called in the list of models, where that is not its name.
+    """
+    subject = subject_of(model)
+    scales = scales_of(subject)
+    plant = pulled_by(scales, model, mass)
+    module = module_of(subject, plant, choices=True)
+    known = stored().get(model.name) if not named else None
+    return {
+        "name": named or model.name, "model": model.name, "description": model.component.description,
+        "kind": model.kind, "code": _packed(module.binary), "size": len(module.binary),
+        "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
+        "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
+        "variables": _variables(model, module.places, scales, uncertainty or {}),
+        "pull": _variables(plant, module.places, scales, {}),
+        "conditions": conditions_of(model.component), "shares": shares_of(model.component),
+        "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
+        "scales": scales._asdict(), "head": _head(model),
+        "walks": known or walked(subject, plant, scales, SHORT),
+    }  # fmt: skip
+
+
+def _variables(
+    model: Model, places: Mapping[str, Any], scales: Scales, uncertainty: Mapping[str, Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    rows = []
+    for name, variable in model.component.variables.items():
+        value, facts = model.values[name], uncertainty.get(name, {})
+        coded = variable.choices.index(value) if isinstance(value, str) else value
+        numbers = [float(number) for number in np.atleast_1d(coded)]
+        interval = facts.get("interval") if len(numbers) == 1 else None
+        span = scales.force if variable.quantity == "force" else 0.0
+        rows.append({
+            "name": name, "key": key_of(name), "symbol": _symbol(name), "values": numbers,
+            "unit": typeset(variable.unit(model.kind)), "description": " ".join(variable.description.split()),
+            "min": variable.min, "max": variable.max, "choices": list(variable.choices),
+            "array": np.ndim(value) == 1, "whole": model.component.is_integer(name) and not variable.choices,
+            "fixed": name not in places, "interval": list(interval) if interval else None,
+            "status": str(facts.get("status", "")),
+            "sliders": [slider_for(variable, number, interval=interval, span=span)._asdict() for number in numbers],
+        })  # fmt: skip
+    return rows
+
+
+def _packed(content: bytes) -> str:
+    """Return bytes as text: deflated, without a head, and in base 64."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+    return base64.b64encode(packer.compress(content) + packer.flush()).decode("ascii")
+
+
+def _symbol(name: str) -> str:
+    return f"<i>{escape(name)}</i>" if len(name) == 1 else str(symbolic(name))
+
+
+def _stack(subject: Subject) -> dict[str, int] | None:
+    """Return where input, direction and depth are in what lasts of an operator with turning points, if it is one."""
+    if not isinstance(subject.virgin, Stack):
+        return None
+    names = [name for name, _ in subject.state.fields]
+    return {name: STATE + names.index(name) for name in ("z", "side", "depth")}
+
+
+def _head(model: Model) -> dict[str, str]:
+    """Return how a model is named in a model file and in Python."""
+    base, *slots = model.name.split("+")
+    component = base_of(model.component)
+    if MODELS.get(base) is component:
+        python = f"br.friction.{base}" if not slots else f'br.friction.find("{model.name}")'
+        return {"toml": f'model = "{model.name}"', "python": python, "file": ""}
+    file = inspect.getfile(component.trial).replace("\\", "/").rpartition("/")[2]
+    named = f"\nslots = {slots}".replace("'", '"') if slots else ""
+    return {"toml": f'file = "{file}"{named}', "python": "", "file": file}

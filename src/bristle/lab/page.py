@@ -1,0 +1,104 @@
+"""The page of the lab: one file that asks for nothing else, with its scripts and styles named by their hashes."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import math
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from bristle.core.contracts import Model
+from bristle.exports.rendering import version
+from bristle.friction import MODELS
+from bristle.lab.described import described, example_named
+
+if TYPE_CHECKING:
+    import jinja2
+
+__all__ = ["MARK", "lab_page", "policy"]
+
+MARK = "<!-- A page of bristle lab -->"
+"""What a page begins with, so that it is known as one."""
+SHOWN = "preisach_lugre"  # first, where no model is given
+SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "lab.js"), ("lab.css",)
+
+
+def lab_page(
+    model: Model | None = None, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+    mass: float | None = None, source: str = "", provenance: Mapping[str, str] | None = None,
+) -> str:  # fmt: skip
+    """Return the page: every friction model with the values of its example, and one with values of its own.
+
+    Parameters
+    ----------
+    model : Model, optional
+        The friction model that is shown first.
+    uncertainty : mapping, optional
+        For its parameters, what a model file knows of how sure they are.
+    mass : float, optional
+        What it moves [kg or kg*m^2].
+    source : str
+        The file that it is from.
+    provenance : mapping of str to str, optional
+        What the page was made from.
+    """
+    named = f"{model.name} of {source}" if model is not None and source else ""
+    own = [described(model, uncertainty=uncertainty, mass=mass, named=named)] if model is not None else []
+    models = [*own, *(described(example_named(name)) for name in MODELS)]
+    first = 0 if own else list(MODELS).index(SHOWN)
+    script, style = _joined(SCRIPTS), _joined(STYLES)
+    return _environment().get_template("lab.html").render(
+        mark=Markup(MARK), policy=policy([script], [style]), style=Markup(style), script=Markup(script),
+        data=Markup(_json({"models": models, "first": first})), provenance=dict(provenance or {}), version=version(),
+    )  # fmt: skip
+
+
+def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
+    """Return what the page may do: run these scripts and their modules, use these styles, and nothing else."""
+    script = " ".join(_hash(text) for text in scripts)
+    style = " ".join(_hash(text) for text in styles)
+    return (
+        f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
+
+
+def _joined(names: Iterable[str]) -> str:
+    folder = resources.files("bristle.lab").joinpath("templates")
+    return "\n" + "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in names)
+
+
+def _json(value: Any) -> str:
+    """Return data for a page; no text of it can end the element that it stands in."""
+    return json.dumps(_plain(value), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _plain(value: Any) -> Any:
+    """Return data in which numbers without an end are words that a script reads as such."""
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return "Infinity" if value > 0.0 else "-Infinity"
+    return value
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    import jinja2
+
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("bristle.lab"), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip

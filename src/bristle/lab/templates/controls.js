@@ -1,0 +1,114 @@
+// Number fields with sliders: one for each number that can be changed.
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key === "text") made.textContent = value;
+    else if (key === "html") made.innerHTML = value; // symbols: written by bristle, escaped there
+    else if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else if (value !== false) made.setAttribute(key, value === true ? "" : value);
+  }
+  made.append(...children.filter(Boolean));
+  return made;
+}
+
+function allowedIn(variable) {
+  const low = Number(variable.min), high = Number(variable.max), unit = variable.unit ? ` ${variable.unit}` : "";
+  if (low === -Infinity && high === Infinity) return `a number${unit && ` in${unit}`}`;
+  if (high === Infinity) return `${typed(low)}${unit} or more`;
+  return low === -Infinity ? `${typed(high)}${unit} or less` : `${typed(low)} to ${typed(high)}${unit}`;
+}
+
+function numbered(symbol, number) {
+  return symbol.endsWith("<sub>i</sub>") ? symbol.replace("<sub>i</sub>", `<sub>${number}</sub>`) : `${symbol}<sub>${number}</sub>`;
+}
+
+let controls = 0;
+
+// A field and a slider for one number of a variable. `input` is called while it moves, `change` when it stays.
+function control(variable, index, { input, change, start }) {
+  const slider = { ...variable.sliders[index], low: Number(variable.sliders[index].low), high: Number(variable.sliders[index].high) };
+  const name = variable.array ? `${variable.name}[${index + 1}]` : variable.name;
+  const id = `number-${controls++}`, told_ = `${variable.description}${variable.array ? `, ${index + 1}` : ""}`;
+  const field = element("input", { id, type: "text", inputmode: "decimal", autocomplete: "off", spellcheck: "false", disabled: variable.fixed });
+  const range = element("input", { type: "range", name, min: 0, max: STOPS, step: 1, "aria-label": `${told_}, slider`, disabled: variable.fixed });
+  const refused = element("p", { class: "refused", role: "alert", hidden: true });
+  const back = element("button", { type: "button", class: "back", title: `Reset ${name}`, "aria-label": `Reset ${name}`, text: "↺" });
+  const root = element("div", { class: "card" },
+    element("label", { for: id },
+      element("span", { class: "symbol", html: variable.array ? numbered(variable.symbol, index + 1) : variable.symbol }),
+      element("span", { class: "meaning", text: told_ })),
+    element("div", { class: "number" }, field, element("span", { class: "unit", text: variable.unit }), back),
+    variable.fixed ? element("p", { class: "note", text: "fixed on this page" }) : element("div", { class: "track" }, markOf(variable, slider), range),
+    refused);
+  const refuse = (text) => {
+    refused.hidden = !text;
+    refused.textContent = text;
+    field.setAttribute("aria-invalid", text ? "true" : "false");
+  };
+  range.addEventListener("input", () => { refuse(""); input(atStop(slider, Number(range.value)), "slider"); });
+  range.addEventListener("change", () => change());
+  field.addEventListener("change", () => {
+    const value = read(field.value);
+    if (!(value >= Number(variable.min) && value <= Number(variable.max))) {
+      return refuse(`${field.value || "Nothing"} is not allowed: ${allowedIn(variable)}`);
+    }
+    refuse("");
+    input(value, "field");
+    change();
+  });
+  back.addEventListener("click", () => { refuse(""); input(start, "field"); change(); field.focus(); });
+  return {
+    root,
+    show(value, from) {
+      field.value = typed(value);
+      if (from !== "slider") range.value = stopAt(slider, value);
+      range.setAttribute("aria-valuetext", `${typed(value)} ${variable.unit}`.trim());
+      back.hidden = value === start;
+      root.classList.toggle("moved", value !== start);
+    },
+  };
+}
+
+// The identified interval on the track of a slider, if there is one.
+function markOf(variable, slider) {
+  if (!variable.interval) return null;
+  const [low, high] = variable.interval.map((end) => stopAt(slider, end) / STOPS);
+  const mark = element("div", { class: "interval", title: `95 % interval ${variable.interval.map((end) => withDigits(end, 4)).join(" to ")} ${variable.unit}` });
+  mark.style.setProperty("--from", low);
+  mark.style.setProperty("--to", high);
+  return mark;
+}
+
+// A variable that is one of several names.
+function choice(variable, { input, change }) {
+  const id = `number-${controls++}`;
+  const select = element("select", { id, name: variable.name, disabled: variable.fixed },
+    ...variable.choices.map((name, i) => element("option", { value: i, text: name })));
+  select.addEventListener("change", () => { input(Number(select.value), "field"); change(); });
+  const root = element("div", { class: "card" },
+    element("label", { for: id }, element("span", { class: "symbol", html: variable.symbol }), element("span", { class: "meaning", text: variable.description })),
+    element("div", { class: "number" }, select));
+  return { root, show(value) { select.value = value; } };
+}
+
+// Variables of the views, which no model describes: as Python describes those of models.
+function setting(name, symbol, unit, description, value, low, high, logarithmic = true) {
+  return { name, key: name, symbol, unit, description, values: [value], min: low, max: high, choices: [], array: false,
+    whole: false, fixed: false, interval: null, sliders: [{ low, high, logarithmic, to_zero: false, endless: false }] };
+}
+
+function settingsOf(model) {
+  const { reach, speed } = model.scales, amplitude = PRESETS.triangle.amplitude * reach;
+  const [m, k, v] = ["M", "k", "v_e"].map((name) => model.pull.find((variable) => variable.name === name));
+  const natural = 2 * Math.PI * Math.sqrt(m.values[0] / k.values[0]);
+  return [
+    setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
+    setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
+    setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(10 * speed), speed / 10, 1e4 * speed),
+    ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),
+    setting("time", "<i>t</i><sub>end</sub>", "s", "how long it is pulled", round(150 * natural), 5 * natural, 2000 * natural),
+  ];
+}
+
+function round(value) { return Number(value.toPrecision(3)); }

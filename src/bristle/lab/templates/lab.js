@@ -1,0 +1,306 @@
+// The page: what stands where, what was before, and what is computed anew when something moves.
+
+const byId = (id) => document.getElementById(id);
+const data = JSON.parse(byId("data").textContent);
+const usual = data.models[data.first];
+const ready = new Map();
+const past = [], future = [];
+const MOST_PAST = 200, MOST_TURNS = 400;
+let kept = "", waiting = 0, shown = {};
+
+const lab = {
+  model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
+  setAll(values) {
+    for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
+  },
+  isMoved() {
+    return this.model.variables.some(({ name }) => this.values[name].some((value, i) => value !== this.first[name][i]));
+  },
+};
+
+// --- drawing ----------------------------------------------------------------------------------------------------------
+
+function drawNow() {
+  loopView(lab, byId("loop"), byId("loop-reading"));
+  if (lab.model.stack) planeView(lab, byId("plane"), byId("plane-reading"));
+}
+
+function drawRest() {
+  waiting = 0;
+  speedView(lab, byId("speed"), byId("speed-reading"));
+  pulledView(lab, byId("pulled"), byId("pulled-reading"));
+}
+
+// The loop is drawn at once, the rest as soon as nothing else waits.
+function draw() {
+  drawNow();
+  if (!waiting) waiting = setTimeout(drawRest, 0);
+}
+
+// --- values -------------------------------------------------------------------------------------------------------------
+
+function allVariables() { return [...lab.model.variables, ...lab.settings]; }
+
+function setValue(variable, index, value, from) {
+  const { name } = variable;
+  lab.values[name] = lab.values[name].map((old, i) => (i === index ? value : old));
+  if (lab.model.shares.includes(name) && lab.values[name].length > 1) lab.values[name] = shared(lab.values[name], index);
+  lab.contact.set(name, lab.values[name]);
+  shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
+  tellBroken();
+  draw();
+}
+
+function showAll() {
+  lab.setAll(lab.values);
+  for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
+  byId("moment").value = Math.round(1000 * lab.moment);
+  for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === lab.preset));
+  tellBroken();
+  draw();
+}
+
+function tellBroken() {
+  const symbols = Object.fromEntries(lab.model.variables.map(({ name, symbol }) => [name, symbol]));
+  const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
+  const list = broken(lab.model, lab.values).map(({ left, sign, right, mend, advisory }) =>
+    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
+  const html = list.map((line) => `<li>${line}</li>`).join("");
+  if (byId("broken").innerHTML !== html) byId("broken").innerHTML = html;
+}
+
+function cardsFor(variable) {
+  const handlers = (i) => ({
+    input: (value, from) => setValue(variable, i, value, from), change: keep, start: lab.first[variable.name][i],
+  });
+  if (variable.choices.length) return [choice(variable, handlers(0))];
+  return lab.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+}
+
+function buildCards() {
+  shown = {};
+  const cards = byId("cards");
+  cards.replaceChildren();
+  for (const variable of lab.model.variables) {
+    const made = shown[variable.name] = cardsFor(variable);
+    const roots = made.map(({ root }) => root);
+    if (variable.array) {
+      cards.append(element("details", { class: "many", open: roots.length <= 4 },
+        element("summary", { html: `<span class="symbol">${variable.symbol}</span>`, }, ` ${variable.description}`), ...roots));
+    } else cards.append(...roots);
+  }
+  for (const group of document.querySelectorAll("[data-settings]")) {
+    group.replaceChildren();
+    for (const name of group.dataset.settings.split(" ")) {
+      const variable = lab.settings.find((each) => each.name === name);
+      shown[name] = cardsFor(variable);
+      group.append(...shown[name].map(({ root }) => root));
+    }
+  }
+}
+
+// --- what was before, and the link --------------------------------------------------------------------------------------
+
+// Everything that was moved away from where it began, as it stands in the link.
+function stateText() {
+  const changed = new URLSearchParams();
+  if (lab.model !== usual) changed.set("model", lab.model.name);
+  if (lab.preset !== "triangle") changed.set("path", lab.preset);
+  if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
+  for (const { name } of allVariables()) {
+    const values = lab.values[name];
+    if (values.some((value, i) => value !== lab.first[name][i])) changed.set(name, values.map(typed).join(" "));
+  }
+  return changed.toString();
+}
+
+function keep() {
+  const text = stateText();
+  if (text !== kept) {
+    past.push(kept);
+    if (past.length > MOST_PAST) past.shift();
+    future.length = 0;
+  }
+  settle(text);
+}
+
+function settle(text) {
+  kept = text;
+  byId("undo").disabled = past.length === 0;
+  byId("redo").disabled = future.length === 0;
+  try {
+    history.replaceState(null, "", text ? `#${text}` : location.pathname + location.search);
+  } catch { /* where a host forbids it, "Copy link" still gives the link */ }
+}
+
+async function go(text) {
+  const wanted = new URLSearchParams(text);
+  const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
+  await show(model);
+  lab.preset = wanted.get("path") in PRESETS ? wanted.get("path") : "triangle";
+  const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
+  lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
+  for (const variable of allVariables()) {
+    const values = (wanted.get(variable.name) ?? "").split(" ").map(read);
+    const fits = values.length === lab.first[variable.name].length && !variable.fixed
+      && values.every((value) => value >= Number(variable.min) && value <= Number(variable.max) || value in variable.choices);
+    lab.values[variable.name] = fits ? values : [...lab.first[variable.name]];
+  }
+  showAll();
+}
+
+async function step(from, to) {
+  if (!from.length) return;
+  to.push(kept);
+  const text = from.pop();
+  await go(text);
+  settle(stateText());
+}
+
+async function show(model) {
+  if (!ready.has(model)) ready.set(model, await loaded(model));
+  lab.model = model;
+  lab.contact = ready.get(model);
+  lab.settings = settingsOf(model);
+  lab.first = Object.fromEntries(allVariables().map(({ name, values }) => [name, numbersOf(values)]));
+  lab.values = Object.fromEntries(Object.entries(lab.first).map(([name, values]) => [name, [...values]]));
+  lab.ghost = null;
+  lab.moment = 1;
+  byId("model").value = String(data.models.indexOf(model));
+  byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
+  byId("view-plane").hidden = !model.stack;
+  byId("python").disabled = !model.head.python;
+  buildCards();
+}
+
+function take(preset) {
+  if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];
+  lab.preset = preset;
+  lab.moment = 1;
+  if (PRESETS[preset].turns) lab.values.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
+  showAll();
+  keep();
+}
+
+// --- the contact under the mouse ------------------------------------------------------------------------------------------
+
+// Move the contact on by a distance over the amplitude; a path that goes on the same way has no turn there.
+function moveBy(distance) {
+  if (lab.preset !== "drawn") {
+    lab.preset = "drawn";
+    lab.turns = [0];
+  }
+  const { turns } = lab, at = turns.at(-1), to = Math.max(-1.05, Math.min(1.05, at + distance));
+  if (to === at) return;
+  if (turns.length > 1 && (to - at) * (at - turns.at(-2)) > 0) turns[turns.length - 1] = to;
+  else if (turns.length < MOST_TURNS) turns.push(to);
+  else return say(`The path has ${MOST_TURNS} turns: begin it anew with “${PRESETS.drawn.word}”.`);
+  lab.moment = 1;
+  drawNow();
+  for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === "drawn"));
+}
+
+function followPointer(canvas) {
+  let last = null;
+  canvas.addEventListener("pointerdown", (event) => {
+    last = event.offsetX;
+    canvas.setPointerCapture(event.pointerId);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (last === null) return;
+    const moved = lab.frame.valueAt(event.offsetX) - lab.frame.valueAt(last);
+    last = event.offsetX;
+    moveBy(moved / lab.values.amplitude[0]);
+  });
+  for (const name of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(name, () => { if (last !== null) { last = null; keep(); } });
+  }
+  canvas.addEventListener("keydown", (event) => {
+    const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (!way) return;
+    event.preventDefault();
+    moveBy(way * (event.shiftKey ? 0.2 : 0.02));
+  });
+  canvas.addEventListener("keyup", (event) => { if (event.key.startsWith("Arrow")) keep(); });
+}
+
+// --- the rest ---------------------------------------------------------------------------------------------------------------
+
+function say(text) { byId("said").textContent = text; }
+
+async function copy(text, what) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    const area = element("textarea", { class: "copy" });
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    const done = document.execCommand("copy");
+    area.remove();
+    if (!done) return say(`The browser does not let this page copy. ${what}: ${text}`);
+  }
+  return say(`${what} copied.`);
+}
+
+async function selfTest() {
+  byId("test").hidden = false;
+  let differ = 0, of = 0;
+  for (const model of data.models) {
+    const counts = await walked(model);
+    differ += counts.differ;
+    of += counts.of;
+  }
+  byId("selftest").textContent = `${differ} of ${of} differ`;
+}
+
+function listen() {
+  byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
+  byId("model").addEventListener("change", async (event) => {
+    const preset = lab.preset;
+    await show(data.models[Number(event.target.value)]);
+    lab.preset = preset;
+    if (PRESETS[preset].turns) lab.values.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
+    showAll();
+    keep();
+  });
+  byId("presets").append(...Object.entries(PRESETS).map(([name, { word }]) =>
+    element("button", { type: "button", value: name, text: word, onclick: () => { if (name === "drawn") lab.preset = ""; take(name); } })));
+  byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
+  byId("undo").addEventListener("click", () => step(past, future));
+  byId("redo").addEventListener("click", () => step(future, past));
+  byId("reset").addEventListener("click", async () => { await show(lab.model); lab.preset = "triangle"; showAll(); keep(); });
+  byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
+  byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
+  byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));
+  document.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text]")) return;
+    const key = event.key.toLowerCase();
+    if (key === "z" || key === "y") {
+      event.preventDefault();
+      if (key === "y" || event.shiftKey) step(future, past);
+      else step(past, future);
+    }
+  });
+  window.addEventListener("hashchange", async () => {
+    if (location.hash === "#selftest") return selfTest();
+    if (location.hash === "#parameters" || location.hash.slice(1) === kept) return null;
+    await go(location.hash.slice(1));
+    return keep();
+  });
+  followPointer(byId("loop"));
+  const redraw = () => { lab.theme = colours(); draw(); };
+  new ResizeObserver(() => { if (lab.contact) redraw(); }).observe(byId("loop"));
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+}
+
+async function begin() {
+  listen();
+  const text = location.hash.slice(1);
+  await go(text === "selftest" ? "" : text);
+  past.length = 0;
+  if (text === "selftest") await selfTest();
+  else settle(stateText());
+}
+
+begin();

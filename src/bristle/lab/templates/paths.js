@@ -1,0 +1,155 @@
+// The paths that a contact is moved along, and what is read off them.
+
+// In each preset, where the contact turns, over the amplitude; the amplitude over the distance of pre-sliding.
+const PRESETS = {
+  triangle: { word: "Slow triangle", turns: [0, 1, -1, 1, -1, 1], amplitude: 5 },
+  loops: { word: "Inner loops", turns: [0, 1, -1, 0.8, -0.8, 0.6, -0.6, 0.4, -0.4, 0.2, -0.2, 0], amplitude: 3 },
+  minor: { word: "Closing a minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
+  presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
+  drawn: { word: "Draw it", turns: null, amplitude: 5 },
+};
+const SAMPLES = 20000;
+
+// Positions at one speed from turn to turn, a sample at each turn: `at` holds the samples of the turns.
+function pathThrough(turns, amplitude, count) {
+  const lengths = turns.slice(1).map((turn, i) => Math.abs(turn - turns[i]));
+  const total = lengths.reduce((sum, length) => sum + length, 0);
+  const x = new Float64Array(count), at = [0];
+  let travelled = 0;
+  lengths.forEach((length, i) => {
+    travelled += length;
+    const first = at[i], last = i === lengths.length - 1 ? count - 1 : Math.round((count - 1) * travelled / total);
+    for (let k = first + 1; k <= last; k++) {
+      x[k] = amplitude * (turns[i] + (turns[i + 1] - turns[i]) * ((k - first) / (last - first)));
+    }
+    at.push(last);
+  });
+  return { x, at, length: total * amplitude };
+}
+
+// Where the contact is while its velocity goes evenly from one end to the other, and back: mean velocities of steps.
+function sweep(top, time, count) {
+  const x = new Float64Array(count), v = new Float64Array(count), dt = time / (count - 1), half = (count - 1) / 2;
+  for (let k = 1; k < count; k++) {
+    const middle = k - 0.5;
+    v[k] = top * (1 - 2 * Math.abs(middle - half) / half) * -1;
+    x[k] = x[k - 1] + v[k] * dt;
+  }
+  return { x, v, dt };
+}
+
+// The work that a loop takes between two samples: the sum of mean force times step.
+function lossBetween(x, force, first, last) {
+  let work = 0;
+  for (let k = first + 1; k <= last; k++) work += force[k] * (x[k] - x[k - 1]);
+  return work;
+}
+
+function extent(values, first = 0) {
+  let low = Infinity, high = -Infinity;
+  for (let k = first; k < values.length; k++) {
+    if (values[k] < low) low = values[k];
+    if (values[k] > high) high = values[k];
+  }
+  return low <= high ? [low, high] : [-1, 1];
+}
+
+// --- numbers for people ---------------------------------------------------------------------------------------------
+
+const PREFIXES = [[1e6, 1e-6, "M"], [1e4, 1e-3, "k"], [1, 1, ""], [1e-3, 1e3, "m"], [1e-6, 1e6, "µ"], [0, 1e9, "n"]];
+
+// The multiple of a unit in which a number of this magnitude is read best; a prefix before a power is left alone.
+function scaleOf(unit, magnitude) {
+  if (!/^(m|N|rad|s|J)(?![A-Za-z²³^])/.test(unit) || !(magnitude > 0)) return { factor: 1, unit };
+  const prefixes = /^[ms]/.test(unit) || unit.startsWith("rad") ? PREFIXES.slice(2) : PREFIXES;
+  const [, factor, letter] = prefixes.find(([from]) => magnitude >= from * (1 - 1e-12)) ?? prefixes.at(-1);
+  return { factor, unit: letter + unit };
+}
+
+function told(value, unit, digits = 3) {
+  if (!Number.isFinite(value)) return `${value === Infinity ? "∞" : value === -Infinity ? "−∞" : "not a number"} ${unit}`.trim();
+  const scale = scaleOf(unit, Math.abs(value));
+  return `${withDigits(value * scale.factor, digits)} ${scale.unit}`.trim().replace("-", "−");
+}
+
+function withDigits(value, digits) {
+  const rounded = Number(value.toPrecision(digits));
+  const size = Math.abs(rounded);
+  return size !== 0 && (size >= 1e6 || size < 1e-4) ? rounded.toExponential().replace("e+", "e") : String(rounded);
+}
+
+// A number as it is typed into a field or a file: to the bit.
+function typed(value) {
+  if (!Number.isFinite(value)) return value > 0 ? "inf" : "-inf";
+  const size = Math.abs(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential().replace("e+", "e") : String(value);
+}
+
+function read(text) {
+  const plain = text.trim().toLowerCase().replace("−", "-").replace("∞", "inf");
+  if (plain === "inf" || plain === "-inf") return plain === "inf" ? Infinity : -Infinity;
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/.test(plain) ? Number(plain) : NaN;
+}
+
+// --- sliders --------------------------------------------------------------------------------------------------------
+
+const STOPS = 2000;
+
+function atStop(slider, stop) {
+  const share = stop / STOPS;
+  if (!slider.logarithmic) return Number((slider.low + share * (slider.high - slider.low)).toPrecision(4));
+  if (slider.to_zero && stop === 0) return 0;
+  if (slider.endless && stop === STOPS) return Infinity;
+  return Number((slider.low * (slider.high / slider.low) ** share).toPrecision(4));
+}
+
+function stopAt(slider, value) {
+  const share = !slider.logarithmic ? (value - slider.low) / (slider.high - slider.low)
+    : value <= 0 ? 0 : value === Infinity ? 1 : Math.log(value / slider.low) / Math.log(slider.high / slider.low);
+  return Math.round(STOPS * Math.min(1, Math.max(0, share)));
+}
+
+// --- conditions between parameters ------------------------------------------------------------------------------------
+
+const HOLDS = { ">=": (a, b) => a >= b, ">": (a, b) => a > b, "<": (a, b) => a < b };
+
+function product(factors, values) {
+  return factors.reduce((whole, factor) => whole * (values[factor] ? values[factor][0] : Number(factor)), 1);
+}
+
+function broken(model, values) {
+  return model.conditions.filter(({ left, sign, right }) => !HOLDS[sign](product(left, values), product(right, values)));
+}
+
+// Shares that add up to one again after one of them was moved: the others keep their proportions.
+function shared(shares, moved) {
+  const left = 1 - shares[moved];
+  const rest = shares.reduce((sum, share, i) => sum + (i === moved ? 0 : share), 0);
+  return shares.map((share, i) => (i === moved ? share : rest > 0 ? share * left / rest : left / (shares.length - 1)));
+}
+
+// --- as text to be copied -----------------------------------------------------------------------------------------------
+
+function asReal(value) { return /[.en]/.test(typed(value)) ? typed(value) : `${typed(value)}.0`; }
+
+function written(variable, values, endless) {
+  if (variable.choices.length) return JSON.stringify(variable.choices[values[0]]);
+  if (variable.whole) return typed(values[0]);
+  const texts = values.map((value) => (endless && !Number.isFinite(value) ? endless(value) : asReal(value)));
+  return variable.array ? `[${texts.join(", ")}]` : texts[0];
+}
+
+function asToml(model, values) {
+  const lines = model.variables.map((variable) => {
+    const meaning = variable.unit ? `${variable.unit}: ${variable.description}` : variable.description;
+    return `${variable.key} = ${written(variable, values[variable.name])}  # ${meaning}`;
+  });
+  return ["schema = 1", `kind = "${model.kind}"`, "", "[friction]", model.head.toml, ...lines, ""].join("\n");
+}
+
+function asPython(model, values) {
+  if (!model.head.python) return "";
+  const infinite = (value) => `float("${typed(value)}")`;
+  const lines = model.variables.map((variable) => `    ${variable.name}=${written(variable, values[variable.name], infinite)},`);
+  return ["import bristle as br", "", `model = ${model.head.python}(`, `    kind="${model.kind}",`, ...lines, ")", ""].join("\n");
+}

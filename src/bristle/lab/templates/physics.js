@@ -1,0 +1,116 @@
+// The physics of the page: modules of WebAssembly, and what is asked of them.
+
+function numbersOf(values) { return values.map(Number); }
+
+// A module, compiled at once; older browsers do so only where it is small, and take their time else.
+async function compiled(bytes) {
+  try {
+    return new WebAssembly.Module(bytes);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    return WebAssembly.compile(bytes);
+  }
+}
+
+// A friction model, ready to be moved. What lasts from step to step lies before its parameters in the memory.
+async function loaded(model) {
+  const packed = Uint8Array.from(atob(model.code), (letter) => letter.charCodeAt(0));
+  const instance = new WebAssembly.Instance(await compiled(inflated(packed, model.size)));
+  const { memory, advance, step } = instance.exports;
+  const numbers = new Float64Array(memory.buffer);
+  const virgin = numbers.slice(0, model.parameters / 8);
+  const lasting = model.lasting / 8, contact = model.contact / 8, body = model.body / 8;
+  return {
+    model,
+    set(name, values) {
+      for (const place of model.places[name] ?? []) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
+    },
+    // Forces along positions; element 0 is 0, and the contact begins anew. At some sample it may be looked at.
+    forces(x, dt, moment = -1, look = () => {}) {
+      const forces = new Float64Array(x.length);
+      numbers.set(virgin);
+      for (let k = 0; k < x.length; k++) {
+        forces[k] = advance(x[k], dt);
+        if (k === moment) look(this.remembered());
+      }
+      return forces;
+    },
+    // The mass pushed by an effort that a function gives for each step: position, far end of the spring, friction.
+    moved(count, dt, effort) {
+      numbers.set(virgin);
+      const motion = { x: new Float64Array(count), end: new Float64Array(count), force: new Float64Array(count) };
+      for (let k = 0; k < count; k++) {
+        motion.force[k] = step(effort(k), dt);
+        motion.x[k] = numbers[body];
+        motion.end[k] = numbers[body + 2];
+      }
+      return motion;
+    },
+    get overflow() { return numbers[lasting + model.overflow] !== 0; },
+    // What an operator with turning points remembers, the present input last; nothing of other models.
+    remembered() {
+      if (!model.stack) return null;
+      const depth = numbers[lasting + model.stack.depth];
+      return [...numbers.subarray(contact, contact + depth), numbers[lasting + model.stack.z]];
+    },
+  };
+}
+
+// Corners of the staircase between relays that are up and relays that are down, from the line of the virgin contact
+// to the present input: pairs of what the input turned at, one after the other, larger one first.
+function staircase(remembered) {
+  const inputs = [-remembered[0], ...remembered];
+  const corners = inputs.slice(1).map((input, i) => [Math.max(input, inputs[i]), Math.min(input, inputs[i])]);
+  const last = inputs[inputs.length - 1];
+  return [...corners, [last, last]];
+}
+
+// --- the walks that show that the same bits come out ----------------------------------------------------------------
+
+const SEED = 20260, FACTOR = 1664525, TERM = 1013904223, PART = 125, RESTS = 16, BLOCK = 1000;
+
+function nextBits(bits) { return (Math.imul(bits, FACTOR) + TERM) >>> 0; }
+
+function walkPositions(scales, count) {
+  const x = new Float64Array(count);
+  let bits = SEED, at = 0;
+  for (let k = 1; k < count; k++) {
+    bits = nextBits(bits);
+    if ((bits >>> 8) % RESTS) at += ((bits >>> 16) - 32768) * scales[Math.floor(k / PART) % scales.length];
+    x[k] = at;
+  }
+  return x;
+}
+
+// The 64-bit hash of Fowler, Noll and Vo (1a) of numbers, in two halves of 32 bits; its prime is 2^40 + 0x1b3.
+function hashOf(values) {
+  const bytes = new Uint8Array(values.buffer, values.byteOffset, values.byteLength);
+  let high = 0xcbf29ce4, low = 0x84222325;
+  for (const byte of bytes) {
+    low = (low ^ byte) >>> 0;
+    const product = low * 0x1b3;
+    high = (Math.imul(high, 0x1b3) + Math.floor(product / 0x100000000) + (low << 8)) >>> 0;
+    low = product % 0x100000000;
+  }
+  return high.toString(16).padStart(8, "0") + low.toString(16).padStart(8, "0");
+}
+
+function differing(values, hashes) {
+  return hashes.filter((hash, i) => hashOf(values.subarray(i * BLOCK, (i + 1) * BLOCK)) !== hash).length;
+}
+
+// Walk a model as Python did, and return how many blocks of steps differ, and of how many.
+async function walked(model) {
+  const contact = await loaded(model), { contact: walk, mass } = model.walks;
+  for (const variable of model.variables) contact.set(variable.name, numbersOf(variable.values));
+  const forces = contact.forces(walkPositions(walk.scales, walk.count), walk.dt);
+  let bits = SEED;
+  const pushed = contact.moved(mass.count, mass.dt, () => {
+    bits = nextBits(bits);
+    return ((bits >>> 16) - 32768) * mass.push;
+  });
+  return {
+    differ: differing(forces, walk.hashes) + differing(pushed.x, mass.hashes),
+    of: walk.hashes.length + mass.hashes.length,
+  };
+}

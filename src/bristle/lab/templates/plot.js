@@ -1,0 +1,164 @@
+// Curves on a canvas: axes with ticks and units, in the colours of the page.
+
+function colours() {
+  const style = getComputedStyle(document.documentElement);
+  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
+    ghost: colour("ghost"), shade: colour("shade"), size: parseFloat(style.fontSize) };
+}
+
+function roundStep(rough) {
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 2.5, 5, 10].map((factor) => factor * power).find((each) => each >= rough * 0.999);
+}
+
+// Round numbers between two ends, about so many.
+function ticks(low, high, most) {
+  const step = roundStep((high - low) / Math.max(most, 1));
+  const list = [];
+  for (let i = Math.ceil(low / step - 1e-9); i <= high / step + 1e-9; i++) list.push(Number((i * step).toPrecision(12)));
+  return list;
+}
+
+function tickText(value) {
+  return withDigits(value, 6).replace("-", "−");
+}
+
+// An axis around values, to round numbers: it stays while values move a little, so that the curve is seen to move.
+function axis(low, high, margin = 0.06) {
+  const wide = high - low || Math.abs(high) || 1, a = low - margin * wide, b = high + margin * wide;
+  const step = roundStep(wide / 12);
+  return [Math.floor(a / step) * step, Math.ceil(b / step) * step];
+}
+
+// A frame for curves on a part of a canvas: `area` in pixels of the page, axes in SI with a word and a unit each.
+class Frame {
+  constructor(context, area, xAxis, yAxis, theme) {
+    Object.assign(this, { context, theme });
+    this.x = { ...xAxis, ...scaleOf(xAxis.unit, Math.max(Math.abs(xAxis.low), Math.abs(xAxis.high))) };
+    this.y = { ...yAxis, ...scaleOf(yAxis.unit, Math.max(Math.abs(yAxis.low), Math.abs(yAxis.high))) };
+    context.font = `${0.82 * theme.size}px system-ui, "DejaVu Sans", sans-serif`;
+    const across = Math.max(2, Math.floor(area.width / (6 * theme.size)));
+    this.yTicks = ticks(this.y.low * this.y.factor, this.y.high * this.y.factor, Math.max(2, Math.floor(area.height / (3.2 * theme.size))));
+    this.xTicks = ticks(this.x.low * this.x.factor, this.x.high * this.x.factor, across);
+    const widest = Math.max(...this.yTicks.map((tick) => context.measureText(tickText(tick)).width));
+    this.left = area.left + widest + 2.1 * theme.size;
+    this.right = area.left + area.width - 0.9 * theme.size;
+    this.top = area.top + 0.7 * theme.size;
+    this.bottom = area.top + area.height - 2.9 * theme.size;
+  }
+
+  across(value) { return this.left + (value - this.x.low) / (this.x.high - this.x.low) * (this.right - this.left); }
+  up(value) { return this.bottom - (value - this.y.low) / (this.y.high - this.y.low) * (this.bottom - this.top); }
+  valueAt(pixel) { return this.x.low + (pixel - this.left) / (this.right - this.left) * (this.x.high - this.x.low); }
+
+  axes() {
+    const { context, theme, left, right, top, bottom } = this, small = 0.3 * theme.size;
+    context.lineWidth = 1;
+    context.setLineDash([]);
+    context.strokeStyle = theme.rule;
+    context.fillStyle = theme.soft;
+    context.beginPath();
+    context.textAlign = "center";
+    context.textBaseline = "top";
+    for (const tick of this.xTicks) {
+      const at = Math.round(this.across(tick / this.x.factor)) + 0.5;
+      context.moveTo(at, top);
+      context.lineTo(at, bottom + small);
+      context.fillText(tickText(tick), at, bottom + 1.5 * small);
+    }
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    for (const tick of this.yTicks) {
+      const at = Math.round(this.up(tick / this.y.factor)) + 0.5;
+      context.moveTo(left - small, at);
+      context.lineTo(right, at);
+      context.fillText(tickText(tick), left - 1.5 * small, at);
+    }
+    context.stroke();
+    this.zeros();
+    context.fillStyle = theme.ink;
+    context.textAlign = "center";
+    context.textBaseline = "bottom";
+    context.fillText(labelOf(this.x), (left + right) / 2, bottom + 2.8 * theme.size);
+    context.save();
+    context.translate(left - 1.1 * theme.size - Math.max(...this.yTicks.map((tick) => context.measureText(tickText(tick)).width)), (top + bottom) / 2);
+    context.rotate(-Math.PI / 2);
+    context.fillText(labelOf(this.y), 0, 0);
+    context.restore();
+  }
+
+  zeros() {
+    const { context, theme } = this;
+    context.strokeStyle = theme.soft;
+    context.beginPath();
+    if (this.x.low < 0 && this.x.high > 0) {
+      const at = Math.round(this.across(0)) + 0.5;
+      context.moveTo(at, this.top);
+      context.lineTo(at, this.bottom);
+    }
+    if (this.y.low < 0 && this.y.high > 0) {
+      const at = Math.round(this.up(0)) + 0.5;
+      context.moveTo(this.left, at);
+      context.lineTo(this.right, at);
+    }
+    context.stroke();
+  }
+
+  clip(draw) {
+    const { context } = this;
+    context.save();
+    context.beginPath();
+    context.rect(this.left, this.top, this.right - this.left, this.bottom - this.top);
+    context.clip();
+    draw();
+    context.restore();
+  }
+
+  curve(x, y, { colour, width = 2, dash = [], first = 0, last = x.length - 1 }) {
+    const { context } = this;
+    const a = (this.right - this.left) / (this.x.high - this.x.low), b = this.left - this.x.low * a;
+    const c = (this.top - this.bottom) / (this.y.high - this.y.low), d = this.bottom - this.y.low * c;
+    this.clip(() => {
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.lineJoin = "round";
+      context.setLineDash(dash);
+      context.beginPath();
+      let across = Infinity, up = Infinity;
+      for (let k = first; k <= last; k++) {
+        // Points that fall onto the one before them are not drawn.
+        const px = a * x[k] + b, py = c * y[k] + d;
+        if (k < last && Math.abs(px - across) < 0.4 && Math.abs(py - up) < 0.4) continue;
+        context.lineTo(px, py);
+        across = px;
+        up = py;
+      }
+      context.stroke();
+    });
+  }
+
+  dot(x, y, colour, size = 5) {
+    const { context } = this;
+    context.setLineDash([]);
+    context.fillStyle = colour;
+    context.beginPath();
+    context.arc(this.across(x), this.up(y), size, 0, 2 * Math.PI);
+    context.fill();
+  }
+}
+
+function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
+
+// A context of a canvas as large as it is shown, wiped.
+function wiped(canvas) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return { context, area: { left: 0, top: 0, width, height } };
+}

@@ -1,0 +1,150 @@
+// The views: each computes what it shows, and draws it.
+
+const SWEPT = 4001, PULLED = 8000, CLOSED = 1e-3;
+
+function valueOf(lab, name) { return lab.values[name][0]; }
+
+// The path that the contact is moved along, and the time step at which it keeps its speed.
+function pathOf(lab) {
+  const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
+  const turns = preset.turns ?? lab.turns;
+  const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
+  const count = preset.turns ? SAMPLES : Math.max(2, Math.min(SAMPLES, Math.round(500 * lengths)));
+  const path = turns.length > 1 ? pathThrough(turns, amplitude, count) : { x: new Float64Array(2), at: [0], length: 0 };
+  const speed = 4 * amplitude / valueOf(lab, "period");
+  return { ...path, dt: path.length > 0 ? path.length / (speed * (path.x.length - 1)) : 1 };
+}
+
+function loopView(lab, canvas, reading) {
+  const theme = lab.theme, path = pathOf(lab), { units } = lab.model;
+  const last = path.x.length - 1, moment = Math.round(last * lab.moment);
+  let remembered = null;
+  const forces = lab.contact.forces(path.x, path.dt, moment, (inputs) => { remembered = inputs; });
+  const before = ghostOf(lab, path);
+  const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
+  const amplitude = valueOf(lab, "amplitude"), [left, right] = axis(-amplitude, amplitude);
+  const [bottom, top] = axis(Math.min(low, lowBefore), Math.max(high, highBefore));
+  const { context, area } = wiped(canvas);
+  const frame = new Frame(context, area, { word: "position", unit: units.position, low: left, high: right },
+    { word: "friction force", unit: units.force, low: bottom, high: top }, theme);
+  frame.axes();
+  if (before) frame.curve(path.x, before, { colour: theme.ghost, dash: [5, 4], width: 1.5 });
+  if (moment < last) frame.curve(path.x, forces, { colour: theme.rule, width: 1.5, first: moment });
+  const closing = closingOf(lab, path, forces, high - low);
+  frame.curve(path.x, forces, { colour: closing && !closing.closes ? theme.alert : theme.accent, width: 2.2, last: moment });
+  frame.dot(path.x[moment], forces[moment], theme.ink);
+  lab.frame = frame;
+  lab.remembered = remembered;
+  tell(reading, loopWords(lab, path, forces, closing), Boolean(closing && !closing.closes) || lab.contact.overflow);
+}
+
+function loopWords(lab, path, forces, closing) {
+  const { units } = lab.model, [low, high] = extent(forces), at = path.at, turns = at.length;
+  const words = [`Force from ${told(low, units.force)} to ${told(high, units.force)}`];
+  if (["triangle", "presliding"].includes(lab.preset)) {
+    words.push(`the last loop takes ${told(lossBetween(path.x, forces, at[turns - 3], at[turns - 1]), "J")}`);
+  }
+  if (closing) {
+    words.push(`back where the minor loop began, the force is ${told(Math.abs(closing.gap), units.force)} off: it ${closing.closes ? "closes" : "does not close"}`);
+  }
+  if (lab.contact.overflow) words.push("a force was no number and was left out");
+  return `${words.join("; ")}.`;
+}
+
+// By how much the force differs on return to where a minor loop began; it closes where that is a thousandth of the range.
+function closingOf(lab, path, forces, range) {
+  const ends = PRESETS[lab.preset].closes;
+  if (!ends) return null;
+  const gap = forces[path.at[ends[1]]] - forces[path.at[ends[0]]];
+  return { gap, closes: Math.abs(gap) <= CLOSED * range };
+}
+
+// The forces that the values gave that the page began with, where others stand now.
+function ghostOf(lab, path) {
+  if (!lab.isMoved()) return null;
+  const key = [lab.preset, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.turns.join()].join(" ");
+  if (lab.ghost?.key !== key) {
+    lab.setAll(lab.first);
+    lab.ghost = { key, forces: lab.contact.forces(path.x, path.dt) };
+    lab.setAll(lab.values);
+    lab.contact.forces(path.x, path.dt);
+  }
+  return lab.ghost.forces;
+}
+
+function speedView(lab, canvas, reading) {
+  const theme = lab.theme, { units, scales } = lab.model, top = valueOf(lab, "top");
+  // So slowly that the velocity changes little while the contact moves by ten times its distance of pre-sliding.
+  const time = 8000 * top * scales.reach / scales.speed ** 2;
+  const { x, v, dt } = sweep(top, time, SWEPT), half = (SWEPT - 1) / 2;
+  const forces = lab.contact.forces(x, dt);
+  const [low, high] = extent(forces, 1), { context, area } = wiped(canvas);
+  const [left, right] = axis(-top, top, 0), [bottom, above] = axis(low, high);
+  const frame = new Frame(context, area, { word: "velocity", unit: units.velocity, low: left, high: right },
+    { word: "friction force", unit: units.force, low: bottom, high: above }, theme);
+  frame.axes();
+  frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
+  frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
+  tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.`, lab.contact.overflow);
+}
+
+function pulledView(lab, canvas, reading) {
+  const theme = lab.theme, { units } = lab.model, time = valueOf(lab, "time"), dt = time / PULLED;
+  const { x, end, force } = lab.contact.moved(PULLED, dt, () => 0);
+  const t = lab.times?.dt === dt ? lab.times.t : x.map((_, k) => (k + 1) * dt);
+  lab.times = { dt, t };
+  const { context, area } = wiped(canvas), upper = 0.55 * area.height;
+  const [low, high] = extent(x), [lowEnd, highEnd] = extent(end), [bottom, top] = axis(Math.min(0, low, lowEnd), Math.max(high, highEnd), 0.02);
+  const [least, most] = axis(...extent(force));
+  const across = { word: "time", unit: "s", low: 0, high: time };
+  const place = new Frame(context, { ...area, height: upper }, { ...across, word: "" , unit: "s" }, { word: "position", unit: units.position, low: bottom, high: top }, theme);
+  const below = new Frame(context, { ...area, top: upper, height: area.height - upper }, across, { word: "friction", unit: units.force, low: least, high: most }, theme);
+  place.left = below.left = Math.max(place.left, below.left);
+  place.bottom += 1.4 * theme.size;
+  place.x.word = "";
+  place.x.unit = "";
+  place.axes();
+  below.axes();
+  place.curve(t, end, { colour: theme.ink, width: 1.2, dash: [6, 4] });
+  place.curve(t, x, { colour: theme.accent, width: 2.2 });
+  below.curve(t, force, { colour: theme.accent, width: 1.6 });
+  let still = 0;
+  const slow = 0.01 * Math.abs(valueOf(lab, "v_e")) * dt;
+  for (let k = 1; k < PULLED; k++) still += Math.abs(x[k] - x[k - 1]) < slow;
+  tell(reading, `Solid the mass, dashed the far end of the spring. The mass stands, or moves slower than a hundredth of the far end, in ${Math.round(100 * still / (PULLED - 1))} % of the time.`, false);
+}
+
+function planeView(lab, canvas, reading) {
+  const theme = lab.theme, { units } = lab.model, corners = staircase(lab.remembered);
+  const [low, high] = axis(-planeReach(lab), planeReach(lab)), { context, area } = wiped(canvas);
+  const frame = new Frame(context, area, { word: "down at β", unit: units.position, low, high }, { word: "up at α", unit: units.position, low, high }, theme);
+  frame.axes();
+  frame.clip(() => {
+    const line = (points) => points.forEach(([alpha, beta]) => context.lineTo(frame.across(beta), frame.up(alpha)));
+    context.fillStyle = theme.shade;
+    context.beginPath();
+    line([[high, low], ...corners, [low, low]]);
+    context.fill();
+  });
+  frame.curve([low, high], [low, high], { colour: theme.ink, width: 1 });
+  frame.curve([low, ...corners.map(([, beta]) => beta)], [high, ...corners.map(([alpha]) => alpha)], { colour: theme.accent, width: 2.2 });
+  const input = lab.remembered.at(-1);
+  frame.dot(input, input, theme.ink);
+  const points = lab.remembered.length - 1;
+  tell(reading, `Relays in the shaded part are up. ${points} turning point${points === 1 ? "" : "s"} remembered; the input is ${told(input, units.position)}.`, false);
+}
+
+// How far the plane is shown: as far as the input went, kept while it only gets less.
+function planeReach(lab) {
+  const farthest = Math.max(...lab.remembered.map(Math.abs), 1e-3 * lab.model.scales.reach);
+  const key = `${lab.model.name} ${lab.preset} ${valueOf(lab, "amplitude")}`;
+  if (lab.planeKey !== key || lab.planeFarthest < farthest || lab.planeFarthest > 4 * farthest && lab.moment === 1) {
+    Object.assign(lab, { planeKey: key, planeFarthest: farthest });
+  }
+  return lab.planeFarthest;
+}
+
+function tell(reading, text, alert) {
+  if (reading.textContent !== text) reading.textContent = text;
+  reading.classList.toggle("alert", alert);
+}

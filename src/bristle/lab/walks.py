@@ -1,0 +1,91 @@
+"""Walks that a page repeats to show that it computes what Python does: hashes of blocks of them.
+
+Two for each model: the forces of its contact along positions, and the positions of a mass on a spring that is pushed
+about against it. The kernels run as they stand; nothing is compiled.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.engine.mechanism import Mechanism, mechanism
+from bristle.exports.subject import Subject
+from bristle.exports.walk import FACTOR, SEED, TERM, hash_of, presliding_distance, walk_of
+from bristle.lab.scales import Scales
+
+__all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked"]
+
+STEP = 5e-4  # of the walk of a contact [s]
+BLOCK = 1000
+LONG, SHORT = (
+    20 * BLOCK,
+    4 * BLOCK,
+)  # steps of a model of the package, and of one that is walked while a page is written
+PUSHED = 500
+
+
+def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
+    """Return the walks of a model, each with the hashes of its blocks.
+
+    Parameters
+    ----------
+    subject : Subject
+        The friction model.
+    plant : Model
+        What is pushed about.
+    scales : Scales
+        How far and how hard.
+    count : int
+        Steps of the contact.
+    """
+    walk = walk_of(subject, STEP)
+    forces = subject.forces(walk.positions(count), STEP)
+    # At this step the largest push moves a free mass by about the distance of pre-sliding.
+    dt = math.sqrt(presliding_distance(subject) * plant.values["M"] / scales.force)
+    push = 2.0 * scales.force / 32768.0
+    places = _pushed(subject, plant, push, dt)
+    return {
+        "contact": {"scales": list(walk.scales), "dt": STEP, "count": count, "hashes": _hashes(forces)},
+        "mass": {"push": push, "dt": dt, "count": PUSHED, "hashes": _hashes(places)},
+    }
+
+
+@cache
+def stored() -> dict[str, Any]:
+    """Return the walks of the models of the package, with their examples, as they were computed for it."""
+    return json.loads(resources.files("bristle.lab").joinpath("walks.json").read_text(encoding="utf-8"))
+
+
+def _hashes(values: np.ndarray) -> list[str]:
+    return [f"{hash_of(values[k : k + BLOCK].tolist()):016x}" for k in range(0, len(values), BLOCK)]
+
+
+def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarray:
+    """Return the positions of a mass that is pushed another way in every step."""
+    p, q = subject.model.parameters, plant.parameters
+    body = plant.component.initial_state(q)
+    now = Mechanism(body, subject.virgin, 0.0, 0.0, 0.0, 0.0, 0.0)
+    memory = subject.model.component.new_memory(p)
+    x = np.zeros(PUSHED)
+    for k, number in enumerate(_numbers(PUSHED)):
+        effort = (number - 32768.0) * push
+        after = mechanism(now, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
+        # As an export keeps it: the effort of the drive with what the solve begins from.
+        now = Mechanism(after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0)
+        x[k] = after.plant.x
+    return x
+
+
+def _numbers(count: int) -> Iterator[int]:
+    bits = SEED
+    for _ in range(count):
+        bits = (bits * FACTOR + TERM) % 2**32
+        yield bits >> 16

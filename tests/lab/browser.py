@@ -1,0 +1,102 @@
+"""Debian's Chromium without a window, spoken to over a pipe: what a page does, asks for and complains of."""
+
+import json
+import os
+import subprocess
+from contextlib import contextmanager
+
+
+class Browser:
+    """A tab, and the events of it so far."""
+
+    def __init__(self, send_to, read_from):
+        self._send, self._read, self._rest, self._number, self.session = send_to, read_from, b"", 0, None
+        self.events = []
+
+    def call(self, method, **parameters):
+        """Return what a method of the protocol gives."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self._send, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self._next()
+            if answer.get("id") == self._number:
+                assert "error" not in answer, answer["error"]
+                return answer["result"]
+            self.events.append(answer)
+
+    def _next(self):
+        while b"\0" not in self._rest:
+            part = os.read(self._read, 1 << 20)
+            assert part, "the browser is gone"
+            self._rest += part
+        line, _, self._rest = self._rest.partition(b"\0")
+        return json.loads(line)
+
+    def wait_for(self, method):
+        """Return the first event of this name from now on."""
+        while True:
+            event = self._next()
+            self.events.append(event)
+            if event.get("method") == method:
+                return event["params"]
+
+    def open(self, address):
+        """Go to a page and wait until it is there."""
+        self.call("Page.navigate", url=address)
+        self.wait_for("Page.loadEventFired")
+
+    def run(self, expression):
+        """Return the value of an expression, awaited where it is a promise."""
+        given = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in given, given["exceptionDetails"]
+        return given["result"].get("value")
+
+    def asked_for(self):
+        """Return the addresses of all requests."""
+        return [e["params"]["request"]["url"] for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+
+    def complaints(self):
+        """Return what stands in the console, and what was not caught."""
+        names = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
+        return [event["params"] for event in self.events if event.get("method") in names]
+
+
+@contextmanager
+def browser(profile, *, width=1366, height=768, dark=False):
+    """Give a browser with one empty tab of this size."""
+    to_read, to_send = os.pipe()
+    from_read, from_write = os.pipe()
+    held = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
+    command = [
+        "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run",
+        f"--user-data-dir={profile}", f"--window-size={width},{height}", "about:blank",
+    ]  # fmt: skip
+    process = subprocess.Popen(
+        ["bash", "-c", 'exec "$@" 3<&63 4>&64 63<&- 64>&-', "bash", *command], pass_fds=held,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    for number in (to_read, from_write, *held):
+        os.close(number)
+    tab = Browser(to_send, from_read)
+    try:
+        target = tab.call("Target.createTarget", url="about:blank")["targetId"]
+        tab.session = tab.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            tab.call(f"{domain}.enable")
+        tab.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        tab.call("Emulation.setEmulatedMedia", features=[scheme])
+        yield tab
+        tab.session = None
+        tab.call("Browser.close")
+    finally:
+        os.close(to_send)
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        os.close(from_read)
