@@ -19,6 +19,7 @@ from bristle.exports.subject import Subject, subject_of
 from bristle.exports.wasm import module_of
 from bristle.files.components import key_of
 from bristle.friction import MODELS, base_of
+from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
 from bristle.lab.scales import Scales, pulled_by, scales_of
@@ -78,6 +79,7 @@ def described(
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
         "scales": scales._asdict(), "head": _head(model),
+        "varies": bool(variations_of(model.component)),
         "walks": known or walked(subject, plant, scales, SHORT),
     }  # fmt: skip
 
@@ -127,8 +129,8 @@ def _head(model: Model) -> dict[str, str]:
     base, *slots = model.name.split("+")
     component = base_of(model.component)
     if MODELS.get(base) is component:
-        python = f"br.friction.{base}" if not slots else f'br.friction.find("{model.name}")'
-        return {"toml": f'model = "{model.name}"', "python": python, "file": ""}
+        python = f'br.friction.find("{model.name}")'
+        return {"toml": f'model = "{model.name}"', "python": python}
     file = inspect.getfile(component.trial).replace("\\", "/").rpartition("/")[2]
     named = f"\nslots = {slots}".replace("'", '"') if slots else ""
-    return {"toml": f'file = "{file}"{named}', "python": "", "file": file}
+    return {"toml": f'file = "{file}"{named}', "python": ""}

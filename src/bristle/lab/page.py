@@ -50,7 +50,7 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     own = [described(model, uncertainty=uncertainty, mass=mass, named=named)] if model is not None else []
-    models = [*own, *(described(example_named(name)) for name in MODELS)]
+    models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(SHOWN)
     script, style = _joined(SCRIPTS), _joined(STYLES)
     return _environment().get_template("lab.html").render(
@@ -67,6 +67,11 @@ def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
+
+
+@cache
+def _example(name: str) -> dict[str, Any]:
+    return described(example_named(name))
 
 
 def _hash(text: str) -> str:

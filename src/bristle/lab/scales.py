@@ -45,7 +45,7 @@ def scales_of(subject: Subject) -> Scales:
 
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
     """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
-    m, v_e = mass or MASS, PULL * scales.speed
+    m, v_e = mass or MASS, float(f"{PULL * scales.speed:.2g}")
     # It sticks for 2 * drop / (k * v_e), which is so many times 2 * pi * sqrt(m / k).
     root = DROP * scales.force / (v_e * PERIODS * math.pi * math.sqrt(m))
     return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)

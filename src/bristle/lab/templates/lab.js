@@ -6,7 +6,8 @@ const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const MOST_PAST = 200, MOST_TURNS = 400;
-let kept = "", waiting = 0, shown = {};
+const LONG = 6, PAUSE = 80; // [ms]
+let kept = "", waiting = 0, restTook = 0, shown = {};
 
 const lab = {
   model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
@@ -26,15 +27,17 @@ function drawNow() {
 }
 
 function drawRest() {
+  const before = performance.now();
   waiting = 0;
   speedView(lab, byId("speed"), byId("speed-reading"));
   pulledView(lab, byId("pulled"), byId("pulled-reading"));
+  restTook = performance.now() - before;
 }
 
-// The loop is drawn at once, the rest as soon as nothing else waits.
+// The loop is drawn at once, the rest after it: less often where it takes so long that a slider would lag.
 function draw() {
   drawNow();
-  if (!waiting) waiting = setTimeout(drawRest, 0);
+  if (!waiting) waiting = setTimeout(drawRest, restTook > LONG ? PAUSE : 0);
 }
 
 // --- values -------------------------------------------------------------------------------------------------------------
@@ -290,7 +293,11 @@ function listen() {
   });
   followPointer(byId("loop"));
   const redraw = () => { lab.theme = colours(); draw(); };
-  new ResizeObserver(() => { if (lab.contact) redraw(); }).observe(byId("loop"));
+  const observer = new ResizeObserver((entries) => {
+    for (const { target } of entries) resized(target);
+    if (lab.contact) redraw();
+  });
+  for (const canvas of document.querySelectorAll("canvas")) observer.observe(canvas);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 

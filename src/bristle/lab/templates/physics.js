@@ -27,12 +27,11 @@ async function loaded(model) {
     },
     // Forces along positions; element 0 is 0, and the contact begins anew. At some sample it may be looked at.
     forces(x, dt, moment = -1, look = () => {}) {
-      const forces = new Float64Array(x.length);
+      const forces = new Float64Array(x.length), first = Math.min(moment + 1, x.length);
       numbers.set(virgin);
-      for (let k = 0; k < x.length; k++) {
-        forces[k] = advance(x[k], dt);
-        if (k === moment) look(this.remembered());
-      }
+      for (let k = 0; k < first; k++) forces[k] = advance(x[k], dt);
+      if (first > 0) look(this.remembered());
+      for (let k = first; k < x.length; k++) forces[k] = advance(x[k], dt);
       return forces;
     },
     // The mass pushed by an effort that a function gives for each step: position, far end of the spring, friction.

@@ -129,7 +129,7 @@ class Frame {
       for (let k = first; k <= last; k++) {
         // Points that fall onto the one before them are not drawn.
         const px = a * x[k] + b, py = c * y[k] + d;
-        if (k < last && Math.abs(px - across) < 0.4 && Math.abs(py - up) < 0.4) continue;
+        if (k < last && Math.abs(px - across) < 0.8 && Math.abs(py - up) < 0.8) continue;
         context.lineTo(px, py);
         across = px;
         up = py;
@@ -150,9 +150,15 @@ class Frame {
 
 function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
 
+const sizes = new WeakMap();
+
+// Have a canvas measured before it is drawn next: not at each drawing, which would lay out the page anew.
+function resized(canvas) { sizes.delete(canvas); }
+
 // A context of a canvas as large as it is shown, wiped.
 function wiped(canvas) {
-  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (!sizes.has(canvas)) sizes.set(canvas, [window.devicePixelRatio || 1, canvas.clientWidth, canvas.clientHeight]);
+  const [ratio, width, height] = sizes.get(canvas);
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);

@@ -4,8 +4,18 @@ const SWEPT = 4001, PULLED = 8000, CLOSED = 1e-3;
 
 function valueOf(lab, name) { return lab.values[name][0]; }
 
+function pathKey(lab) {
+  return [lab.preset, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
+}
+
 // The path that the contact is moved along, and the time step at which it keeps its speed.
 function pathOf(lab) {
+  const key = pathKey(lab);
+  if (lab.path?.key !== key) lab.path = { key, ...newPath(lab) };
+  return lab.path;
+}
+
+function newPath(lab) {
   const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
   const turns = preset.turns ?? lab.turns;
   const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
@@ -19,8 +29,8 @@ function loopView(lab, canvas, reading) {
   const theme = lab.theme, path = pathOf(lab), { units } = lab.model;
   const last = path.x.length - 1, moment = Math.round(last * lab.moment);
   let remembered = null;
-  const forces = lab.contact.forces(path.x, path.dt, moment, (inputs) => { remembered = inputs; });
   const before = ghostOf(lab, path);
+  const forces = lab.contact.forces(path.x, path.dt, moment, (inputs) => { remembered = inputs; });
   const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
   const amplitude = valueOf(lab, "amplitude"), [left, right] = axis(-amplitude, amplitude);
   const [bottom, top] = axis(Math.min(low, lowBefore), Math.max(high, highBefore));
@@ -62,12 +72,11 @@ function closingOf(lab, path, forces, range) {
 // The forces that the values gave that the page began with, where others stand now.
 function ghostOf(lab, path) {
   if (!lab.isMoved()) return null;
-  const key = [lab.preset, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.turns.join()].join(" ");
+  const key = pathKey(lab);
   if (lab.ghost?.key !== key) {
     lab.setAll(lab.first);
     lab.ghost = { key, forces: lab.contact.forces(path.x, path.dt) };
     lab.setAll(lab.values);
-    lab.contact.forces(path.x, path.dt);
   }
   return lab.ghost.forces;
 }
@@ -85,7 +94,8 @@ function speedView(lab, canvas, reading) {
   frame.axes();
   frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
   frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
-  tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.`, lab.contact.overflow);
+  const along = lab.model.varies ? " This friction varies on the way too." : "";
+  tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.${along}`, lab.contact.overflow);
 }
 
 function pulledView(lab, canvas, reading) {

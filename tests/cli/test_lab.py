@@ -1,0 +1,65 @@
+"""`bristle lab`: a page for all models, or for the given one first; nothing else is ever replaced."""
+
+import pytest
+
+import bristle as br
+from bristle.cli.application import run
+from bristle.lab.page import MARK
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    """What every page begins with is enough here: the pages themselves have their tests."""
+    monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **facts: f"{MARK}\n{facts.get('model')}")
+    return tmp_path / "lab.html"
+
+
+def model_in(folder):
+    file = folder / "model.toml"
+    br.write_model(file, br.plants.inertia(M=3.0), br.friction.coulomb(F_C="20 N"))
+    return file
+
+
+def test_it_writes_a_page_with_or_without_a_model(page, tmp_path, capsys):
+    assert run(["lab", "--out", str(page)]) == 0
+    assert page.read_text().startswith(MARK)
+    assert str(page) in capsys.readouterr().err
+    model_in(tmp_path)
+    for read in (tmp_path, tmp_path / "model.toml"):
+        assert run(["lab", str(read), "--out", str(page), "--force"]) == 0
+        assert "coulomb(F_C=20 N" in page.read_text()
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["lab.html", "model.toml"]
+
+
+def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
+    facts = {}
+    monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
+    file = model_in(tmp_path)
+    file.write_text(file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n')
+    assert run(["lab", str(file), "--out", str(tmp_path / "lab.html")]) == 0
+    assert facts["mass"] == 3.0
+    assert facts["uncertainty"]["F_C"]["interval"] == [18.0, 22.0]
+    assert facts["source"] == "model.toml"
+    assert "model" in " ".join(facts["provenance"])
+
+
+@pytest.mark.parametrize("options", [[], ["--force"]])
+def test_nothing_of_another_is_replaced(page, options, capsys):
+    page.write_text("mine")
+    with pytest.raises(br.core.InputError, match="something else than a page of the lab"):
+        run(["lab", "--out", str(page), *options])
+    assert page.read_text() == "mine"
+
+
+def test_a_page_is_replaced_only_when_asked_for(page):
+    page.write_text(f"{MARK} old")
+    with pytest.raises(br.core.InputError, match="there already"):
+        run(["lab", "--out", str(page)])
+    assert page.read_text().endswith("old")
+    assert run(["lab", "--out", str(page), "--force"]) == 0
+    assert not page.read_text().endswith("old")
+
+
+def test_a_folder_that_is_not_there_is_told(tmp_path, page):
+    with pytest.raises(br.core.InputError, match="cannot be written"):
+        run(["lab", "--out", str(tmp_path / "nowhere" / "lab.html")])

@@ -1,0 +1,24 @@
+"""The scripts of the page in node, without what draws."""
+
+import json
+import shutil
+import subprocess
+from importlib import resources
+
+import pytest
+
+NODE = shutil.which("node")
+NAMES = ("inflate.js", "physics.js", "paths.js")
+needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
+
+
+def node(folder, models, script):
+    """Return what a script prints, as JSON; `models` are those of the page, `say` prints."""
+    templates = resources.files("bristle.lab").joinpath("templates")
+    parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in NAMES]
+    parts.append(f"const models = {json.dumps(models)};\nconst say = (v) => console.log(JSON.stringify(v));\n")
+    file = folder / "run.js"
+    file.write_text("\n".join([*parts, f"(async () => {{\n{script}\n}})();"]), encoding="utf-8")
+    ran = subprocess.run([NODE, str(file)], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout)

@@ -1,0 +1,80 @@
+"""The page in Debian's Chromium: the bits, no request, no complaint; what moves, and what goes back."""
+
+import re
+import shutil
+import subprocess
+
+import pytest
+from tests.lab.browser import browser
+
+from bristle.friction import MODELS
+from bristle.lab import lab_page
+from bristle.lab.described import example_named
+
+pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    file = tmp_path_factory.mktemp("lab") / "lab.html"
+    own = example_named("gms+asymmetry")
+    file.write_text(lab_page(own, source="model.toml"), encoding="utf-8")
+    return file
+
+
+def test_a_browser_computes_the_bits_of_python(page, tmp_path):
+    ran = subprocess.run(
+        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
+         "--dump-dom", f"{page.as_uri()}#selftest"],
+        check=True, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    told = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
+    assert told[1] == f"0 of {21 * len(MODELS) + 5} differ"
+
+
+DRAWN = """
+(() => {
+  const bytes = document.getElementById("loop").toDataURL();
+  return [bytes.length, [...bytes].reduce((sum, letter) => (sum * 31 + letter.charCodeAt(0)) % 1000003, 0)];
+})()
+"""
+SLIDE = """
+(() => {
+  const slider = document.querySelector('input[type="range"][name="F_S"]');
+  slider.value = Number(slider.value) + 200;
+  slider.dispatchEvent(new Event("input"));
+  slider.dispatchEvent(new Event("change"));
+})()
+"""
+FIELD = "document.getElementById(document.querySelector('.card:has([name=\"F_S\"]) label').htmlFor).value"
+MOUSE = {"button": "left", "buttons": 1, "clickCount": 1}
+
+
+def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
+    with browser(tmp_path / "profile", width=360, height=740) as tab:
+        tab.open(f"{page.as_uri()}#model=lugre&path=loops&F_C=19")
+        before, start = tab.run(DRAWN), tab.run(FIELD)
+        tab.run(SLIDE)
+        after = tab.run(DRAWN)
+        assert after != before
+        assert float(tab.run(FIELD)) > float(start)
+        assert re.search(r"model=lugre&path=loops&F_C=19&F_S=", tab.run("location.hash"))
+        # The link alone shows the same again.
+        link = tab.run("location.href")
+        tab.run("document.getElementById('undo').click()")
+        tab.run("new Promise((done) => setTimeout(done, 50))")
+        assert (tab.run(DRAWN), tab.run(FIELD)) == (before, start)
+        tab.open("about:blank")
+        tab.open(link)
+        assert tab.run(DRAWN) == after
+        # Dragging on the canvas draws a path of one's own.
+        x, y = tab.run("(({ x, y, width, height }) => [x + width / 2, y + height / 2])(loop.getBoundingClientRect())")
+        tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **MOUSE)
+        for step in (20, 60, 10):
+            tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + step, y=y, **MOUSE)
+        tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 10, y=y, **MOUSE)
+        turns = tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()
+        assert len(turns) == 3
+        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+        assert tab.complaints() == []
+        assert {address.split("#")[0] for address in tab.asked_for()} <= {page.as_uri(), "about:blank"}

@@ -1,0 +1,87 @@
+"""The page is whole: it asks for nothing, its scripts are named by their hashes, and it is small."""
+
+import base64
+import hashlib
+import json
+import re
+
+import pytest
+
+import bristle as br
+from bristle.friction import MODELS, with_slots
+from bristle.lab import lab_page
+from bristle.testing import example_of
+
+LARGEST = 400_000
+SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
+
+
+@pytest.fixture(scope="module")
+def page():
+    return lab_page()
+
+
+@pytest.fixture(scope="module")
+def heaviest():
+    model = example_of(with_slots(MODELS["preisach_lugre"], SLOTS))
+    uncertainty = {"F_C_pos": {"interval": [15.0, 25.0], "status": "identified"}}
+    return lab_page(model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml")
+
+
+def data_of(page):
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def test_what_runs_is_what_the_policy_names(page):
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1].replace("&#39;", "'")
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'none'"
+    for element, rule in (("script", "script-src"), ("style", "style-src")):
+        texts = re.findall(rf"<{element}>(.*?)</{element}>", page, re.DOTALL)
+        hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in texts]
+        assert len(texts) == 1
+        assert [part for part in rules[rule].split() if part != "'wasm-unsafe-eval'"] == [f"'sha256-{hashes[0]}'"]
+    assert "unsafe-inline" not in policy
+
+
+def test_it_names_nothing_outside_itself(page):
+    assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts", page)
+    assert set(re.findall(r'(?:src|href)="([^"]*)"', page)) == {"data:,", "#parameters", "#selftest"}
+    assert not re.search(r"\son[a-z]+=\"|style=\"", page)
+
+
+def test_it_is_small(page, heaviest):
+    assert len(page.encode()) < LARGEST
+    assert len(heaviest.encode()) < LARGEST
+
+
+def test_every_model_is_there_and_the_given_one_first(page, heaviest):
+    assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
+    first, *others = data_of(heaviest)["models"]
+    assert [model["name"] for model in others] == list(MODELS)
+    assert first["model"] == "preisach_lugre+position+periodic+load+temperature+asymmetry"
+    assert data_of(heaviest)["first"] == 0
+
+
+def test_no_name_of_a_file_ends_the_element_that_it_stands_in(heaviest):
+    assert len(re.findall(r"<script", heaviest)) == 2
+    assert data_of(heaviest)["models"][0]["name"].endswith("</script><script>alert(1)</script>.toml")
+
+
+def test_an_identified_interval_lies_on_its_slider(heaviest):
+    rows = {row["name"]: row for row in data_of(heaviest)["models"][0]["variables"]}
+    assert rows["F_C_pos"]["interval"] == [15.0, 25.0]
+    assert rows["F_C_neg"]["interval"] is None
+    slider = rows["F_C_pos"]["sliders"][0]
+    assert slider["low"] < 15.0 < 25.0 < slider["high"]
+
+
+def test_it_is_the_same_page_each_time(page):
+    assert lab_page() == page
+
+
+def test_units_are_those_of_the_axis():
+    model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
+    first = data_of(lab_page(model))["models"][0]
+    assert first["units"] == {"position": "rad", "velocity": "rad/s", "force": "N·m"}
+    assert {row["name"]: row["unit"] for row in first["pull"]} == {"M": "kg·m²", "k": "N·m/rad", "v_e": "rad/s"}

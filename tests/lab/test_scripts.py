@@ -1,0 +1,222 @@
+"""What the scripts of the page compute, run in node: the bits of Python, staircases, sliders, texts to be copied."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.lab.scripts import needs_node, node
+
+import bristle as br
+from bristle.exports.subject import subject_of
+from bristle.friction import MODELS, with_slots
+from bristle.lab.conditions import conditions_of
+from bristle.lab.described import described, example_named
+from bristle.lab.page import _plain
+from bristle.testing import example_of
+
+pytestmark = needs_node
+SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
+WALK = """
+let differ = 0, of = 0;
+for (const model of models) { const counts = await walked(model); differ += counts.differ; of += counts.of; }
+say([differ, of]);
+"""
+
+
+def page_model(model, **options):
+    return _plain(described(model, **options))
+
+
+@pytest.fixture(scope="module")
+def builtin():
+    return [page_model(example_named(name)) for name in MODELS]
+
+
+def test_every_model_walks_as_in_python(builtin, tmp_path):
+    assert node(tmp_path, builtin, WALK) == [0, 21 * len(MODELS)]
+
+
+@pytest.mark.parametrize("name", ["lugre", "preisach_lugre", "gms"])
+def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
+    model = page_model(example_of(with_slots(MODELS[name], SLOTS)))
+    assert node(tmp_path, [model], WALK) == [0, 5]
+
+
+def test_one_other_bit_is_told(builtin, tmp_path):
+    change = "models[0].walks.contact.hashes[3] = models[0].walks.contact.hashes[4];"
+    first = next(model for model in builtin if model["name"] == "lugre")
+    assert node(tmp_path, [first], change + WALK) == [1, 21]
+
+
+MOVED = """
+const contact = await loaded(models[0]);
+for (const [name, values] of Object.entries(CHANGES)) contact.set(name, values);
+const x = Float64Array.from(PLACES), seen = [];
+const forces = contact.forces(x, 1e-3, 30, (inputs) => seen.push(inputs));
+say([[...forces], [...contact.forces(x, 1e-3)], seen, contact.remembered()]);
+"""
+PLACES = (6e-6 * np.sin(np.linspace(0.0, 12.0, 60)) * np.linspace(1.0, 0.2, 60)).tolist()
+
+
+def moved(folder, model, changes):
+    script = MOVED.replace("CHANGES", str(changes)).replace("PLACES", str(PLACES))
+    return node(folder, [page_model(model)], script)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "coded"),
+    [
+        ("gms", {"F_C": 17.0, "k_i": [5e6, 3e6, 1e6]}, {"F_C": [17.0], "k_i": [5e6, 3e6, 1e6]}),
+        ("preisach_lugre", {"kernel": "exp_masing", "transition": "paper"}, {"kernel": [3], "transition": [0]}),
+        ("preisach_contact", {"kernel": "tip_masing", "f_p": 20.0}, {"kernel": [1], "f_p": [20.0]}),
+    ],
+)
+def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
+    model = example_named(name)
+    forces, again, _, _ = moved(tmp_path, model, coded)
+    assert forces == again
+    assert forces == subject_of(model.with_values(**changes)).forces(np.array(PLACES), 1e-3).tolist()
+
+
+def relays_after(inputs, grid):
+    """Return which relays are up after some inputs: each by itself, from the virgin contact on."""
+    alpha, beta = np.meshgrid(grid, grid, indexing="ij")
+    up = alpha + beta < 0.0
+    for u in inputs:
+        up = np.where(u >= alpha, True, np.where(u <= beta, False, up))
+    return up
+
+
+def inside(corners, grid):
+    """Return which points lie within a polygon: a line from each of them crosses its sides an odd number of times."""
+    alpha, beta = np.meshgrid(grid, grid, indexing="ij")
+    within = np.zeros(alpha.shape, bool)
+    for (a, b), (c, d) in zip(corners, corners[1:] + corners[:1], strict=True):
+        crosses = (b > beta) != (d > beta)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            within ^= crosses & (alpha < a + (beta - b) / (d - b) * (c - a))
+    return within
+
+
+def test_the_staircase_parts_relays_that_are_up_from_those_that_are_down(tmp_path):
+    _, _, seen, at_end = moved(tmp_path, example_named("preisach_contact"), {})
+    grid, far = np.linspace(-5.9e-6, 5.9e-6, 83) + 1e-9, 7e-6
+    alpha, beta = np.meshgrid(grid, grid, indexing="ij")
+    for inputs, remembered in ((PLACES[:31], seen[0]), (PLACES, at_end)):
+        assert len(remembered) >= 3
+        corners = node(tmp_path, [], f"say(staircase({remembered}));")
+        shaded = inside([[far, -far], *corners, [-far, -far]], grid)
+        assert (shaded == relays_after(inputs, grid))[alpha > beta].all()
+
+
+def test_the_bristles_of_another_model_remember_nothing(tmp_path):
+    assert moved(tmp_path, example_named("lugre"), {})[2:] == [[None], None]
+
+
+COPIED = """
+const model = models[0];
+const values = Object.fromEntries(model.variables.map(({ name, values }) => [name, numbersOf(values)]));
+Object.assign(values, CHANGES);
+say([asToml(model, values), asPython(model, values)]);
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "coded"),
+    [
+        ("lugre", {"F_C": 19.87, "v_d": float("inf")}, '{F_C: [19.87], v_d: [Infinity]}'),
+        ("gms+asymmetry", {"k_i": [5e6, 3.25e-7, 1e6]}, '{k_i: [5e6, 3.25e-7, 1e6]}'),
+        ("preisach_lugre", {"kernel": "tip_masing", "s": 1e22}, '{kernel: [1], s: [1e22]}'),
+        ("maxwell_stribeck", {"F_C": 1e-5}, '{F_C: [1e-5]}'),
+    ],
+)  # fmt: skip
+def test_what_is_copied_is_the_model(name, changes, coded, tmp_path):
+    model = example_named(name)
+    toml, python = node(tmp_path, [page_model(model)], COPIED.replace("CHANGES", coded))
+    (tmp_path / "model.toml").write_text(toml, encoding="utf-8")
+    wanted = model.with_values(**changes)
+    assert br.read_model(tmp_path / "model.toml").friction == wanted
+    scope = {}
+    exec(python, scope)
+    assert scope["model"] == wanted
+
+
+def test_numbers_are_read_as_they_are_typed(tmp_path):
+    script = """
+    const numbers = [1e7, 1.5e-9, -2, 0, 123456.789, Infinity, -Infinity, 0.1 + 0.2, 1e300];
+    const same = numbers.every((number) => Object.is(read(typed(number)), number));
+    say([same, ["", "1,5", "x", "1e"].map((text) => read(text))]);
+    """
+    assert node(tmp_path, [], script) == [True, [None] * 4]
+
+
+def test_a_slider_reaches_its_ends_and_keeps_its_place(builtin, tmp_path):
+    script = """
+    const bad = [];
+    const look = (name, slider, value) => {
+      for (const stop of [0, 1, 700, STOPS - 1, STOPS]) {
+        if (Math.abs(stopAt(slider, atStop(slider, stop)) - stop) > 1) bad.push([name, stop, atStop(slider, stop)]);
+      }
+      const near = atStop(slider, stopAt(slider, value));
+      if (near !== value && !(Math.abs(near - value) <= 0.01 * Math.abs(value))) bad.push([name, value, near]);
+    };
+    for (const model of models) {
+      for (const { name, sliders, values, fixed } of model.variables) {
+        if (!fixed) sliders.forEach((slider, i) => look(`${model.name} ${name}`, slider, Number(values[i])));
+      }
+    }
+    say(bad);
+    """
+    assert node(tmp_path, builtin, script) == []
+
+
+def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
+    random = np.random.default_rng(1)
+    for name in ("elastoplastic", "preisach_lugre", "lugre+asymmetry"):
+        model = example_named(name)
+        cases, truths = [], []
+        for _ in range(40):
+            values = {
+                key: value * random.choice([0.5, 1.0, 1.0, 2.0]) if isinstance(value, float) else value
+                for key, value in model.values.items()
+            }
+            p = model.component.assemble(
+                {
+                    k: model.component.variables[k].choices.index(v) if isinstance(v, str) else v
+                    for k, v in values.items()
+                }
+            )
+            cases.append({key: [value] for key, value in values.items() if isinstance(value, float)})
+            truths.append(all(relation.holds(p) for relation in model.component.relations))
+        script = f"""
+        const numbered = (values) => Object.entries(values).map(([name, each]) => [name, numbersOf(each)]);
+        say({json.dumps(_plain(cases))}.map((values) => !broken(models[0], Object.fromEntries(numbered(values))).length));
+        """
+        given = node(tmp_path, [page_model(model)], script)
+        assert given == truths
+        assert len(set(truths)) == 2
+        assert conditions_of(model.component)
+
+
+def test_shares_add_up_to_one_whatever_is_moved(tmp_path):
+    sums = node(tmp_path, [], "say([shared([0.5, 0.4, 0.3], 0), shared([1, 0, 0], 0), shared([0.2, 0, 0], 0)]);")
+    assert [round(sum(shares), 12) for shares in sums] == [1.0, 1.0, 1.0]
+    assert sums[0][1] / sums[0][2] == pytest.approx(4 / 3)
+
+
+def test_a_path_has_a_sample_at_each_turn_and_keeps_its_speed(tmp_path):
+    script = "const { x, at, length } = pathThrough([0, 1, -1, 0.6], 2e-6, 1001); say([[...x], at, length]);"
+    x, at, length = node(tmp_path, [], script)
+    assert np.array(x)[at] == pytest.approx([0.0, 2e-6, -2e-6, 1.2e-6])
+    steps = np.abs(np.diff(x))
+    assert steps.sum() == pytest.approx(length)
+    assert steps.max() < 1.01 * steps.min()
+
+
+def test_a_sweep_goes_evenly_from_end_to_end_and_back(tmp_path):
+    x, v, dt = node(tmp_path, [], "const { x, v, dt } = sweep(0.02, 80, 401); say([[...x], [...v], dt]);")
+    assert np.diff(x) == pytest.approx(np.array(v[1:]) * dt)
+    assert max(v) == pytest.approx(0.02, rel=0.01)
+    assert min(v) == pytest.approx(-0.02, rel=0.01)
+    assert np.abs(np.diff(np.abs(np.diff(v[1:])))).max() < 1e-3
+    assert x[-1] == pytest.approx(0.0, abs=0.01)
