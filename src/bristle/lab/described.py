@@ -25,7 +25,7 @@ from bristle.lab.conditions import conditions_of, shares_of
 from bristle.lab.scales import Scales, pulled_by, scales_of
 from bristle.lab.sliders import slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
-from bristle.report.symbols import symbolic
+from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
 __all__ = ["described", "example_named", "walks_of"]
@@ -113,7 +113,9 @@ def _packed(content: bytes) -> str:
 
 
 def _symbol(name: str) -> str:
-    return f"<i>{escape(name)}</i>" if len(name) == 1 else str(symbolic(name))
+    if name in GREEK or len(name) == 1:
+        return f"<i>{escape(GREEK.get(name, name))}</i>"
+    return str(symbolic(name))
 
 
 def _stack(subject: Subject) -> dict[str, int] | None:

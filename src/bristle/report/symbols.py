@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 from bristle.core.typography import typeset_sentence
 
-__all__ = ["symbolic", "worded"]
+__all__ = ["GREEK", "symbolic", "worded"]
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η", "kappa": "κ",

@@ -86,7 +86,7 @@ function choice(variable, { input, change }) {
   const select = element("select", { id, name: variable.name, disabled: variable.fixed },
     ...variable.choices.map((name, i) => element("option", { value: i, text: name })));
   select.addEventListener("change", () => { input(Number(select.value), "field"); change(); });
-  const root = element("div", { class: "card" },
+  const root = element("div", { class: "card choice" },
     element("label", { for: id }, element("span", { class: "symbol", html: variable.symbol }), element("span", { class: "meaning", text: variable.description })),
     element("div", { class: "number" }, select));
   return { root, show(value) { select.value = value; } };

@@ -2,11 +2,11 @@
 
 // In each preset, where the contact turns, over the amplitude; the amplitude over the distance of pre-sliding.
 const PRESETS = {
-  triangle: { word: "Slow triangle", turns: [0, 1, -1, 1, -1, 1], amplitude: 5 },
+  triangle: { word: "Triangle", turns: [0, 1, -1, 1, -1, 1], amplitude: 5 },
   loops: { word: "Inner loops", turns: [0, 1, -1, 0.8, -0.8, 0.6, -0.6, 0.4, -0.4, 0.2, -0.2, 0], amplitude: 3 },
-  minor: { word: "Closing a minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
+  minor: { word: "Minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
   presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
-  drawn: { word: "Draw it", turns: null, amplitude: 5 },
+  drawn: { word: "Draw", turns: null, amplitude: 5 },
 };
 const SAMPLES = 20000;
 
@@ -130,12 +130,10 @@ function shared(shares, moved) {
 
 // --- as text to be copied -----------------------------------------------------------------------------------------------
 
-function asReal(value) { return /[.en]/.test(typed(value)) ? typed(value) : `${typed(value)}.0`; }
-
 function written(variable, values, endless) {
   if (variable.choices.length) return JSON.stringify(variable.choices[values[0]]);
   if (variable.whole) return typed(values[0]);
-  const texts = values.map((value) => (endless && !Number.isFinite(value) ? endless(value) : asReal(value)));
+  const texts = values.map((value) => (endless && !Number.isFinite(value) ? endless(value) : typed(value)));
   return variable.array ? `[${texts.join(", ")}]` : texts[0];
 }
 

@@ -101,7 +101,7 @@ function differing(values, hashes) {
 // Walk a model as Python did, and return how many blocks of steps differ, and of how many.
 async function walked(model) {
   const contact = await loaded(model), { contact: walk, mass } = model.walks;
-  for (const variable of model.variables) contact.set(variable.name, numbersOf(variable.values));
+  for (const variable of [...model.variables, ...model.pull]) contact.set(variable.name, numbersOf(variable.values));
   const forces = contact.forces(walkPositions(walk.scales, walk.count), walk.dt);
   let bits = SEED;
   const pushed = contact.moved(mass.count, mass.dt, () => {

@@ -57,6 +57,7 @@ function loopWords(lab, path, forces, closing) {
   if (closing) {
     words.push(`back where the minor loop began, the force is ${told(Math.abs(closing.gap), units.force)} off: it ${closing.closes ? "closes" : "does not close"}`);
   }
+  if (lab.isMoved()) words.push("dashed are the values of the start");
   if (lab.contact.overflow) words.push("a force was no number and was left out");
   return `${words.join("; ")}.`;
 }

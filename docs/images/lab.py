@@ -1,0 +1,23 @@
+"""Take the picture of the lab in Chromium without a window: ``python docs/images/lab.py``."""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from bristle.lab import lab_page
+
+SHOWN = "model=preisach_lugre&path=loops&s=7e6&f_p=30"
+COLOURS = 64  # enough for lines and text
+
+with tempfile.TemporaryDirectory() as folder:
+    page = Path(folder) / "lab.html"
+    page.write_text(lab_page(), encoding="utf-8")
+    target = Path(__file__).with_suffix(".png")
+    subprocess.run(
+        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
+         "--hide-scrollbars", "--window-size=1366,860", f"--screenshot={target}", f"{page.as_uri()}#{SHOWN}"],
+        check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    Image.open(target).convert("RGB").quantize(COLOURS).save(target, optimize=True)
