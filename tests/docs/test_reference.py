@@ -73,6 +73,7 @@ RUNS = {
     "run": "run experiment.toml",
     "paper": "paper --figure 4",
     "design": "design experiment.toml",
+    "lab": "lab results/model.toml --out lab.html",
     "check": "check quadratic_drag.py",
     "models": "models lugre",
     "log": "log log.csv --axis axis.toml",

@@ -45,6 +45,7 @@ COMMANDS = {
     "design_diverging": "design diverging.toml",
     "check": "check composite.toml",
     "export": "export model.toml --to c --out axis_c",
+    "lab": "lab model.toml --out lab.html",
     "check_lugre": "check lugre.toml",
     "check_own": "check own.py",
     "models": "models",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import secrets
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import AllowCode
+from bristle.cli.options import AllowCode, Json
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
@@ -32,32 +33,41 @@ def lab(
     out: Annotated[Path, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")],
     allow_code: AllowCode = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a page of the lab that is there already.")] = False,
+    as_json: Json = False,
 ) -> None:
-    """Write a page on which the parameters of friction are moved, and loops, curves and stick-slip with them.
+    """Write a page on which friction can be touched.
 
-    It holds every friction model with its physics, and first of all the one that is given: with its slots, its values
-    and how sure they are. One file that asks for nothing, for any browser, disk, mail or host. LAB.html#selftest
-    tells whether a browser computes the bits of Python.
+    Parameters are moved, and loops, curves and stick-slip move with them. The page holds every friction model with its
+    physics, and first of all the one that is given: with its slots, its values and how sure they are. One file that
+    asks for nothing, for any browser, disk, mail or host. LAB.html#selftest tells whether a browser computes the bits
+    of Python.
     """
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
+    from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
+    from bristle.friction import MODELS, base_of
     from bristle.lab import lab_page
+    from bristle.lab.page import FIRST
 
     file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
     with progress("computing"):
-        given: dict[str, Any] = {}
+        inputs: dict[str, Any] = {}
         content, code = None, ()
         if file is not None:
             content = content_of(file, limit=TOML_LIMIT)
-            friction, given = _read(content, allow_code=allow_code)
-            given |= {"model": friction, "source": file.name}
+            friction, inputs = _read(content, allow_code=allow_code)
+            inputs |= {"model": friction, "source": file.name}
             code = origins_of_code([base_of(friction.component)])
-        page = lab_page(**given, provenance=provenance(context.obj, model=content, code=code))
+        source = provenance(context.obj, model=content, code=code)
+        page = lab_page(**inputs, provenance=source)
     _write(out, page)
+    if as_json:
+        first = inputs["model"].name if inputs else FIRST
+        summary = {"file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS)}
+        sys.stdout.write(json_text(summary | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")
 
 

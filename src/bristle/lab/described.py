@@ -68,7 +68,7 @@ def described(
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
     module = module_of(subject, plant, choices=True)
-    known = stored().get(model.name) if not named else None
+    walks = stored().get(model.name) if not named else None
     return {
         "name": named or model.name, "model": model.name, "description": model.component.description,
         "kind": model.kind, "code": _packed(module.binary), "size": len(module.binary),
@@ -80,7 +80,7 @@ def described(
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
         "scales": scales._asdict(), "head": _head(model),
         "varies": bool(variations_of(model.component)),
-        "walks": known or walked(subject, plant, scales, SHORT),
+        "walks": walks or walked(subject, plant, scales, SHORT),
     }  # fmt: skip
 
 

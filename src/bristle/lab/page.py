@@ -21,11 +21,12 @@ from bristle.lab.described import described, example_named
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["MARK", "lab_page", "policy"]
+__all__ = ["FIRST", "MARK", "lab_page", "policy"]
 
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
-SHOWN = "preisach_lugre"  # first, where no model is given
+FIRST = "preisach_lugre"
+"""The model that is shown first, where none is given."""
 SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "lab.js"), ("lab.css",)
 
 
@@ -51,7 +52,7 @@ def lab_page(
     named = f"{model.name} of {source}" if model is not None and source else ""
     own = [described(model, uncertainty=uncertainty, mass=mass, named=named)] if model is not None else []
     models = [*own, *(_example(name) for name in MODELS)]
-    first = 0 if own else list(MODELS).index(SHOWN)
+    first = 0 if own else list(MODELS).index(FIRST)
     script, style = _joined(SCRIPTS), _joined(STYLES)
     return _environment().get_template("lab.html").render(
         mark=Markup(MARK), policy=policy([script], [style]), style=Markup(style), script=Markup(script),

@@ -49,16 +49,16 @@ def slider_for(
     Slider(low=0.2, high=2000.0, logarithmic=True, to_zero=True, endless=False)
     """
     low, high = variable.min, variable.max
-    shown = [number for number in (value, *(interval or ())) if math.isfinite(number)]
+    within = [number for number in (value, *(interval or ())) if math.isfinite(number)]
     if math.isfinite(low) and math.isfinite(high):
         if low > 0.0 and high / low >= DECADES:
             return Slider(low, high, logarithmic=True)
         return Slider(low, high, logarithmic=False)
     if low >= 0.0:
         middle = value if 0.0 < value < math.inf else max(variable.nominal, low)
-        first = min([middle / AROUND, *(number for number in shown if number > 0.0)])
-        last = max([middle * AROUND, *shown])
+        first = min([middle / AROUND, *(number for number in within if number > 0.0)])
+        last = max([middle * AROUND, *within])
         return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0,
                       endless=math.isinf(value))  # fmt: skip
-    farthest = max([SIGNED * abs(number) for number in shown] + [span]) or abs(variable.nominal)
+    farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
