@@ -35,9 +35,12 @@ def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
     facts = {}
     monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
     file = model_in(tmp_path)
-    file.write_text(file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n')
+    file.write_text(
+        file.read_text()
+        + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
+    )
     assert run(["lab", str(file), "--out", str(tmp_path / "lab.html")]) == 0
-    assert facts["mass"] == 3.0
+    assert (facts["mass"], facts["fastest"]) == (3.0, 0.2)
     assert facts["uncertainty"]["F_C"]["interval"] == [18.0, 22.0]
     assert facts["source"] == "model.toml"
     assert "model" in " ".join(facts["provenance"])

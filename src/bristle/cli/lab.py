@@ -72,14 +72,18 @@ def lab(
 
 
 def _read(content: Any, *, allow_code: bool) -> tuple[Model, dict[str, Any]]:
-    """Return a friction model, and how sure it is and what it moves."""
+    """Return a friction model, how sure it is, what it moves, and how fast it was seen."""
     from bristle.files.model import read_model
     from bristle.testing import admit
 
     plant, friction, facts = read_model(content, allow_code=allow_code)
     admit(friction)
     mass = plant.values.get("M") if plant is not None else None
-    return friction, {"uncertainty": facts["uncertainty"], "mass": mass}
+    return friction, {
+        "uncertainty": facts["uncertainty"],
+        "mass": mass,
+        "fastest": facts["treatment"].get("velocity_max", 0.0),
+    }
 
 
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:

@@ -49,7 +49,7 @@ def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
 
 def described(
     model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
-    named: str = "",
+    fastest: float = 0.0, named: str = "",
 ) -> dict[str, Any]:  # fmt: skip
     """Return what a page knows of a friction model.
 
@@ -61,6 +61,8 @@ def described(
         For a parameter, what a model file knows of how sure it is.
     mass : float, optional
         What the model moves [kg or kg*m^2].
+    fastest : float
+        Largest speed that it was fitted to, where known [m/s or rad/s].
     named : str
         What it is called in the list of models, where that is not its name.
     """
@@ -78,7 +80,7 @@ def described(
         "pull": _variables(plant, module.places, scales, {}),
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
-        "scales": scales._asdict(), "head": _head(model),
+        "scales": scales._asdict(), "head": _head(model), "fastest": fastest,
         "varies": bool(variations_of(model.component)),
         "walks": walks or walked(subject, plant, scales, SHORT),
     }  # fmt: skip

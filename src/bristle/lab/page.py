@@ -32,7 +32,7 @@ SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.
 
 def lab_page(
     model: Model | None = None, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
-    mass: float | None = None, source: str = "", provenance: Mapping[str, str] | None = None,
+    mass: float | None = None, fastest: float = 0.0, source: str = "", provenance: Mapping[str, str] | None = None,
 ) -> str:  # fmt: skip
     """Return the page: every friction model with the values of its example, and one with values of its own.
 
@@ -44,13 +44,19 @@ def lab_page(
         For its parameters, what a model file knows of how sure they are.
     mass : float, optional
         What it moves [kg or kg*m^2].
+    fastest : float
+        Largest speed that it was fitted to, where known [m/s or rad/s].
     source : str
         The file that it is from.
     provenance : mapping of str to str, optional
         What the page was made from.
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
-    own = [described(model, uncertainty=uncertainty, mass=mass, named=named)] if model is not None else []
+    own = (
+        [described(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)]
+        if model is not None
+        else []
+    )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
     script, style = _joined(SCRIPTS), _joined(STYLES)

@@ -69,7 +69,7 @@ function scaleOf(unit, magnitude) {
 function told(value, unit, digits = 3) {
   if (!Number.isFinite(value)) return `${value === Infinity ? "∞" : value === -Infinity ? "−∞" : "not a number"} ${unit}`.trim();
   const scale = scaleOf(unit, Math.abs(value));
-  return `${withDigits(value * scale.factor, digits)} ${scale.unit}`.trim().replace("-", "−");
+  return `${withDigits(value * scale.factor, digits)}\u00a0${scale.unit}`.trim().replace("-", "−");
 }
 
 function withDigits(value, digits) {
