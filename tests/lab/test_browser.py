@@ -47,6 +47,7 @@ SLIDE = """
 })()
 """
 FIELD = "document.getElementById(document.querySelector('.card:has([name=\"F_S\"]) label').htmlFor).value"
+READING = "(({ textContent, className }) => [textContent, className])(document.getElementById('loop-reading'))"
 MOUSE = {"button": "left", "buttons": 1, "clickCount": 1}
 
 
@@ -67,6 +68,13 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
         tab.open("about:blank")
         tab.open(link)
         assert tab.run(DRAWN) == after
+        # A loop that does not close is red, and one that does is not.
+        for name, words in (("lugre", "does not close"), ("preisach_contact", "it closes")):
+            tab.open("about:blank")
+            tab.open(f"{page.as_uri()}#model={name}&path=minor")
+            reading = tab.run(READING)
+            assert words in reading[0]
+            assert ("alert" in reading[1]) == (name == "lugre")
         # Dragging on the canvas draws a path of one's own.
         x, y = tab.run("(({ x, y, width, height }) => [x + width / 2, y + height / 2])(loop.getBoundingClientRect())")
         tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **MOUSE)

@@ -4,12 +4,15 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 import bristle as br
+from bristle.core.relation import Relation
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
+from bristle.lab.conditions import conditions_of
 from bristle.testing import example_of
 
 LARGEST = 400_000
@@ -85,3 +88,10 @@ def test_units_are_those_of_the_axis():
     first = data_of(lab_page(model))["models"][0]
     assert first["units"] == {"position": "rad", "velocity": "rad/s", "force": "N·m"}
     assert {row["name"]: row["unit"] for row in first["pull"]} == {"M": "kg·m²", "k": "N·m/rad", "v_e": "rad/s"}
+
+
+def test_words_of_a_model_of_a_persons_own_are_words():
+    model = example_of(with_slots(MODELS["stribeck"], ()))
+    relation = Relation("F_S > F_C", lambda p: p.F_S > p.F_C, "<img src=x> raise F_S; or not")
+    (condition,) = conditions_of(replace(model.component, relations=(relation,)))
+    assert condition["mend"] == "&lt;img src=x&gt; raise <i>F</i><sub>S</sub>"

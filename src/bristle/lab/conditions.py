@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bristle.core.contracts import Component
+from bristle.report.symbols import symbolic
 
 __all__ = ["conditions_of", "shares_of"]
 
@@ -21,9 +22,11 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
     for relation in component.relations:
         if match := _CONDITION.fullmatch(relation.condition):
             left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
+            # What stands behind a semicolon is for Python.
+            mend = str(symbolic(relation.mend.partition(";")[0]))
             pairs = [_on(side, left, right, component.variables) for side in SIDES]
             conditions += [
-                {"left": first, "sign": sign, "right": second, "mend": relation.mend, "advisory": relation.advisory}
+                {"left": first, "sign": sign, "right": second, "mend": mend, "advisory": relation.advisory}
                 for first, second in (pairs[:1] if pairs[0] == pairs[1] else pairs)
             ]
     return conditions

@@ -57,15 +57,15 @@ function control(variable, index, { input, change, start }) {
     input(value, "field");
     change();
   });
-  back.addEventListener("click", () => { refuse(""); input(start, "field"); change(); field.focus(); });
+  back.addEventListener("click", () => { refuse(""); input(start(), "field"); change(); field.focus(); });
   return {
     root,
     show(value, from) {
       field.value = typed(value);
       if (from !== "slider") range.value = stopAt(slider, value);
       range.setAttribute("aria-valuetext", `${typed(value)} ${variable.unit}`.trim());
-      back.hidden = value === start;
-      root.classList.toggle("moved", value !== start);
+      back.hidden = value === start();
+      root.classList.toggle("moved", value !== start());
     },
   };
 }

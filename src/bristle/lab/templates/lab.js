@@ -74,7 +74,7 @@ function tellBroken() {
 
 function cardsFor(variable) {
   const handlers = (i) => ({
-    input: (value, from) => setValue(variable, i, value, from), change: keep, start: lab.first[variable.name][i],
+    input: (value, from) => setValue(variable, i, value, from), change: keep, start: () => lab.first[variable.name][i],
   });
   if (variable.choices.length) return [choice(variable, handlers(0))];
   return lab.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
@@ -140,7 +140,7 @@ async function go(text) {
   const wanted = new URLSearchParams(text);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
   await show(model);
-  lab.preset = wanted.get("path") in PRESETS ? wanted.get("path") : "triangle";
+  aim(wanted.get("path") in PRESETS ? wanted.get("path") : "triangle");
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
   for (const variable of allVariables()) {
@@ -176,11 +176,17 @@ async function show(model) {
   buildCards();
 }
 
-function take(preset) {
-  if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];
+// Move the contact along another path, which begins with an amplitude of its own.
+function aim(preset) {
   lab.preset = preset;
   lab.moment = 1;
-  if (PRESETS[preset].turns) lab.values.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
+  lab.first.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
+  lab.values.amplitude = [...lab.first.amplitude];
+}
+
+function take(preset) {
+  if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];
+  aim(preset);
   showAll();
   keep();
 }
@@ -190,8 +196,9 @@ function take(preset) {
 // Move the contact on by a distance over the amplitude; a path that goes on the same way has no turn there.
 function moveBy(distance) {
   if (lab.preset !== "drawn") {
-    lab.preset = "drawn";
-    lab.turns = [0];
+    const { amplitude } = lab.values;
+    aim("drawn");
+    Object.assign(lab, { turns: [0], values: { ...lab.values, amplitude } });
   }
   const { turns } = lab, at = turns.at(-1), to = Math.max(-1.05, Math.min(1.05, at + distance));
   if (to === at) return;
@@ -262,8 +269,7 @@ function listen() {
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset;
     await show(data.models[Number(event.target.value)]);
-    lab.preset = preset;
-    if (PRESETS[preset].turns) lab.values.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
+    aim(preset);
     showAll();
     keep();
   });
@@ -272,7 +278,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model); lab.preset = "triangle"; showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model); aim("triangle"); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));
