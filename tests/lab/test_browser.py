@@ -74,6 +74,7 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
             tab.open(f"{page.as_uri()}#model={name}&path=minor")
             reading = tab.run(READING)
             assert words in reading[0]
+            assert tab.run("lab.values.amplitude[0] / lab.model.scales.reach") == pytest.approx(1.0, rel=0.01)
             assert ("alert" in reading[1]) == (name == "lugre")
         # Dragging on the canvas draws a path of one's own.
         x, y = tab.run("(({ x, y, width, height }) => [x + width / 2, y + height / 2])(loop.getBoundingClientRect())")
