@@ -66,7 +66,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model or a control law as C, for a PLC, or for a drive.
+    """Write a model or a control law as C, for a PLC or a drive.
 
     c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
     that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the

@@ -111,9 +111,9 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
         return 0.0
     rest = within_cycles(cycles, slope, residual)
     # Rows beside a reversal are wrong by their filter: what comes and goes within a few shows no level.
-    shown = np.bincount(cycles.index, minlength=power.size) >= SHOWS_LEVEL
-    if np.count_nonzero(shown) >= FEWEST_LEVELS:
-        power, excess = power[shown], excess[shown]
+    long = np.bincount(cycles.index, minlength=power.size) >= SHOWS_LEVEL
+    if np.count_nonzero(long) >= FEWEST_LEVELS:
+        power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
     for _ in range(ROUNDS):
         weight = power / (power + noise / square)

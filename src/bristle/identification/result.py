@@ -246,14 +246,15 @@ class Fit:
     def doubted(self) -> tuple[str, ...]:
         """Parameters that are identified, and of which a diagnostic says that their intervals do not hold."""
         named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in DOUBTS]
-        names = {name for several in named if isinstance(several, tuple) for name in several}
-        return tuple(one.name for one in self.estimates if one.status == "identified" and one.name in names)
+        names = {name for group in named if isinstance(group, tuple) for name in group}
+        identified = [estimate.name for estimate in self.estimates if estimate.status == "identified"]
+        return tuple(name for name in identified if name in names)
 
     @property
     def with_constant(self) -> tuple[str, ...]:
         """Levels of friction by direction: what they differ by and a constant force look alike, and one was held."""
-        held = [one.reason.numbers["levels"] for one in self.estimates
-                if one.reason is not None and one.reason.code in CONSTANT_HELD]  # fmt: skip
+        reasons = [estimate.reason for estimate in self.estimates if estimate.reason is not None]
+        held = [reason.numbers["levels"] for reason in reasons if reason.code in CONSTANT_HELD]
         return tuple(str(name) for levels in held if isinstance(levels, tuple) for name in levels)
 
     @property
