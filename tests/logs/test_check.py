@@ -79,6 +79,42 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     assert "sign_reversed" in codes(replace(log, effort=-effort))
 
 
+def pulled(force, seed):
+    """Return a log of two sines of a few micrometres that takes a force over the position, and its noise."""
+    rng, t = np.random.default_rng(seed), DT * np.arange(12_000)
+    x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
+    return Log(time=t, position=np.round(x, 9), effort=force(x) + rng.normal(0.0, 0.01, t.size), sample_time=DT)
+
+
+def elements(x, reach=6e-6, level=8.0, count=14):
+    """Return the force of springs that slip one after the other, the last one at `reach` [m]."""
+    limits = np.linspace(0.07 * reach, reach, count)
+    bent, force = np.zeros(count), np.empty(x.size)
+    for k, step in enumerate(np.diff(x, prepend=0.0)):
+        bent = np.clip(bent + step, -limits, limits)
+        force[k] = level * np.mean(bent / limits)
+    return force
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("reach", [5e-6, 6e-6])
+def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(seed, reach):
+    (found,) = [one for one in checked(pulled(lambda x: elements(x, reach), seed)) if one.code == "never_slides"]
+    assert found.numbers["percent"] > 30.0  # as wide as that of an axis that slides
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
+def test_an_axis_that_slides_on_a_spring_is_not_told_to_stick(seed, level):
+    def falling(x):
+        speed = np.gradient(x)
+        return level * np.tanh(speed / 1e-10) * (1.0 + np.exp(-((speed / 3e-9) ** 2)))
+
+    for friction in (lambda x: level * np.sign(np.gradient(x)), lambda x: elements(x, 6e-8, level), falling):
+        log = pulled(lambda x, friction=friction: 1.6e6 * x + friction(x), seed)
+        assert "never_slides" not in codes(log)
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_one_direction_and_one_speed(seed):
     assert "one_direction" in codes(Run(seed, back=False).log())

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import LevelValues, level_values
+from bristle.prediction.drive_table import LevelValues, level_values, never_slid
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
 from bristle.report.messages import message
@@ -62,6 +62,8 @@ def _quality(fit: Fit) -> list[str]:
 
 def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     levels, unit = level_values(fit), unit_of("force", fit.plant.kind)
+    if levels is None and never_slid(fit):
+        return ["nothing: the log never slides, so that no level of friction was seen; record motion that slides"]
     if levels is None:
         return ["nothing: a plant on a spring does not move on steadily"]
     mass = "inertia" if fit.plant.kind == "rotational" else "mass"
