@@ -133,6 +133,38 @@ def test_an_effort_that_is_cut_off_or_bends_over(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("noise", [0.002, 0.01, 0.02])
+def test_an_effort_that_is_cut_off_below_its_noise(seed, noise):
+    run = Run(seed, (0.1, 0.5, 0.9))
+    pure = run.mass * run.a + run.level * np.tanh(run.v / 1e-4) + DRAG * run.v
+    top = 0.6 * np.max(np.abs(pure))
+    scatter = noise * top * np.random.default_rng(seed).standard_normal(COUNT)
+    (found,) = [one for one in checked(run.log(effort=np.clip(pure, -top, top) + scatter)) if one.code == "clipped"]
+    assert abs(found.numbers["level"]) == pytest.approx(top, rel=0.02)
+    # Where the effort is at its limit, and a few samples before and behind.
+    cut = np.count_nonzero(np.abs(pure) > top)
+    assert 0.9 * cut < found.numbers["all"] < 1.5 * cut
+    assert "clipped" not in codes(run.log(effort=pure + scatter))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_effort_that_stays_at_its_extreme_is_not_cut_off_where_the_motion_takes_no_more(seed):
+    # A drive at its limit: the axis accelerates as that effort lets it.
+    limit, t = 60.0, DT * np.arange(COUNT)
+    v, u = np.zeros(COUNT), np.zeros(COUNT)
+    wanted = 0.9 * np.sign(np.sin(2.0 * np.pi * 0.4 * t))
+    for k in range(COUNT - 1):
+        u[k] = np.clip(600.0 * (wanted[k] - v[k]), -limit, limit)
+        v[k + 1] = v[k] + DT * (u[k] - LEVEL * np.tanh(v[k] / 1e-3) - DRAG * v[k]) / MASS
+    noise = 0.3 * np.random.default_rng(seed).standard_normal(COUNT)
+    assert np.mean(np.abs(u) == limit) > 0.05
+    assert "clipped" not in codes(Log(time=t, position=np.cumsum(v) * DT, effort=u + noise, sample_time=DT))
+    # Slow moves without a load: friction at the highest speed is the largest effort.
+    slow = Run(seed, (0.02, 0.1, 0.3), mass=0.3)
+    assert "clipped" not in codes(slow.log(effort=slow.effort() - 5.0))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_an_effort_without_its_sign(seed):
     effort = Run(seed).effort()
     assert "effort_unsigned" in codes(Run(seed).log(effort=np.abs(effort)))

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
 
+LACKING = ("structure", "clipped", "saturates")
+"""Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -233,10 +236,10 @@ class Fit:
 
     @property
     def effective(self) -> tuple[str, ...]:
-        """Parameters that are identified, but of a model that lacks a force: they hold along such a motion only."""
-        lacking = next((diagnostic for diagnostic in self.diagnostics if diagnostic.code == "structure"), None)
-        names = lacking.numbers["names"] if lacking is not None else ()
-        return tuple(str(name) for name in names) if isinstance(names, tuple) else ()
+        """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
+        named = (one.numbers.get("names", ()) for one in self.diagnostics if one.code in LACKING)
+        names = {str(name) for several in named if isinstance(several, tuple) for name in several}
+        return tuple(one.name for one in self.estimates if one.status == "identified" and one.name in names)
 
     @property
     def friction_error_percent(self) -> float:

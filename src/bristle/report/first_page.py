@@ -12,7 +12,7 @@ from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import LevelValues, level_values, never_slid
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
-from bristle.report.messages import message
+from bristle.report.messages import message, why_effective
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
@@ -135,7 +135,7 @@ def _trust(fit: Fit) -> list[str]:
         return ["no parameter was identified"]
     lines = [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:"]
     lines.append(", ".join(_precise(estimate) for estimate in identified))
-    return lines + (["they are effective: the model lacks a force"] if fit.effective else [])
+    return lines + ([f"they are effective: {why_effective(fit)}"] if fit.effective else [])
 
 
 def _precise(estimate: Estimate) -> str:

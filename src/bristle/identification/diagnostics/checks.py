@@ -21,6 +21,8 @@ TRADED = {
     "one_speed": ("sliding", "speed", "stribeck"),
     "one_direction": ("sliding", "stribeck"),
     "level_drifts": ("sliding", "speed", "stribeck"),
+    "clipped": ("acceleration", "sliding", "speed", "stribeck"),
+    "saturates": ("acceleration", "sliding", "speed", "stribeck"),
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
 """By code, what it takes to tell the parameters that trade places in such a log."""
