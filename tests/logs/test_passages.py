@@ -17,6 +17,7 @@ from bristle.excitation import excite
 from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
+from bristle.logs import Log
 from bristle.logs.legs import graininess
 from bristle.logs.passage import nesting
 from bristle.logs.passages import passages, passages_along
@@ -169,6 +170,18 @@ def test_moves_at_several_speeds_are_no_oscillation():
     time, position, velocity = there_and_back(*ways, *[(1.0, 3.0), (-1.0, 3.0)] * 8)
     kinds, _ = kinds_of(time, position, 5.0 * np.tanh(velocity / 1e-4) + 1.2 * velocity)
     assert kinds == {"constant_velocity"}
+
+
+def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
+    rng = np.random.default_rng(0)
+    even, wanted, velocity = there_and_back(*[(2e-4, 5e-5), (-2e-4, 5e-5)] * 2)
+    stamps = even + 1e-3 * np.clip(rng.normal(0.0, 0.06, even.size), -0.3, 0.3)
+    moving = np.interp(stamps, even, wanted) + rng.normal(0.0, 0.03e-6, even.size)
+    effort = 5.0 * np.tanh(velocity / 1e-6) + rng.normal(0.0, 0.1, even.size)
+    log = Log.from_columns({"time": stamps, "position": np.round(moving, 6), "effort": effort})
+    assert log.findings[0].code == "stamps_jitter"
+    assert log.findings[0].numbers["resolution"] == pytest.approx(1e-6)
+    assert sum(passage.legs for passage in passages(log)) == 4
 
 
 def test_nothing_is_found_where_nothing_moves():

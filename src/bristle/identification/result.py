@@ -237,9 +237,11 @@ class Fit:
     @property
     def effective(self) -> tuple[str, ...]:
         """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
-        named = (one.numbers.get("names", ()) for one in self.diagnostics if one.code in LACKING)
-        names = {str(name) for several in named if isinstance(several, tuple) for name in several}
-        return tuple(one.name for one in self.estimates if one.status == "identified" and one.name in names)
+        lacking = (diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in LACKING)
+        names = {str(name) for group in lacking if isinstance(group, tuple) for name in group}
+        return tuple(
+            estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names
+        )
 
     @property
     def friction_error_percent(self) -> float:

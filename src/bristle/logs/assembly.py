@@ -11,7 +11,7 @@ from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel
-from bristle.logs.checks import problems_of
+from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
 from bristle.logs.log_data import LogData
@@ -74,6 +74,7 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
     numbers: dict[str, Number] = {
         "percent": 100.0 * clock.jitter.usual, "largest": 100.0 * clock.jitter.largest,
         "sample_time": clock.sample_time, "position_error": clock.error_of(gathered.channels["position"].values),
+        "resolution": quantisation(gathered.channels["position"].values),
     }  # fmt: skip
     if "effort" in gathered.channels:
         numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)

@@ -16,9 +16,10 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel
 from bristle.logs.gather import Gathered
+from bristle.logs.log_data import LogData
 from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
-__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of", "quantisation"]
+__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of", "quantisation", "step_of"]
 
 FEWEST_SAMPLES = 100
 LONG_RUN = 10  # samples
@@ -69,6 +70,13 @@ def quantisation(values: np.ndarray) -> float:
     steps = np.diff(np.unique(values))
     steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]  # the rest is rounding
     return float(steps.min()) if steps.size else 0.0
+
+
+def step_of(log: LogData) -> float:
+    """Return the step of the position of a log [m or rad], as it was recorded: what was resampled has finer ones."""
+    resampled = next((finding for finding in log.findings if finding.code == "stamps_jitter"), None)
+    recorded = resampled.numbers.get("resolution") if resampled is not None else None
+    return float(recorded) if isinstance(recorded, float) else quantisation(log.position.values)
 
 
 def longest_run(chosen: np.ndarray) -> tuple[int, int]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.edge import guarded, instance, optional
+from bristle.logs.checks import step_of
 from bristle.logs.legs import graininess
 from bristle.logs.log import Log
 from bristle.logs.passage import Passage
@@ -26,7 +27,8 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
         Its encoder and its pre-sliding distance, where known.
     """
     position, effort = log.position.values, None if log.effort is None else log.effort.values
-    grain = graininess(position, axis.resolution if axis is not None else None)
+    resolution = axis.resolution if axis is not None else None
+    grain = graininess(position, resolution or step_of(log))
     ordered: list[Passage] = []
     for part in log.segments or (slice(0, position.size),):
         ordered += passages_along(

@@ -103,16 +103,16 @@ class Stretch:
         """
         at = self.legs.index(leg)
         beside = [self.legs[k] for k in (at - 1, at + 1) if 0 <= k < len(self.legs)]
-        return any(self._level_between(leg, other) for other in beside if other.distance * leg.distance < 0.0)
+        return any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
 
     def _level_between(self, leg: Leg, back: Leg) -> bool:
         assert self.effort is not None
-        here, there = (self.position[[one.cruise.start, one.cruise.stop]] for one in (leg, back))
-        low, high = max(here.min(), there.min()), min(here.max(), there.max())
+        ends = [np.sort(self.position[[way.cruise.start, way.cruise.stop]]) for way in (leg, back)]
+        low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])
         if high - low < SLIDING * abs(leg.distance):
             return False
         marks = np.linspace(low, high, 2 * NINTHS + 1)
-        ways = [self._over(one, marks) for one in (leg, back)]
+        ways = [self._over(way, marks) for way in (leg, back)]
         if any(np.any(counts < SAMPLES) for _, counts in ways):
             return False
         friction = 0.5 * float(np.sign(leg.distance)) * (ways[0][0] - ways[1][0])

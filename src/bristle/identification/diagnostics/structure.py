@@ -23,8 +23,6 @@ CODES = {
     "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
 """The code of each cause."""
-BUILDS_UP = "preisach_contact"
-"""The model with the fewest parameters that builds up over a distance and remembers where it turned."""
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
@@ -77,7 +75,7 @@ def _with_presliding(fit: Fit) -> Fit:
     level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
     numbers: dict[str, Number] = {
         "force": left, "percent": 100.0 * left / level if level > 0.0 else 100.0, "share_percent": 100.0,
-        "model": BUILDS_UP,
+        "model": model_with("hysteresis", fit.friction),
     }  # fmt: skip
     return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
 

@@ -19,7 +19,7 @@ from bristle.logs.check.rows import rows_of
 from bristle.logs.check.sign import work_share
 from bristle.logs.check.thresholds import DEFAULT, CheckThresholds
 from bristle.logs.check.units import about_units
-from bristle.logs.checks import quantisation
+from bristle.logs.checks import step_of
 from bristle.logs.log_data import LogData
 
 __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
@@ -102,7 +102,7 @@ def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DE
 
 
 def _resolution(log: LogData, axis: Axis | None) -> float:
-    return (axis and axis.resolution) or quantisation(log.position.values)
+    return (axis and axis.resolution) or step_of(log)
 
 
 def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:

@@ -78,7 +78,7 @@ def _piles(values: np.ndarray, run: int) -> bool:
 def _falls_short(rows: Rows, missing: np.ndarray, level: float, sure: float) -> bool:
     """Return whether a line through the rows lacks effort where it piles up, and the axis accelerates there."""
     columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
-    line, bent = (Line.through(np.column_stack([*columns, one]), rows.effort) for one in (-missing, rows.effort**3))
+    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
     # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
     if line is None or (bent is not None and bent.explained > line.explained):
         return False

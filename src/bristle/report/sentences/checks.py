@@ -46,6 +46,7 @@ CHECKS: dict[str, Sentence] = {
         "stamps are not even: what was recorded was resampled on them",
         "record at a fixed rate; if only the stamps are off, write sample_time instead of the column of time",
         choose=lambda texts, numbers: texts[0] + (texts[1] if "effort_error" in numbers else "") + texts[2],
+        also=("resolution",),
     ),
     "unit_contradicts": says(
         "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is wrong. "
