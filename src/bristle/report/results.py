@@ -56,11 +56,11 @@ def write_identification(
 
 def _of_presliding(fit: Fit) -> dict[str, str]:
     """Return by name of a parameter that it was told by a log that never slides; nothing where the log does."""
-    found = next((diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "never_slides"), None)
-    names = found.numbers.get("names", ()) if found is not None else ()
-    told = {estimate.name for estimate in fit.estimates if estimate.reason is not None}
+    sticking = next((diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "never_slides"), None)
+    names = sticking.numbers.get("names", ()) if sticking is not None else ()
+    explained = {estimate.name for estimate in fit.estimates if estimate.reason is not None}
     means = sentence_of("never_slides").means
-    return {str(name): means for name in names if name not in told} if isinstance(names, tuple) else {}
+    return {str(name): means for name in names if name not in explained} if isinstance(names, tuple) else {}
 
 
 def write_motion_folder(
