@@ -9,6 +9,7 @@ from bristle.prediction import predict
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
 from bristle.report.sentences.checks import CHECKS
+from bristle.report.verdict import sentences
 
 
 def told(log, code, model="coulomb_viscous", **asked):
@@ -45,6 +46,17 @@ def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(ru
 def test_a_parameter_that_was_told_trades_places_with_none():
     (found,) = told(Run(0, back=False).log(), "one_direction", offset=2.0)
     assert set(found.numbers["names"]) == {"F_C"}
+
+
+def test_parameters_of_an_effort_that_is_cut_off_are_effective():
+    run = Run(0, (0.1, 0.5, 0.9))
+    top = 0.6 * np.max(np.abs(run.effort()))
+    noise = np.random.default_rng(0).normal(0.0, 0.3, run.t.size)
+    found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), draws=0, blocks=0)
+    assert {"M", "F_v", "F_C"} <= set(found.best.effective)
+    assert "effective" in {row[-1] for row in parameter_table(found.best).rows}
+    assert any("effective: the effort is cut off" in one for one in sentences(found, "axis", None, None))
+    assert identify(Run(0).log(), draws=0, blocks=0).best.effective == ()
 
 
 def test_a_right_log_is_fitted_without_a_word():

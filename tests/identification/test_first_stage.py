@@ -1,14 +1,17 @@
 """Which cut-offs of the instruments are believed, and what is left out of the rows."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
 
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.wide_rows import InstrumentFit
+from bristle.logs import Log
 
 DT = 1e-3
 FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
@@ -26,9 +29,9 @@ def rung(*values, **named):
     return Rung(fit, fit)
 
 
-def aligned_by(*rungs, bent=None):
+def aligned_by(*rungs, bent=None, lowered=1.0):
     """What is made of cut-offs that agree; `bent` is what the rows say with a filter in a channel."""
-    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent)
+    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20))
     return _alignment_from(rows, list(rungs), DEFAULT, sought=True)
 
 
@@ -55,6 +58,14 @@ def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
 def test_a_filter_that_a_narrower_cutoff_does_not_see_is_noise(narrow, seen):
     bent = instruments(c=2e-5)
     assert (aligned_by(rung(c=narrow), rung(c=2e-5), bent=bent).smoothing is not None) is seen
+
+
+def test_a_filter_that_lowers_no_residual_is_none():
+    chance = np.random.default_rng(0).normal(0.1, 1.0, 20)
+    bent = instruments(c=2e-5)
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=1.0 + chance).smoothing is not None
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=chance).smoothing is None
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=-1.0 - chance).smoothing is None
 
 
 def believed(*rungs, sought=True):
@@ -144,13 +155,68 @@ def test_friction_that_turns_late_before_sliding_is_none():
 def test_a_filter_below_a_sample_is_no_matter():
     motion = sines(20.0, DT / 50, **FAST)
     pole = np.exp(-DT / 50 / 0.5e-3)
-    from scipy.signal import lfilter
-
     effort = lfilter([1.0 - pole], [1.0, -pole], sliding_effort(motion, noise=0.0))[::50]
     found = alignment_of([recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT)
     assert found.smoothing is None
     assert found.delay == pytest.approx(0.5e-3, abs=found.delay_half_width)
     assert abs(found.mass - TRUTH["M"]) < found.mass_half_width
+
+
+def moved(distances, speeds, rates):
+    """Speeds of moves to and fro, their corners rounded over 20 ms."""
+    parts = [np.zeros(300)]
+    for distance, speed, rate in zip(distances, speeds, rates, strict=True):
+        up, cruise = round(speed / rate / DT), max(round((distance / speed - speed / rate) / DT), 0)
+        one = speed * np.concatenate([np.arange(up) / up, np.ones(cruise), np.arange(up)[::-1] / up])
+        parts += [one, np.zeros(100), -one, np.zeros(100)]
+    return np.convolve(np.concatenate([*parts, np.zeros(300)]), np.ones(20) / 20, "same")
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """Position and effort of a loop that follows moves: the effort held over a sample, the axis stuck at rest."""
+    mass, level, drag, steps = 1.1, 5.0, 0.5, 20
+    distances = [size for size in (2.0, 1.0, 0.5, 0.2, 0.1) for _ in range(3)] + [1.0] * 8
+    speeds = [size for size in (3.0, 1.5, 0.7, 0.3, 0.1) for _ in range(3)] + [3.0] * 8
+    speed = moved(distances, speeds, [12.0] * 15 + [25.0] * 8)
+    x = v = past = whole = 0.0
+    rows = np.empty((speed.size, 2))
+    for k, wanted in enumerate(np.cumsum(speed) * DT):
+        seen = round(x / 1e-6) * 1e-6
+        error = 40.0 * (wanted - seen) + speed[k] - (seen - past) / DT
+        past, whole = seen, whole + error * DT
+        u = 60.0 * error + 1200.0 * whole
+        rows[k] = x, u
+        for _ in range(steps):
+            drive = u - (math.copysign(level, v) + drag * v if v else min(max(u, -level), level))
+            after = v + DT / steps * drive / mass
+            v = 0.0 if after * v < 0.0 else after
+            x += v * DT / steps
+    return mass, np.round(rows[:, 0] / 3.8e-5) * 3.8e-5, rows[:, 1]
+
+
+def noisy(position, effort, seed):
+    scatter = np.random.default_rng(seed).normal(0.0, 0.07, effort.size)
+    return Log(time=DT * np.arange(effort.size), position=position, effort=effort + scatter, sample_time=DT)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_filter_that_tells_nothing_of_other_parts_of_the_log_is_none(driven, seed):
+    mass, position, effort = driven
+    found = alignment_of([noisy(position, effort, seed)], [None], DEFAULT)
+    assert found.smoothing is None
+    # The effort acts from its sample to the next.
+    assert found.delay == pytest.approx(-0.5 * DT, abs=found.delay_half_width)
+    assert found.mass == pytest.approx(mass, rel=2e-3)
+
+
+@pytest.mark.parametrize("lag", [3e-3, 5e-3])
+def test_a_filter_of_a_drive_is_found_beside_friction_that_turns_at_once(driven, lag):
+    mass, position, effort = driven
+    gain = 1.0 - np.exp(-DT / lag)
+    found = alignment_of([noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT)
+    assert found.smoothing == pytest.approx(lag, rel=0.04)
+    assert found.mass == pytest.approx(mass, rel=2e-3)
 
 
 def test_steps_of_the_encoder_look_like_no_filter():

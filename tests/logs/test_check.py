@@ -79,6 +79,42 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     assert "sign_reversed" in codes(replace(log, effort=-effort))
 
 
+def pulled(force, seed):
+    """Return a log of two sines of a few micrometres that takes a force over the position, and its noise."""
+    rng, t = np.random.default_rng(seed), DT * np.arange(12_000)
+    x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
+    return Log(time=t, position=np.round(x, 9), effort=force(x) + rng.normal(0.0, 0.01, t.size), sample_time=DT)
+
+
+def elements(x, reach=6e-6, level=8.0, count=14):
+    """Return the force of springs that slip one after the other, the last one at `reach` [m]."""
+    limits = np.linspace(0.07 * reach, reach, count)
+    bent, force = np.zeros(count), np.empty(x.size)
+    for k, step in enumerate(np.diff(x, prepend=0.0)):
+        bent = np.clip(bent + step, -limits, limits)
+        force[k] = level * np.mean(bent / limits)
+    return force
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("reach", [5e-6, 6e-6])
+def test_wide_loops_before_sliding_are_told_by_the_way_over_which_they_build_up(seed, reach):
+    (found,) = [one for one in checked(pulled(lambda x: elements(x, reach), seed)) if one.code == "never_slides"]
+    assert found.numbers["percent"] > 30.0  # as wide as that of an axis that slides
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
+def test_an_axis_that_slides_on_a_spring_is_not_told_to_stick(seed, level):
+    def falling(x):
+        speed = np.gradient(x)
+        return level * np.tanh(speed / 1e-10) * (1.0 + np.exp(-((speed / 3e-9) ** 2)))
+
+    for friction in (lambda x: level * np.sign(np.gradient(x)), lambda x: elements(x, 6e-8, level), falling):
+        log = pulled(lambda x, friction=friction: 1.6e6 * x + friction(x), seed)
+        assert "never_slides" not in codes(log)
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_one_direction_and_one_speed(seed):
     assert "one_direction" in codes(Run(seed, back=False).log())
@@ -94,6 +130,38 @@ def test_an_effort_that_is_cut_off_or_bends_over(seed):
     bent = 0.7 * top * np.tanh(effort / (0.7 * top))
     (found,) = [one for one in checked(Run(seed).log(effort=bent)) if one.code == "saturates"]
     assert 20.0 < found.numbers["percent"] < 100.0
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("noise", [0.002, 0.01, 0.02])
+def test_an_effort_that_is_cut_off_below_its_noise(seed, noise):
+    run = Run(seed, (0.1, 0.5, 0.9))
+    pure = run.mass * run.a + run.level * np.tanh(run.v / 1e-4) + DRAG * run.v
+    top = 0.6 * np.max(np.abs(pure))
+    scatter = noise * top * np.random.default_rng(seed).standard_normal(COUNT)
+    (found,) = [one for one in checked(run.log(effort=np.clip(pure, -top, top) + scatter)) if one.code == "clipped"]
+    assert abs(found.numbers["level"]) == pytest.approx(top, rel=0.02)
+    # Where the effort is at its limit, and a few samples before and behind.
+    cut = np.count_nonzero(np.abs(pure) > top)
+    assert 0.9 * cut < found.numbers["all"] < 1.5 * cut
+    assert "clipped" not in codes(run.log(effort=pure + scatter))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_effort_that_stays_at_its_extreme_is_not_cut_off_where_the_motion_takes_no_more(seed):
+    # A drive at its limit: the axis accelerates as that effort lets it.
+    limit, t = 60.0, DT * np.arange(COUNT)
+    v, u = np.zeros(COUNT), np.zeros(COUNT)
+    wanted = 0.9 * np.sign(np.sin(2.0 * np.pi * 0.4 * t))
+    for k in range(COUNT - 1):
+        u[k] = np.clip(600.0 * (wanted[k] - v[k]), -limit, limit)
+        v[k + 1] = v[k] + DT * (u[k] - LEVEL * np.tanh(v[k] / 1e-3) - DRAG * v[k]) / MASS
+    noise = 0.3 * np.random.default_rng(seed).standard_normal(COUNT)
+    assert np.mean(np.abs(u) == limit) > 0.05
+    assert "clipped" not in codes(Log(time=t, position=np.cumsum(v) * DT, effort=u + noise, sample_time=DT))
+    # Slow moves without a load: friction at the highest speed is the largest effort.
+    slow = Run(seed, (0.02, 0.1, 0.3), mass=0.3)
+    assert "clipped" not in codes(slow.log(effort=slow.effort() - 5.0))
 
 
 @pytest.mark.parametrize("seed", SEEDS)

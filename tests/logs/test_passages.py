@@ -17,6 +17,7 @@ from bristle.excitation import excite
 from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
+from bristle.logs import Log
 from bristle.logs.legs import graininess
 from bristle.logs.passage import nesting
 from bristle.logs.passages import passages, passages_along
@@ -116,6 +117,71 @@ def test_sines_mixed_are_moves():
     kinds = {one.kind for one in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))}
     assert "moves" in kinds
     assert not kinds & {"loops", "break_away", "chirp", "oscillation"}
+
+
+def there_and_back(*ways, start=0.0):
+    """Time and position of moves over a distance at a speed each, their corners rounded, and their velocity."""
+    speeds = [np.full(round(abs(far) / speed / 1e-3), np.sign(far) * speed) for far, speed in ways]
+    velocity = np.concatenate([np.zeros(300), *speeds, np.zeros(300)])
+    velocity = np.convolve(velocity, np.ones(40) / 40, "same")
+    return 1e-3 * np.arange(velocity.size), start + np.cumsum(velocity) * 1e-3, velocity
+
+
+def kinds_of(time, position, effort):
+    found = passages_along(time, position, effort, graininess(position, 1e-9))
+    return {one.kind for one in found if one.kind != "rest"}, found
+
+
+PULLS = {
+    "cogging": lambda x: 6.0 * np.sin(2.0 * np.pi * x / 0.024) + 3.0 * np.cos(4.0 * np.pi * x / 0.024),
+    "cable": lambda x: 40.0 * x + 60.0 * x**2,
+    "gravity": lambda x: 35.0 * np.cos(3.0 * x),
+}
+
+
+@pytest.mark.parametrize("pull", PULLS)
+@pytest.mark.parametrize("back", [0.6, 0.3])
+def test_a_slide_under_a_force_of_the_place_is_no_loop_before_sliding(pull, back):
+    ways = [(sign * size, speed) for speed in (0.05, 0.2, 0.5) for sign, size in ((1.0, 0.6), (-1.0, back))]
+    time, position, velocity = there_and_back(*ways, start=-0.3)
+    friction = 9.0 * np.tanh(velocity / 1e-4) + 20.0 * velocity
+    noise = np.random.default_rng(0).normal(0.0, 0.3, time.size)
+    kinds, found = kinds_of(time, position, friction + PULLS[pull](position) + noise)
+    assert "loops" not in kinds
+    assert share_of("constant_velocity", 1.0, time[-1] - 1.0, found) > 0.6
+
+
+@pytest.mark.parametrize("spring", [0.0, 5e5])
+@pytest.mark.parametrize("back", [10e-6, 6e-6])
+def test_a_loop_before_sliding_stays_one_beside_a_spring(spring, back):
+    time, position, _ = there_and_back(*[(10e-6, 1e-5), (-back, 1e-5)] * 5)
+    limits, bent, force = np.linspace(1e-6, 12e-6, 12), np.zeros(12), np.empty(time.size)
+    for k, step in enumerate(np.diff(position, prepend=0.0)):
+        bent = np.clip(bent + step, -limits, limits)
+        force[k] = 8.0 * np.mean(bent / limits)
+    noise = np.random.default_rng(0).normal(0.0, 0.02, time.size)
+    kinds, _ = kinds_of(time, position, force + spring * position + noise)
+    assert kinds == {"loops"}
+
+
+def test_moves_at_several_speeds_are_no_oscillation():
+    sizes = {2.0: 3.0, 1.0: 1.5, 0.5: 0.7, 0.2: 0.3}
+    ways = [(sign * size, speed) for size, speed in sizes.items() for _ in range(3) for sign in (1.0, -1.0)]
+    time, position, velocity = there_and_back(*ways, *[(1.0, 3.0), (-1.0, 3.0)] * 8)
+    kinds, _ = kinds_of(time, position, 5.0 * np.tanh(velocity / 1e-4) + 1.2 * velocity)
+    assert kinds == {"constant_velocity"}
+
+
+def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
+    rng = np.random.default_rng(0)
+    even, wanted, velocity = there_and_back(*[(2e-4, 5e-5), (-2e-4, 5e-5)] * 2)
+    stamps = even + 1e-3 * np.clip(rng.normal(0.0, 0.06, even.size), -0.3, 0.3)
+    moving = np.interp(stamps, even, wanted) + rng.normal(0.0, 0.03e-6, even.size)
+    effort = 5.0 * np.tanh(velocity / 1e-6) + rng.normal(0.0, 0.1, even.size)
+    log = Log.from_columns({"time": stamps, "position": np.round(moving, 6), "effort": effort})
+    assert log.findings[0].code == "stamps_jitter"
+    assert log.position.step == pytest.approx(1e-6)
+    assert sum(passage.legs for passage in passages(log)) == 4
 
 
 def test_nothing_is_found_where_nothing_moves():

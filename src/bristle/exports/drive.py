@@ -16,7 +16,8 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import unit_of
-from bristle.identification.roles import offset_of
+from bristle.exports.described import Source
+from bristle.identification.roles import Role, acts_in_sliding, offset_of
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
 from bristle.prediction.reversal import reversal_distance
@@ -26,6 +27,7 @@ __all__ = [
     "Side",
     "curve_of",
     "level_losses",
+    "levels_unseen",
     "losses",
     "mean_side",
     "memory_lost",
@@ -37,6 +39,7 @@ __all__ = [
 
 FEWEST, MOST = 2, 1000
 ROUNDING = 1e-9  # of the largest force: a difference that is none
+SEEN = ("identified", "held")
 FINE = 48  # points of the steady curve on each side
 
 
@@ -95,6 +98,18 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
     """Return the mean of both directions."""
     curve = 0.5 * (forward.curve + backward.curve)
     return Side(curve, curve[placed(curve, points)])
+
+
+def levels_unseen(model: Model, source: Source) -> tuple[str, ...]:
+    """Return which levels of friction no log has shown, a sentence each, from what a model file says of them."""
+    notes = []
+    for name, variable in model.component.variables.items():
+        entry = source.uncertainty.get(name, {})
+        doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
+        of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
+        if of_sliding and entry.get("status") != "held" and doubt:
+            notes.append(f"do not use these forces before a log has shown them: {name}, {doubt}")
+    return tuple(notes)
 
 
 def losses(

@@ -128,7 +128,7 @@ def _st(request: Request) -> Product:
 
 
 def _table(request: Request) -> Product:
-    from bristle.exports.drive import losses, said_of_units, side_of, table_text
+    from bristle.exports.drive import levels_unseen, losses, said_of_units, side_of, table_text
     from bristle.prediction.drive_units import table_units
 
     if request.points == VALUES:
@@ -139,6 +139,7 @@ def _table(request: Request) -> Product:
     units = table_units(request.axis, request.model.kind)
     effort, entries = units.efforts[0], {way: side.entries for way, side in sides.items()}
     notes = (
+        *levels_unseen(request.model, request.source),
         *losses(request.model, sides[1.0], sides[-1.0], effort, symmetric=False), *_error_on_log(request, entries),
         *said_of_units(request.axis, effort),
     )  # fmt: skip
@@ -151,7 +152,7 @@ def _table(request: Request) -> Product:
 
 def _values(request: Request) -> Product:
     """Return gravity, one level for each direction, and the inertia."""
-    from bristle.exports.drive import curve_of, level_losses, said_of_units, values_text
+    from bristle.exports.drive import curve_of, level_losses, levels_unseen, said_of_units, values_text
     from bristle.prediction.drive_table import levels_of
     from bristle.prediction.drive_units import table_units
 
@@ -162,6 +163,7 @@ def _values(request: Request) -> Product:
     forces = {1.0: (levels.forward or 0.0) + levels.constant, -1.0: (levels.backward or 0.0) - levels.constant}
     flat = {way: np.array([[0.0, force]]) for way, force in forces.items()}
     notes = (
+        *levels_unseen(request.model, request.source),
         *level_losses(request.model, curves, levels, effort), *_error_on_log(request, flat),
         *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
         *said_of_units(request.axis, effort),
@@ -171,7 +173,7 @@ def _values(request: Request) -> Product:
 
 
 def _tf5200(request: Request) -> Product:
-    from bristle.exports.drive import losses, mean_side, said_of_units, side_of
+    from bristle.exports.drive import levels_unseen, losses, mean_side, said_of_units, side_of
     from bristle.exports.tf5200 import as_written, current_unit, rounding_lost, tf5200_text
     from bristle.identification.roles import offset_of
     from bristle.prediction.drive_units import table_units
@@ -184,6 +186,7 @@ def _tf5200(request: Request) -> Product:
     written = as_written(mean.entries, current, request.model.kind)
     entries = {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
     notes = (
+        *levels_unseen(request.model, request.source),
         *losses(request.model, forward, backward, effort, symmetric=True), *rounding_lost(current),
         *_error_on_log(request, entries), *said_of_units(request.axis, effort),
     )  # fmt: skip
@@ -192,7 +195,7 @@ def _tf5200(request: Request) -> Product:
 
 
 def _sinumerik(request: Request) -> Product:
-    from bristle.exports.drive import curve_of, memory_lost
+    from bristle.exports.drive import curve_of, levels_unseen, memory_lost
     from bristle.exports.sinumerik import sinumerik_text, start_values
     from bristle.prediction.drive_units import table_units
 
@@ -200,6 +203,7 @@ def _sinumerik(request: Request) -> Product:
     values = start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
     effort = table_units(request.axis, request.model.kind).efforts[0]
     notes = (
+        *levels_unseen(request.model, request.source),
         "start values, to be tuned by the circularity test",
         *memory_lost(request.model, forward, backward, effort),
     )

@@ -22,6 +22,8 @@ def model_with(cause: str, friction: Model) -> str:
         return _beside(component, SLOT_OF[cause])
     if cause == "presliding":
         return "lugre"
+    if cause == "hysteresis":  # nothing but loops before sliding: the fewest parameters that remember where they turned
+        return "preisach_contact"
     if cause == "lag":
         return "" if base is MODELS["gms"] else "gms"
     if cause != "speed":

@@ -145,7 +145,8 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, so
 def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, *, sought: bool) -> _Channels | None:
     """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors.
 
-    A filter of less than a sample is no matter, and one that the narrower cut-off does not see is noise.
+    A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
+    nothing of parts of the log by the others is none, however small its error: what is left of friction is no chance.
     """
     least = 0.5 * rows.dt**2
 
@@ -156,6 +157,9 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, *, so
         return None
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS)
     if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > FADES * abs(bent.c):
+        return None
+    lowered = rows.lowered(bent, rung.plain.delay)
+    if np.sum(lowered) <= AGREE * lowered.size**0.5 * np.std(lowered):
         return None
     again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
     places = (0, bent.theta.size)[: 1 + sought]

@@ -26,6 +26,8 @@ __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resam
 DOUBTS = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
+LACKING = ("structure", "clipped", "saturates")
+"""Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
 
 
 @dataclass(frozen=True)
@@ -237,10 +239,12 @@ class Fit:
 
     @property
     def effective(self) -> tuple[str, ...]:
-        """Parameters that are identified, but of a model that lacks a force: they hold along such a motion only."""
-        lacking = next((diagnostic for diagnostic in self.diagnostics if diagnostic.code == "structure"), None)
-        names = lacking.numbers["names"] if lacking is not None else ()
-        return tuple(str(name) for name in names) if isinstance(names, tuple) else ()
+        """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
+        lacking = (diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in LACKING)
+        names = {str(name) for group in lacking if isinstance(group, tuple) for name in group}
+        return tuple(
+            estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names
+        )
 
     @property
     def doubted(self) -> tuple[str, ...]:

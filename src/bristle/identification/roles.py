@@ -8,7 +8,9 @@ from enum import Enum
 from bristle.core.variable import Variable
 from bristle.friction.slots import OFFSET
 
-__all__ = ["Role", "constant_of", "name_of", "names_of", "offset_of"]
+__all__ = ["Role", "acts_in_sliding", "constant_of", "name_of", "names_of", "offset_of"]
+
+SLIDES = ("sliding", "stribeck", "presliding")
 
 
 class Role(Enum):
@@ -32,6 +34,11 @@ def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[s
         for name, variable in variables.items()
         if (role.fits(variable) if isinstance(role, Role) else variable == role)
     ]
+
+
+def acts_in_sliding(variable: Variable) -> bool:
+    """Return whether a parameter is a force that friction only reaches where it slides, however the log shows it."""
+    return variable.quantity == "force" and variable.excitation in SLIDES and variable != OFFSET
 
 
 def name_of(role: Role | Variable, variables: Mapping[str, Variable]) -> str | None:

@@ -156,6 +156,18 @@ class WideRows:
         parts = [[-x for x in slopes], [derivative(x, self.step) for x in slopes]]
         return [self.behind(cutoff, part) for part, is_free in zip(parts, free, strict=True) if is_free]
 
+    def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
+        """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).
+
+        Without it the effort is late by `delay`. Both meet the same effort: noise that a filter took is no merit of it.
+        """
+        rows, target = self._weighed(bent.cutoff, bent.delay, bent.c)
+        plain = self._weighed(bent.cutoff, delay, bent.c)[1]
+        lag = (2.0 * abs(bent.c)) ** 0.5
+        columns = [s.columns if bent.c > 0.0 else through_filter(s.columns, lag, self.step) for s in self.stretches]
+        without = self.behind(bent.cutoff, columns)
+        return _left_out(without, plain) - _left_out(rows, target)
+
     def _bias(self, cutoff: float, theta: np.ndarray, rows: np.ndarray) -> float:
         """Return by how much white noise of the position makes the inertia too small."""
         first = np.zeros(rows.shape[0])
@@ -189,6 +201,14 @@ class WideRows:
 def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
     return unbounded(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR) / scale
+
+
+def _left_out(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the squared residual of each block by a solution for the others, shape (block,)."""
+    gram, right = rows @ rows.T, rows @ target
+    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
+    solved = ((part, effort, _solved(gram - part @ part.T, right - part @ effort)) for part, effort in blocks)
+    return np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in solved])
 
 
 def _jackknife(rows: np.ndarray, target: np.ndarray) -> np.ndarray:

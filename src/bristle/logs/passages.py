@@ -26,7 +26,8 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
         Its encoder and its pre-sliding distance, where known.
     """
     position, effort = log.position.values, None if log.effort is None else log.effort.values
-    grain = graininess(position, axis.resolution if axis is not None else None)
+    resolution = axis.resolution if axis is not None else None
+    grain = graininess(position, resolution or log.position.step)
     ordered: list[Passage] = []
     for part in log.segments or (slice(0, position.size),):
         ordered += passages_along(

@@ -20,6 +20,7 @@ __all__ = ["Stretch"]
 SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
 GRAINS = 20.0  # of the position, in a cruise: in fewer any speed looks constant
 SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
+CLEAR = 5.0  # times its scatter, that a friction told by two legs must be
 TURNED = 0.9  # of the swing of the effort: the contact has turned over
 LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
 BREAK_AWAY_SAMPLES = 30
@@ -79,7 +80,7 @@ class Stretch:
         settled = self._settled(leg)
         if settled is None:
             return self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
-        return settled
+        return settled or self._settled_apart(leg)
 
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
@@ -94,6 +95,41 @@ class Stretch:
         scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
         return abs(late - middle) <= SETTLED * self._swing(leg) + scatter
 
+    def _settled_apart(self, leg: Leg) -> bool:
+        """Return whether the effort settles apart from what depends on the place: gravity, cogging, a cable.
+
+        That is the same on the way back. Half of what both ways differ by is friction: constant along a leg that
+        slides, and a lens where each way builds up from its own end.
+        """
+        at = self.legs.index(leg)
+        beside = [self.legs[k] for k in (at - 1, at + 1) if 0 <= k < len(self.legs)]
+        return any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
+
+    def _level_between(self, leg: Leg, back: Leg) -> bool:
+        assert self.effort is not None
+        ends = [np.sort(self.position[[way.cruise.start, way.cruise.stop]]) for way in (leg, back)]
+        low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])
+        if high - low < SLIDING * abs(leg.distance):
+            return False
+        marks = np.linspace(low, high, 2 * NINTHS + 1)
+        ways = [self._over(way, marks) for way in (leg, back)]
+        if any(np.any(counts < SAMPLES) for _, counts in ways):
+            return False
+        friction = 0.5 * float(np.sign(leg.distance)) * (ways[0][0] - ways[1][0])
+        first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
+        scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
+        apart = max(abs(first - middle), abs(last - middle))
+        return middle > CLEAR * scatter and apart <= 2.0 * SETTLED * middle + scatter
+
+    def _over(self, leg: Leg, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mean effort between marks of the position [N or N*m], and of how many samples each is."""
+        assert self.effort is not None
+        inside = slice(leg.cruise.start, leg.cruise.stop + 1)
+        place = np.digitize(self.position[inside], marks)
+        counts = np.bincount(place, minlength=marks.size + 1)[1:-1]
+        sums = np.bincount(place, self.effort[inside], minlength=marks.size + 1)[1:-1]
+        return sums / np.maximum(counts, 1), counts
+
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
         """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
         assert self.effort is not None
@@ -106,7 +142,8 @@ class Stretch:
 
     def _breaks_away(self, leg: Leg) -> bool:
         """Return whether a good part of a leg from rest is the contact turning over, slowly enough to see it."""
-        if self.effort is None:
+        # A force of the place may rise along a leg as well.
+        if self.effort is None or not self._settled(leg):
             return False
         course = self._course(leg.first, leg.last + 1, PARTS) * np.sign(leg.distance)
         steady = float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
@@ -199,7 +236,10 @@ def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool
     """Name a run of legs if it is an oscillation."""
     # The first and the last leg go from rest or to rest.
     inner = range(begin + 1, end - 1)
-    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner]) if len(inner) >= CHIRP_LEGS else ""
+    cruises = sum(kinds[k] == "constant_velocity" for k in inner) > 0.5 * len(inner)
+    if cruises or len(inner) < CHIRP_LEGS:
+        return False
+    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner])
     if kind:
         kinds[begin:end] = [kind] * (end - begin)
     return bool(kind)

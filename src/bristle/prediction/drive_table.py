@@ -10,10 +10,10 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.edge import guarded, instance, whole
 from bristle.identification.result import Fit
-from bristle.identification.roles import Role, name_of, offset_of
+from bristle.identification.roles import Role, acts_in_sliding, name_of, offset_of
 from bristle.prediction.steady_side import placed, steady_side
 
-__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "levels_of", "steady_curve"]
+__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "levels_of", "never_slid", "steady_curve"]
 
 FINE = 300  # points of the steady curve on each side
 
@@ -36,7 +36,7 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
         The table covers the velocities of the log, in both directions if the log has both. The entries lie where
         straight lines between them stay closest to the steady friction; where fewer do that as well, there are fewer.
         At standstill it has two entries, -0.0 and +0.0: the limits from either side. Empty for a plant on a spring,
-        which does not move on steadily.
+        which does not move on steadily, and where the log never slid (`never_slid`).
 
     Raises
     ------
@@ -83,10 +83,27 @@ def level_values(fit: Fit) -> LevelValues | None:
     Returns
     -------
     LevelValues or None
-        None for a plant on a spring, which does not move on steadily.
+        None for a plant on a spring, which does not move on steadily, and where the log never slid.
     """
     sides = {direction: along for direction, along, _ in _branches(fit)}
     return levels_of(fit.plant, fit.friction, sides) if sides else None
+
+
+def never_slid(fit: Fit) -> bool:
+    """Return whether the friction of sliding is one that the log never saw: its level is a guess.
+
+    That is where the effort follows the position as before sliding, or a level lies beyond the largest effort.
+    """
+    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics):
+        return True
+    variables = fit.friction.component.variables
+    return any(
+        estimate.reason is not None and estimate.reason.code == "beyond_effort"
+        for estimate in fit.estimates
+        if estimate.name in variables
+        and acts_in_sliding(variables[estimate.name])
+        and not Role.BREAK_AWAY.fits(variables[estimate.name])
+    )
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
@@ -140,7 +157,7 @@ def _sides(fit: Fit) -> list[np.ndarray]:
 
 def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Return each direction of the log, the steady friction along it, and the same over velocity, ascending."""
-    if fit.plant.values.get("k"):
+    if fit.plant.values.get("k") or never_slid(fit):
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)

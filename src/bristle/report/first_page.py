@@ -10,12 +10,12 @@ import numpy as np
 from bristle.core.typography import number, typeset
 from bristle.core.variable import unit_of
 from bristle.identification.roles import Role, name_of
-from bristle.prediction.drive_table import LevelValues, level_values
+from bristle.prediction.drive_table import LevelValues, level_values, never_slid
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
 from bristle.report.advice import WRITTEN_BY
 from bristle.report.front import about, answered, fixed, length_text, percent_text
-from bristle.report.messages import message, sentence_of
+from bristle.report.messages import message, sentence_of, why_effective
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
@@ -65,6 +65,8 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     levels, unit = level_values(fit), unit_of("force", fit.plant.kind)
     if not any(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.value):
         return ["nothing: no parameter was identified"]
+    if levels is None and never_slid(fit):
+        return ["nothing: the log never slides, so that no level of friction was seen; record motion that slides"]
     if levels is None:
         return ["nothing: a plant on a spring does not move on steadily"]
     mass = "inertia" if fit.plant.kind == "rotational" else "mass"
@@ -140,7 +142,7 @@ def _trust(fit: Fit) -> list[str]:
     lines = [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:"]
     more = f" and {len(identified) - NAMES_MAX} more, below" if len(identified) > NAMES_MAX else ""
     lines.append(", ".join(_precise(estimate) for estimate in identified[:NAMES_MAX]) + more)
-    return lines + (["they are effective: the model lacks a force"] if fit.effective else [])
+    return lines + ([f"they are effective: {why_effective(fit)}"] if fit.effective else [])
 
 
 def _precise(estimate: Estimate) -> str:

@@ -29,6 +29,7 @@ __all__ = [
     "sentence_of",
     "warnings_of",
     "whole_sentence",
+    "why_effective",
 ]
 
 _HEADS = {
@@ -83,6 +84,15 @@ def clause(diagnostic: Diagnostic) -> str:
 def note_of(estimate: Estimate) -> str:
     """Return why a parameter is held, at an edge or unidentifiable; nothing where it is identified."""
     return "" if estimate.reason is None else clause(estimate.reason)
+
+
+def why_effective(fit: Fit) -> str:
+    """Return why parameters are effective, in a few words: the model lacks a force, or the effort of the log does."""
+    from bristle.identification.result import LACKING
+
+    codes = {diagnostic.code for diagnostic in fit.diagnostics}
+    recorded = next((code for code in LACKING[1:] if code in codes), "")
+    return "the model lacks a force" if LACKING[0] in codes or not recorded else sentence_of(recorded).means
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:

@@ -15,13 +15,13 @@ from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
 from bristle.files.user_model import code_of
 from bristle.friction import base_of
-from bristle.report.messages import note_of
+from bristle.report.messages import note_of, sentence_of
 from bristle.report.model_tables import as_csv
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
     from bristle.excitation import Excitation
-    from bristle.identification.result import Identification
+    from bristle.identification.result import Fit, Identification
     from bristle.simulation import SimulationResult
 
 __all__ = ["REPORT", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
@@ -47,11 +47,20 @@ def write_identification(
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
         treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
-        notes={estimate.name: note_of(estimate) for estimate in best.estimates},
+        notes={estimate.name: note_of(estimate) for estimate in best.estimates} | _of_presliding(best),
     )  # fmt: skip
     if table:
         folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")
     write_report(folder, report, summary)
+
+
+def _of_presliding(fit: Fit) -> dict[str, str]:
+    """Return by name of a parameter that it was told by a log that never slides; nothing where the log does."""
+    sticking = next((diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "never_slides"), None)
+    names = sticking.numbers.get("names", ()) if sticking is not None else ()
+    explained = {estimate.name for estimate in fit.estimates if estimate.reason is not None}
+    means = sentence_of("never_slides").means
+    return {str(name): means for name in names if name not in explained} if isinstance(names, tuple) else {}
 
 
 def write_motion_folder(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import Gain, about_loop
-from bristle.report.messages import whole_sentence
+from bristle.report.messages import whole_sentence, why_effective
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit, Identification
@@ -103,13 +103,13 @@ def _certainty(fit: Fit) -> str:
     unknown = [estimate.name for estimate in free if estimate.status != "identified"]
     if unknown:
         text = f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
-        return text + (" The others are effective: the model lacks a force." if fit.effective else "")
+        return text + (f" The others are effective: {why_effective(fit)}." if fit.effective else "")
     if not free:
         return "No parameter was asked of this log: all were held."
     precisions = [(estimate.interval_percent, estimate.name) for estimate in free]
     percents = [(percent, name) for percent, name in precisions if percent is not None and percent < 100.0]
     zero = [name for percent, name in precisions if percent is None or percent >= 100.0]
-    kind = "identified, but effective: the model lacks a force" if fit.effective else "identified"
+    kind = f"identified, but effective: {why_effective(fit)}" if fit.effective else "identified"
     text = f"All {len(free)} parameters are {kind}"
     if percents:
         widest, name = max(percents)

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.variable import Variable
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.result import Fit
-from bristle.identification.roles import Role, names_of
+from bristle.identification.roles import Role, acts_in_sliding, names_of
 from bristle.identification.settings import Settings
 from bristle.logs.check import checked
 from bristle.logs.log import Log
@@ -20,6 +21,8 @@ TRADED = {
     "one_speed": ("sliding", "speed", "stribeck"),
     "one_direction": ("sliding", "stribeck"),
     "level_drifts": ("sliding", "speed", "stribeck"),
+    "clipped": ("acceleration", "sliding", "speed", "stribeck"),
+    "saturates": ("acceleration", "sliding", "speed", "stribeck"),
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
 """By code, what it takes to tell the parameters that trade places in such a log."""
@@ -61,7 +64,13 @@ def _naming(fit: Fit, diagnostic: Diagnostic) -> Diagnostic:
         for estimate in fit.estimates
         # A fit with elements has further parameters than its models ask for.
         if estimate.name in variables
-        and variables[estimate.name].excitation in TRADED.get(diagnostic.code, ())
+        and _trades(variables[estimate.name], diagnostic.code)
         and (estimate.status != "held" or (estimate.reason is not None and estimate.reason.code in BY_THE_LOG))
     )
     return replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic
+
+
+def _trades(variable: Variable, code: str) -> bool:
+    """Return whether a parameter is one that a log with this finding does not tell apart from others."""
+    of_sliding = code == "never_slides" and acts_in_sliding(variable)
+    return of_sliding or variable.excitation in TRADED.get(code, ())

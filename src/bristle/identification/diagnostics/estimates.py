@@ -21,7 +21,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
-from bristle.identification.roles import Role, names_of
+from bristle.identification.roles import Role, acts_in_sliding, names_of
 
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
@@ -91,7 +91,7 @@ class Judgement:
         if self._lacks_its_force(name):
             return self.excitation.cause(name)
         peak = self.excitation.scales.peak
-        if Role.BREAK_AWAY.fits(variable) and value > least.beyond_effort * peak:
+        if acts_in_sliding(variable) and value > least.beyond_effort * peak:
             return Diagnostic("beyond_effort", name, "warning", {"effort": peak}, self._kind)
         # No value of a constant force within its error would matter.
         rms_effort = float(np.sqrt(np.mean(self.problem.dataset.effort**2)))

@@ -41,6 +41,8 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings) -> Fit:
     """Return a fit with what its model lacks before all else that is to be known of it."""
+    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
+        return _with_presliding(fit)
     missing, left = missing_in(fit, estimation, settings)
     if not missing:
         return fit
@@ -61,6 +63,21 @@ def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[s
     causes = ("direction", *(force.cause for force in missing_in(fit, estimation, settings)[0]))
     names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
     return tuple(dict.fromkeys(name for name in names if name))
+
+
+def _with_presliding(fit: Fit) -> Fit:
+    """Return the fit of a static model to a log that never slides: all that it leaves over builds up over a distance.
+
+    Such a force lies over the position as much as over the way since a reversal, and would be taken for one of the
+    place.
+    """
+    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
+    level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
+    numbers: dict[str, Number] = {
+        "force": left, "percent": 100.0 * left / level if level > 0.0 else 100.0, "share_percent": 100.0,
+        "model": model_with("hysteresis", fit.friction),
+    }  # fmt: skip
+    return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
 
 
 def _diagnostic(missing: Missing, level: float, friction: Model) -> Diagnostic:

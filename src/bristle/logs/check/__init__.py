@@ -72,9 +72,9 @@ def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Di
     yield from about_units(log, rows, axis, settings)
     yield from about_velocity(log, rows, axis, resolution, settings)
     if log.effort is not None:
-        cut = tuple(about_effort(log, axis, settings))
+        cut = tuple(about_effort(log, rows, axis, resolution, settings))
         yield from cut
-        yield from about_sliding(log, axis, share, settings)
+        yield from about_sliding(log, rows, axis, share, resolution, settings)
         if not reversed_sign:
             yield from about_line(rows, axis, settings, clipped=bool(cut))
     yield from about_motion(log, resolution, settings)

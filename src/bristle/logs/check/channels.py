@@ -11,6 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.least_squares import unbounded
 from bristle.logs.check.gears import gears_near
+from bristle.logs.check.pile import piled_up
 from bristle.logs.check.rows import Rows
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.checks import clipped
@@ -31,7 +32,9 @@ SELDOM = 0.001  # of the steps: what stands out more often is how this axis move
 ALIKE = 0.1  # relative, by which the jumps of one counter differ
 
 
-def about_effort(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
+def about_effort(
+    log: LogData, rows: Rows, axis: Axis, resolution: float, settings: CheckThresholds
+) -> Iterator[Diagnostic]:  # fmt: skip
     """Yield where an effort is cut off, or has lost its sign."""
     assert log.effort is not None
     law = axis.controller.values if isinstance(axis.controller, Model) else {}
@@ -39,6 +42,7 @@ def about_effort(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterato
     # The controller bounds its own part: known inputs are added behind its limit.
     own = clipped(log.effort.values - log.injected_effort, law.get("limit"), run) if log.injected else None
     cut = own or clipped(log.effort.values, axis.effort_limit or law.get("limit"), run)
+    cut = cut or piled_up(log, rows, resolution, settings)
     if _unsigned(log):
         numbers = {"largest": float(np.max(np.abs(log.effort.values)))}
         yield Diagnostic("effort_unsigned", "", "error", numbers, log.kind)

@@ -8,6 +8,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
+from bristle.logs.check.rows import Line, Rows
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.legs import graininess
 from bristle.logs.log_data import LogData
@@ -21,6 +22,10 @@ FAST, WAITS = 0.8, 0.05  # quantile of them that a cruise has; of that, the spee
 CRUISING = 0.08  # of the speed: what counts as constant; a sine keeps to it for a third of its way
 MOST_PARTS = 0.6  # of a way that is steady
 POINTS = 4000  # of a position that may repeat itself
+MOST_KEPT, PULLED = 0.5, 0.9  # of work and of likeness: a wide loop that leans as a spring does
+WITHIN = 0.25  # of the longest way, over which the friction of such a loop builds up
+AT_ONCE = 0.5  # of friction: less right behind a reversal is a contact that has not slid
+CLEAR = 2.0  # standard errors by which it must be less
 
 
 def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
@@ -45,19 +50,47 @@ def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> 
         yield Diagnostic("repeats_one_motion", "", "note", {"period": period}, log.kind)
 
 
-def about_sliding(log: LogData, axis: Axis, share: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
+def about_sliding(
+    log: LogData, rows: Rows, axis: Axis, share: float, resolution: float, settings: CheckThresholds
+) -> Iterator[Diagnostic]:  # fmt: skip
     """Yield where the effort follows the position as that of a spring, and gives back the work that it did.
 
     `share` is the work that stays in the axis over closed motion, as a share of what friction would keep.
     """
-    if log.effort is None or axis.plant != "inertia" or not 0.0 < abs(share) < settings.kept_work:
+    if log.effort is None or axis.plant != "inertia" or not 0.0 < abs(share) < max(settings.kept_work, MOST_KEPT):
         return
     x, u = (one.values - np.mean(one.values) for one in (log.position, log.effort))
     size = float(np.linalg.norm(x) * np.linalg.norm(u))
     likeness = float(x @ u) / size if size > 0.0 else 0.0
-    if likeness > settings.spring_likeness:
+    narrow = abs(share) < settings.kept_work and likeness > settings.spring_likeness
+    if narrow or (likeness > max(settings.spring_likeness, PULLED) and _builds_up(rows, resolution)):
         numbers = {"correlation": likeness, "percent": 100.0 * share, "reach": 0.5 * float(np.ptp(log.position.values))}
         yield Diagnostic("never_slides", "", "warning", numbers, log.kind)
+
+
+def _builds_up(rows: Rows, resolution: float) -> bool:
+    """Return whether friction builds up over the ways of a log, rather than to turn at once beside a spring.
+
+    Loops before sliding may be as wide as those of an axis that slides and is pulled back. What such an axis is pulled
+    by depends on the place; its friction is there right behind each reversal.
+    """
+    x = rows.position
+    if x.size < PARTS:
+        return False
+    turns = _turns(x, resolution)
+    way = np.minimum(np.searchsorted(turns, np.arange(x.size), side="right"), turns.size - 1)
+    ways = x[turns[way]] - x[turns[way - 1]]
+    longest = float(np.abs(ways).max())
+    if longest == 0.0:
+        return False
+    side, place, behind = np.sign(ways), (x - x.mean()) / np.ptp(x), np.abs(x - x[turns[way - 1]])
+    lacking = -side * np.exp(-behind / (WITHIN * longest))
+    columns = (np.ones_like(x), place, place**2, place**3, rows.velocity, rows.acceleration, side, lacking)
+    line = Line.through(np.column_stack(columns), rows.effort)
+    if line is None:
+        return False
+    level, missing, error = float(line.coefficients[-2]), float(line.coefficients[-1]), float(line.deviations[-1])
+    return level > 0.0 and missing - CLEAR * error > AT_ONCE * level
 
 
 def lesser_way(ways: np.ndarray) -> tuple[float, bool]:

@@ -119,15 +119,17 @@ CHECKS: dict[str, Sentence] = {
         "a factor is one that gears and units have",
         "mend the gear, the lead or the unit",
     ),
-    "clipped": says(
+    "clipped": _with_names(
         "the effort is cut off at {level:force}: {samples} samples in a row from t = {time:.6g} s, {all} in all. The "
         "true effort was larger there. Lower the acceleration, or widen the range of the channel",
+        "; {names:list} make up for what is missing",
         "the effort is cut off at an extreme",
         "lower the acceleration, or widen the range of the channel",
     ),
-    "saturates": says(
+    "saturates": _with_names(
         "the effort bends over: its largest values read {percent:.0f} % too little for the motion that they make. "
         "Widen the range of the sensor, or lower the acceleration",
+        "; {names:list} make up for what is missing",
         "the channel of the effort bends over before its end",
         "widen the range of the sensor, or lower the acceleration",
     ),

@@ -95,7 +95,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "beyond_effort": cause(
         "the best force is one that the log never reached",
-        "let the axis stick and break away, or leave it out",
+        "let the axis stick, break away and slide, or leave it out",
         "the best value is far beyond the largest effort of the log, {effort:force}",
     ),
     "unseen": cause(

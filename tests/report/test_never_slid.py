@@ -1,0 +1,83 @@
+"""A log that never slides shows no level of friction: none is called identified, none is handed to a drive."""
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.exports.described import Source
+from bristle.exports.targets import Request, files_for
+from bristle.files.model import read_model
+from bristle.logs import Log
+from bristle.prediction.drive_table import drive_table, level_values
+from bristle.report.first_page import answers
+
+DT = 2e-3
+
+
+def pulled(step=1e-9, reach=5e-6, level=8.0):
+    """Return a log of springs that slip one after the other, bent to half of what the last one takes."""
+    t = DT * np.arange(4000)
+    x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
+    limits, force = np.linspace(0.07, 1.0, 14) * reach, np.empty(t.size)
+    bent = np.zeros(14)
+    for k, way in enumerate(np.diff(x, prepend=0.0)):
+        bent = np.clip(bent + way, -limits, limits)
+        force[k] = level * np.mean(bent / limits)
+    force += np.random.default_rng(0).normal(0.0, 0.01, t.size)
+    return Log(time=t, position=np.round(x / step) * step, effort=force, sample_time=DT)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return pulled()
+
+
+@pytest.fixture(scope="module")
+def found(log):
+    return br.identify(log, "preisach_contact", draws=0, blocks=0)
+
+
+def test_a_level_beyond_the_effort_of_the_log_is_not_identified(log, found):
+    level = found.best.parameters["f_p"]
+    assert level.value > 1.2 * np.max(np.abs(log.effort.values))
+    assert level.status == "unidentifiable"
+    assert level.reason.code == "beyond_effort"
+    (told,) = [one for one in found.best.diagnostics if one.code == "never_slides"]
+    assert "f_p" in told.numbers["names"]
+
+
+def test_no_level_and_no_table_is_handed_out(found, tmp_path):
+    assert level_values(found.best) is None
+    assert drive_table(found.best) == []
+    typed = dict(answers(found, None, None, ()))["What to type in"]
+    assert any("never slides" in line for line in typed)
+    assert not any("F+" in line for line in typed)
+    found.save(tmp_path / "out")
+    assert not (tmp_path / "out" / "drive_table.csv").exists()
+
+
+@pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
+def test_what_is_written_for_a_drive_carries_the_warning(found, tmp_path, target, points):
+    found.save(tmp_path / "out")
+    plant, friction, info = read_model(tmp_path / "out" / "model.toml")
+    source = Source(info["provenance"], info["uncertainty"])
+    product = files_for(target, Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant))
+    assert "do not use" in product.notes[0]
+    assert "f_p" in product.notes[0]
+    if target == "tf5200":
+        assert "do not use" in product.files["axis_x.txt"]
+
+
+def test_a_level_within_the_effort_is_warned_of_too(found):
+    entry = {"std": 0.1, "status": "identified", "note": "the log is of pre-sliding alone"}
+    friction = found.best.friction
+    told = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
+    plain = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
+    assert len(told) == len(plain) + 1
+
+
+def test_friction_that_builds_up_is_named_before_friction_of_the_place(log):
+    fit = br.identify(log, "coulomb_viscous", draws=0, blocks=0).best
+    named = [one for one in fit.diagnostics if one.code.startswith("missing_")]
+    assert [one.code for one in named] == ["missing_presliding"]
+    assert named[0].numbers["model"] == "preisach_contact"
