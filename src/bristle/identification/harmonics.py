@@ -106,7 +106,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
 
 
 def _along(dataset: Dataset) -> np.ndarray:
-    """Return what changes along the whole axis, in both directions alike and not, and is no cogging: a cable, a guide."""
+    """Return what changes along the whole axis, alike in both directions and not, as a cable or a guide does."""
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
     both = np.hstack([place, place**2])

@@ -11,6 +11,7 @@ BINS = 8192  # of the position
 PADDED = 4  # times: quarters of a turn are told apart
 HIGHEST = 2  # peaks that are looked at closely
 FINER = 13  # frequencies around each
+CLOSE = 21  # around the best of them: a period is written down, and lasts over all turns
 REACH = 0.6  # turns over the range to either side of it
 CLEARED = 4  # quarters of a turn around a peak that are no other one
 SMALL = 1e-6
@@ -48,7 +49,9 @@ def frequency_in(
             frequency = max(float(near), 0.5) / stroke
             best = max(best, (_explained(x, side, residual, frequency), frequency))
         power[max(peak - CLEARED, 0) : peak + CLEARED + 1] = 0.0
-    return best[1]
+    step = 2.0 * REACH / (FINER - 1) / stroke
+    close = best[1] + step * np.linspace(-1.0, 1.0, CLOSE)
+    return max((best, *((_explained(x, side, residual, one), one) for one in close.tolist() if one > 0.0)))[1]
 
 
 def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:

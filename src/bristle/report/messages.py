@@ -130,8 +130,8 @@ class _Words(Formatter):
     """Formats numbers by what they are.
 
     Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
-    ``list`` or ``and`` for names, ``samples`` for a count in words, ``2 digits``, or what Python knows. ``!m`` is the
-    magnitude.
+    ``lead`` for a travel as an axis file has it, ``list`` or ``and`` for names, ``whole numbers``, ``samples`` for a
+    count in words, ``2 digits``, or what Python knows. ``!m`` is the magnitude.
     """
 
     def __init__(self, kind: Kind, unit: str) -> None:
@@ -146,6 +146,10 @@ class _Words(Formatter):
         """Return one number in words."""
         if format_spec in ("list", "and"):
             return {"list": ", ", "and": " and "}[format_spec].join(value)
+        if format_spec == "whole numbers":
+            return ", ".join(str(int(one)) for one in value)
+        if format_spec == "lead":
+            return f"{number(1e3 * value, digits=4)} mm"
         if format_spec == "unit":
             return value if isinstance(value, str) else with_unit(value, self.unit)
         if format_spec == "percents":
