@@ -24,7 +24,7 @@ FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
 COUNTS = 1e6  # whole numbers that go beyond this are counts of an encoder
 MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
-PER_MILLE = 4000  # whole numbers within this are torques in per mille of rated, as drives store them
+PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
 RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
 
 
@@ -39,7 +39,8 @@ class Role:
     unit : str
         Unit of its numbers; empty where nothing tells it.
     told_by : str
-        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing.
+        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing;
+        ``drive`` where they are whole numbers as drives store them, ``rated`` where they may be per cent or per mille.
     reason : str
         Why it is taken for this channel.
     """
@@ -350,6 +351,10 @@ def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
             return unit, "its name"
     integral = bool(np.all(effort.values == np.round(effort.values)))
     largest = float(np.max(np.abs(effort.values)))
-    if (integral and 8.0 <= largest <= PER_MILLE) or re.search(r"\bU?INT(8|16)\b", about):
-        return "‰", "numbers"
+    stored = re.search(r"\bU?INT(8|16)\b", about) is not None
+    # A drive stores whole numbers in per mille; some other program may have made per cent of them since.
+    if integral and (100.0 if stored else PER_CENT) < largest <= PER_MILLE:
+        return "‰", "drive"
+    if largest <= PER_MILLE and (stored or (integral and largest >= 8.0)):
+        return "", "rated"
     return "", ""
