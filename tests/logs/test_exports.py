@@ -92,3 +92,28 @@ def test_an_arm_is_proposed_to_be_one(pull, named):
     assert ('gravity = "link"  # the effort goes with' in proposal.text) is named
     assert proposal.axis.gravity is named
     assert read_axis(proposal.text.encode()).gravity is named
+
+
+def lagging(name):
+    """A position that sticks behind a reference in the same unit."""
+    t = 1e-3 * np.arange(2000)
+    reference = 10.0 * np.sin(6.0 * t)
+    position = 4.0 * np.sin(6.0 * t - 1.2)
+    rows = [
+        f"{a:.3f};{b:.4f};{c:.4f};{d:.4f}"
+        for a, b, c, d in zip(t, position, reference, np.sign(reference), strict=True)
+    ]
+    return "\n".join([f"Zeit [s];Weg [mm];{name} [mm];Kraft [N]", *rows]).encode()
+
+
+def test_a_reference_is_known_by_the_name_of_the_position_however_far_it_is():
+    assert 'reference = { column = "Sollweg", unit = "mm" }' in propose_axis(lagging("Sollweg")).text
+    assert "reference" not in propose_axis(lagging("Sollhub")).text
+
+
+def test_what_is_to_be_filled_in_says_where(tmp_path):
+    rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
+    counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
+    text = propose_axis(counts).text
+    assert 'lead = "10 mm" under [transmission]' in text
+    assert 'counts_per_rev = 8192 and side = "motor"' in text

@@ -29,14 +29,17 @@ __all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
+_SCREW = 'with lead = "10 mm" under [transmission] where a screw turns'
 HINTS = {
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
-    "effort.rated": 'what 100 % are, such as "120 N" (or "2.4 N*m", and with a screw its lead)',
-    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" or "0.12 N*m/{drive}"',
+    "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
+    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
+    + f"{_SCREW})",
     "transmission.lead": 'travel for one turn, such as "10 mm"',
-    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"',
+    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
+    'or write counts_per_rev = 8192 and side = "motor" for it',
     "timing.sample_time": 'time between samples, such as "1 ms"',
 }
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core import units
 from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
 from bristle.logs.table import Table
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, words_of
+from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 __all__ = ["Role", "Roles", "roles_of"]
 
@@ -251,10 +251,19 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
         if column.meaning.reference and column.meaning.role in ("", "position")
         and column.values.size != position.values.size and (not column.unit or column.is_one_of(MOVEMENTS))
     ]  # fmt: skip
-    fit = named or alike or elsewhere
+    called = [  # as the position is, but for the word, in a unit of its own: an axis that sticks follows it badly
+        column for column in fit
+        if column.meaning.reference and column.unit and _stem(column) == _stem(position)
+    ]  # fmt: skip
+    fit = named or called or alike or elsewhere
     return max(
         fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
     )
+
+
+def _stem(column: _Column) -> str:
+    """Return the letters of a name without the words for a reference and for what was measured."""
+    return without_part("".join(words_of(column.name)))
 
 
 def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
