@@ -34,7 +34,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.missing_columns import columns_by_cause
 from bristle.identification.settings import Settings
-from bristle.identification.waves import frequency_in, waves
+from bristle.identification.waves import frequency_in, refined, waves
 
 __all__ = ["Missing", "Rows", "missing_forces"]
 
@@ -233,7 +233,9 @@ def _ripple(rows: Rows, weighed: _Weighed, explained: np.ndarray) -> tuple[np.nd
     """Return the waves over the position that take most of what is left, added to friction and in proportion to it."""
     x, side = rows.position, rows.side
     most = float(np.ptp(x)) * rows.cutoff / float(np.median(np.abs(rows.velocity)))
-    frequency = frequency_in(x, side, weighed.without(explained), most)
+    residual = weighed.without(explained)
+    frequency = frequency_in(x, side, residual, most)
+    frequency = None if frequency is None else refined(x, side, residual, frequency)
     return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import NAMES, unit_of
-from bristle.core.typography import number, stiffness_text, with_unit
+from bristle.core.typography import LARGEST_WRITTEN_OUT, number, stiffness_text, with_unit
 from bristle.core.variable import Kind
 from bristle.report.sentences import SENTENCES, Sentence
 from bristle.report.sentences.loops import counted
@@ -163,4 +163,8 @@ class _Words(Formatter):
         if re.split(r"[*/]", format_spec)[0] in NAMES:
             values = value if isinstance(value, tuple) else (value,)
             return ", ".join(with_unit(number_in_unit, unit_of(format_spec, self.kind)) for number_in_unit in values)
-        return super().format_field(value, format_spec)
+        text = super().format_field(value, format_spec)
+        short = re.fullmatch(r"\.(\d)g", format_spec)
+        if short and isinstance(value, float) and "e+" in text and abs(value) < LARGEST_WRITTEN_OUT:
+            return number(value, digits=int(short[1]))  # "320 %", where Python has "3.2e+02 %"
+        return text

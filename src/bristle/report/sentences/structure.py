@@ -46,7 +46,7 @@ STRUCTURE: dict[str, Sentence] = {
             ". Parameters are effective: {names:list} and their intervals hold for this model along such a motion, and "
             "are not those of the axis",
         ),
-        "the model lacks a force that comes back",
+        "forces are missing in the model, by cause",
         "try the model that is named, and take parameters and intervals for effective until then",
         choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
         also=("causes",),
