@@ -109,8 +109,8 @@ def _along(dataset: Dataset) -> np.ndarray:
     """Return what changes along the whole axis, alike in both directions and not, as a cable or a guide does."""
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
-    both = np.hstack([place, place**2])
-    return np.hstack([both, np.sign(dataset.velocity)[:, None] * both])
+    powers = np.hstack([place, place**2])
+    return np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])
 
 
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
@@ -119,8 +119,8 @@ def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
     waves = [
         dataset.rows_of([
-            dataset.filtered(np.where(seen, bend(2.0 * np.pi * phase), 0.0))
-            for phase, seen in zip(turns, sampled, strict=True)
+            dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0))
+            for phase, slow in zip(turns, sampled, strict=True)
         ])
         for bend in (np.cos, np.sin)
     ]  # fmt: skip

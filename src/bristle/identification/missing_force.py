@@ -216,7 +216,7 @@ def _search(
             break
         best = _likeliest(forces, tried, partial(_tried, weighed, explained=explained, left=left))
         if best.cause == "ripple":
-            best = _told(best._replace(period=period), rows, weighed, explained, left, least)
+            best = _in_detail(best._replace(period=period), rows, weighed, explained, left, least)
         missing.append(best)
         explained = np.column_stack([explained, tried[best.cause]])
         causes.pop(best.cause, None)
@@ -261,7 +261,7 @@ def _likeliest(
     return gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
 
 
-def _told(
+def _in_detail(
     ripple: Missing, rows: Rows, weighed: _Weighed, explained: np.ndarray, left: np.ndarray, least: float
 ) -> Missing:
     """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""

@@ -55,8 +55,8 @@ def frequency_in(
 def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
     """Return a frequency that was found [1/m or 1/rad] more closely, as it is written down and lasts over all turns."""
     step = 2.0 * REACH / (FINER - 1) / float(np.ptp(x))
-    close = [one for one in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if one > 0.0]
-    return max(close, key=lambda one: _explained(x, side, residual, one))
+    close = [near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0]
+    return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
 def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:

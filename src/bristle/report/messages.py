@@ -147,7 +147,7 @@ class _Words(Formatter):
         if format_spec in ("list", "and"):
             return {"list": ", ", "and": " and "}[format_spec].join(value)
         if format_spec == "whole numbers":
-            return ", ".join(str(int(one)) for one in value)
+            return ", ".join(str(int(order)) for order in value)
         if format_spec == "lead":
             return f"{number(1e3 * value, digits=4)} mm"
         if format_spec == "unit":

@@ -25,7 +25,7 @@ CODES = {
     "gravity": "missing_gravity", "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
 """The code of each cause."""
-WHOLE = 0.1  # of a turn, by which a period may miss a whole number of times
+NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
@@ -96,9 +96,11 @@ def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str,
     Of a turn nobody told, the period of the ripple is one.
     """
     pulls = {True: "alike", False: "turning", None: ""}[ripple.alike]
-    told = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
-    orders = np.array(ripple.overtones) * (told / ripple.period if told else 1.0)
-    whole = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < WHOLE))
-    harmonics = tuple(int(order) for order in np.round(orders)) if whole else ()
-    turner, turn = ("screw", told) if told else ("motor", ripple.period)
-    return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "lead": turn}
+    turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
+    orders = np.array(ripple.overtones) * (turn / ripple.period if turn else 1.0)
+    integral = (
+        orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+    )
+    harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
+    turner = "screw" if turn else "motor"
+    return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or ripple.period}

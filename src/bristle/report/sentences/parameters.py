@@ -24,10 +24,10 @@ def _in_words(speed: float) -> str:
 
 def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return what is said of reversals: by whether a period of the filter is over before the zone is."""
-    one, few, many, seen = texts
+    single, few, many, filtered = texts
     if numbers["samples"] >= numbers["filter_samples"]:
-        return seen
-    return one if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
+        return filtered
+    return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
 
 
 PARAMETERS: dict[str, Sentence] = {

@@ -102,7 +102,7 @@ STRUCTURE: dict[str, Sentence] = {
             _RIPPLE + ", and changes its sign with the motion, as friction does that changes with the turns of a screw",
             _RIPPLE + ", alike in both directions, as cogging does. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
-            ', and `lead = "{lead:lead}"` under `[transmission]`',
+            ', and `lead = "{travel:lead}"` under `[transmission]`',
             "; or `{model}`",
             ". Next: `{model}`",
         ),
