@@ -241,3 +241,18 @@ def test_an_axis_file_and_the_command_line_set_thresholds(bristle, place):
     assert refused.code == 2
     assert "NAME=VALUE" in refused.err
     assert "--set" in bristle(*asked, "--set", "nothing=1").err
+
+
+def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
+    rows = Path("log.csv").read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    late = [[*cells[i][:3], cells[max(i - 4, 1)][3]] for i in range(1, len(cells))]
+    Path("late.csv").write_text("\n".join([rows[0], *(",".join(one) for one in late)]))
+    told = bristle("identify", "late.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", 0).out
+    first, _, rest = told.partition("Parameters of")
+    assert "effort lags the position by" in " ".join(first.split())
+    assert rest
+
+
+def test_the_help_says_how_many_draws_there_may_be(bristle):
+    assert "0, or 20 to" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")

@@ -111,3 +111,9 @@ def test_one_constant_is_of_a_force_or_of_a_torque():
     assert (straight.columns["effort"].scale, turning.columns["effort"].scale) == (61.2, 0.12)
     with pytest.raises(InputError, match="has both a force_constant and a constant"):
         axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}))
+
+
+def test_a_key_under_the_wrong_table_is_sent_where_it_belongs():
+    data = table(columns__effort={"column": "u", "unit": "%"}, effort={"rated": "2.4 N*m", "lead": "10 mm"})
+    with pytest.raises(InputError, match=r"It belongs under \[transmission\]"):
+        axis_from(data)

@@ -101,6 +101,24 @@ def test_cogging_that_is_not_there_is_not_found():
         identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
+def test_a_wave_that_passes_once_a_sample_is_no_harmonic():
+    # Of a linear motor with a pitch of 24 mm on strokes at 0.2 m/s, each longer than the last: 0.2 mm from sample to
+    # sample are the 120th part of the pitch.
+    ends = np.cumsum([0.0, *((-1.0) ** n * (0.1 + 0.0237 * n) for n in range(20))])
+    turns = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(ends)) / 0.2)])
+    t = np.arange(round(turns[-1] * RATE)) / RATE
+    q = np.convolve(np.pad(np.interp(t, turns, ends), 40, mode="edge"), np.hanning(81) / np.hanning(81).sum(), "valid")
+    v = np.gradient(q, t)
+    angle = 2.0 * np.pi * q / 0.024
+    u = 12.0 * np.gradient(v, t) + 9.0 * np.sign(v) + 40.0 * v + 6.0 * np.sin(angle) + 3.0 * np.cos(2.0 * angle)
+    u += 20.0 * q + 30.0 * q**2 + 0.1 * np.random.default_rng(4).standard_normal(t.size)
+    linear = axis("translational", transmission={"lead": "24 mm"}, cogging=[{"turn": "motor"}])
+    best = identified({"t": t, "q": q, "u": u}, linear, blocks=0).best
+    orders = {order for _, order in best.plant.component.orders}
+    assert {1, 2} <= orders
+    assert max(orders) < 10
+
+
 def test_cogging_of_motor_and_screw_stand_side_by_side():
     both = [{"turn": "motor", "harmonics": [6, 12]}, {"turn": "screw", "harmonics": [3]}]
     columns = screw(1.0, 0.0)

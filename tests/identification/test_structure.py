@@ -1,14 +1,16 @@
 """A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
 
+import re
 from importlib import import_module
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
+from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
-from bristle.report.messages import warnings_of
+from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 from bristle.report.verdict import sentences
 
@@ -71,6 +73,78 @@ def test_a_ripple_has_its_period_and_amplitude(motion):
     numbers = next(one for one in best_of(motion, "ripple").best.diagnostics if one.code == "missing_ripple").numbers
     assert numbers["period"] == pytest.approx(0.01, rel=0.01)
     assert numbers["amplitude"] == pytest.approx(0.1 * LEVEL, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("turning", "pulls", "following"),
+    [(False, "alike", "coulomb_viscous+periodic"), (True, "turning", "coulomb_viscous+ripple")],
+)
+def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, turning, pulls, following):
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0) if turning else 1.0
+    numbers, text = ripple_of(motion, with_scatter(motion, side * forces(motion, "ripple"), share=0.0))
+    assert (numbers["pulls"], numbers["model"]) == (pulls, following)
+    assert ("[[cogging]]" in text) is not turning
+    assert f"`{following}`" in text
+
+
+def ripple_of(motion, effort, lead=None):
+    axis = Axis(pitch=lead)
+    fit = identify(log_of(motion, effort, step=1e-7), axis=axis, blocks=0, draws=0).best
+    found = next(one for one in fit.diagnostics if one.code == "missing_ripple")
+    return found.numbers, message(found)
+
+
+def test_cogging_is_named_as_it_is_typed(motion):
+    overtone = 0.05 * LEVEL * np.cos(4.0 * np.pi * motion.position / 0.01)
+    effort = with_scatter(motion, forces(motion, "ripple") + overtone, share=0.0)
+    numbers, text = ripple_of(motion, effort)
+    assert numbers["harmonics"] == (1, 2)
+    assert numbers["period"] == pytest.approx(0.01, rel=2e-3)
+    assert '`turn = "motor"` and `harmonics = [1, 2]`' in text
+    assert re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', text)
+    numbers, text = ripple_of(motion, effort, 0.03)
+    assert '`turn = "screw"` and `harmonics = [3, 6]`' in text
+    assert "lead" not in text
+
+
+WEIGHT = 30.0  # [N*m], that a link pulls with at most
+
+
+def of_a_link(motion, force):
+    """What is said of an arm on a motion of a radian or two, beside friction."""
+    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + force
+    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), blocks=0, draws=0).best
+    return {one.code: one for one in fit.diagnostics}
+
+
+def swinging():
+    return sines(20.0, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
+
+
+def test_the_gravity_of_a_link_is_named_before_a_place_and_as_it_is_typed():
+    motion = swinging()
+    said = of_a_link(motion, WEIGHT * np.sin(motion.position - 0.4))
+    assert said["structure"].numbers["causes"][0] == "gravity"
+    assert said["missing_gravity"].numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
+    assert '`gravity = "link"` under `[plant]`' in message(said["missing_gravity"])
+    assert "missing_position" not in said
+    assert "missing_ripple" not in said
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_cable_is_not_called_the_gravity_of_a_link(power):
+    motion = swinging()
+    said = of_a_link(motion, WEIGHT * motion.position**power)
+    assert "missing_position" in said
+    assert "missing_gravity" not in said
+
+
+def test_an_axis_that_moves_along_a_line_has_no_link():
+    motion = swinging()
+    effort = with_scatter(motion, LEVEL * np.sin(motion.position), share=0.0)
+    fit = identify(log_of(motion, effort, step=1e-6), blocks=0, draws=0).best
+    assert causes_in(fit)
+    assert "gravity" not in causes_in(fit)
 
 
 @pytest.mark.parametrize("seed", range(6))

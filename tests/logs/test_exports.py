@@ -48,3 +48,72 @@ def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, n
         assert [found.code for found in log.findings] == ["rates_differ"]
     if log.reference is not None:
         np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um[expected], rtol=1e-12, atol=1e-18)
+
+
+def torque_log(torque):
+    """A log without units, as the scope of a controller writes it."""
+    rows = [f"{1e-3 * i:.3f};{10.0 * np.sin(0.01 * i):.4f};{value}" for i, value in enumerate(torque)]
+    return "\n".join(["time;ActPos;ActTorque", *rows]).encode()
+
+
+@pytest.mark.parametrize(
+    ("factor", "digits", "unit"), [(8.16, 1, "?"), (81.6, 0, "?"), (816.0, 0, "‰"), (81600.0, 0, "?"), (0.816, 3, "?")]
+)
+def test_numbers_alone_do_not_tell_per_cent_from_per_mille(factor, digits, unit):
+    wave = np.sign(np.cos(0.01 * np.arange(2000))) + 0.1 * np.random.default_rng(1).standard_normal(2000)
+    text = propose_axis(torque_log(np.round(factor * wave, digits) if digits else (factor * wave).astype(int))).text
+    line = next(line for line in text.splitlines() if line.startswith("effort"))
+    assert f'unit = "{unit}"' in line
+    assert line.count("#") == 1
+    if factor == 81.6:
+        assert '"%" or "‰" of rated' in line
+
+
+def arm_log(pull, unit="Nm"):
+    """A joint that swings through a radian or two, with what pulls at it beside inertia and friction."""
+    t = 1e-3 * np.arange(8000)
+    q = 1.2 * np.sin(2.0 * t) + 0.3 * np.sin(5.3 * t)
+    v, a = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
+    torque = 1.5 * a + 4.0 * np.sign(v) + 6.0 * v + pull(q) + 0.1 * np.random.default_rng(2).standard_normal(t.size)
+    rows = [
+        f"{time:.3f};{np.degrees(angle):.5f};{effort:.4f}" for time, angle, effort in zip(t, q, torque, strict=True)
+    ]
+    return "\n".join([f"t [s];joint_pos [deg];joint_torque [{unit}]", *rows]).encode()
+
+
+@pytest.mark.parametrize(
+    ("pull", "named"),
+    [(lambda q: 30.0 * np.sin(q + 0.3), True), (lambda q: 30.0 * q, False), (lambda q: 10.0 * q * q, False),
+     (lambda q: 0.0 * q, False)],
+    ids=["link", "spring", "parabola", "nothing"],
+)  # fmt: skip
+def test_an_arm_is_proposed_to_be_one(pull, named):
+    proposal = propose_axis(arm_log(pull))
+    assert ('gravity = "link"  # the effort goes with' in proposal.text) is named
+    assert proposal.axis.gravity is named
+    assert read_axis(proposal.text.encode()).gravity is named
+
+
+def lagging(name):
+    """A position that sticks behind a reference in the same unit."""
+    t = 1e-3 * np.arange(2000)
+    reference = 10.0 * np.sin(6.0 * t)
+    position = 4.0 * np.sin(6.0 * t - 1.2)
+    rows = [
+        f"{a:.3f};{b:.4f};{c:.4f};{d:.4f}"
+        for a, b, c, d in zip(t, position, reference, np.sign(reference), strict=True)
+    ]
+    return "\n".join([f"Zeit [s];Weg [mm];{name} [mm];Kraft [N]", *rows]).encode()
+
+
+def test_a_reference_is_known_by_the_name_of_the_position_however_far_it_is():
+    assert 'reference = { column = "Sollweg", unit = "mm" }' in propose_axis(lagging("Sollweg")).text
+    assert "reference" not in propose_axis(lagging("Sollhub")).text
+
+
+def test_what_is_to_be_filled_in_says_where(tmp_path):
+    rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
+    counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
+    text = propose_axis(counts).text
+    assert 'lead = "10 mm" under [transmission]' in text
+    assert 'counts_per_rev = 8192 and side = "motor"' in text

@@ -22,13 +22,16 @@ def show_identification(
     from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import judged
-    from bristle.report.messages import warnings_of
+    from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.passages import break_away_table
 
     best = identification.best
     judgement = judged(best, identification.settings, following)
     say(f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}.")
+    for diagnostic in best.diagnostics:
+        if diagnostic.code == "delay_found":
+            say(whole_sentence(diagnostic))
     show_table(parameter_table(best))
     if len(identification.fits) > 1:
         show_table(comparison_table(identification))

@@ -18,6 +18,7 @@ from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
+from bristle.logs.likeness import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -28,18 +29,24 @@ __all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
+_SCREW = 'with lead = "10 mm" under [transmission] where a screw turns'
 HINTS = {
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
-    "effort.rated": 'what 100 % are, such as "120 N" (or "2.4 N*m", and with a screw its lead)',
-    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" or "0.12 N*m/{drive}"',
+    "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
+    "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
+    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
+    + f"{_SCREW})",
     "transmission.lead": 'travel for one turn, such as "10 mm"',
-    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"',
+    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
+    'or write counts_per_rev = 8192 and side = "motor" for it',
     "timing.sample_time": 'time between samples, such as "1 ms"',
 }
+OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 TOLD_BY = {
     "name": "unit from its name", "its name": "unit assumed from its name", "velocity": "unit from the velocity",
-    "numbers": "unit from its numbers", "position": "unit from the position", "reference": "unit from the reference",
+    "numbers": "unit from its numbers", "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
+    "position": "unit from the position", "reference": "unit from the reference",
 }  # fmt: skip
 # What stands above the columns of some exports -> where it belongs in an axis file.
 FACTS = {
@@ -122,6 +129,9 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         tables["columns"]["effort"]["sign"] = -1
         axis = axis_from(_assumed(tables))
     missing = tuple(_missing(tables))
+    if set(missing) <= OF_EFFORT and _has_a_link(table, axis):
+        tables["plant"] = {"gravity": "link"}
+        axis = axis_from(_assumed(tables))
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
              for channel, role in roles.channels.items()]  # fmt: skip
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing]
@@ -274,6 +284,17 @@ def _reversed(table: Table, axis: Axis) -> bool:
         return False
 
 
+def _has_a_link(table: Table, axis: Axis) -> bool:
+    """Return whether the effort of a rotational axis goes with its angle as the gravity of a link does."""
+    if axis.kind != KINDS[1] or "effort" not in axis.columns:
+        return False
+    try:
+        log = _log(table, axis)
+    except InputError:
+        return False
+    return log.effort is not None and pulls_as_a_link(log.effort.values, log.position.values)
+
+
 def _log(table: Table, axis: Axis) -> Any:
     from bristle.logs.log import log_of
 
@@ -309,7 +330,7 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
     for channel, entry in tables["columns"].items():
         lines.append(_column_line(channel, entry, roles))
-    for name in ("log", "effort", "transmission", "encoder", "timing"):
+    for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
     used = {entry["column"] for entry in tables["columns"].values()}
@@ -329,13 +350,14 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     remarks = [] if role.reason == "its name" else [role.reason]
     remarks += [remark] if remark and not follows else []
     remarks += ["in the unit of the position"] if follows else []
-    remarks += [HINTS[f"columns.{channel}.unit"]] if not follows and entry["unit"] == FILL_IN else []
+    hint = "rated" if role.told_by == "rated" else f"columns.{channel}.unit"
+    remarks += [HINTS[hint]] if not follows and entry["unit"] == FILL_IN else []
     remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
     return f"{line}  # {'; '.join(remarks)}" if remarks else line
 
 
 def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
-    hint = ""
+    hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
     if value == FILL_IN:
         drive = tables["columns"].get("effort", {}).get("unit", "A")
         drive = next(

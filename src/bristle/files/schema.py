@@ -68,7 +68,7 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
     if first["type"] == "extra_forbidden":
         keys = _keys(_table_at(schema, loc[:-1]))
-        mend = did_you_mean(loc[-1], keys) or more
+        mend = did_you_mean(loc[-1], keys) or _elsewhere(schema, str(loc[-1])) or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         mend = MISSING.get(path, more)
@@ -78,6 +78,15 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     else:
         expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
     return InputError("does not fit", path=path, value=first["input"], allowed=expected, mend=more)
+
+
+def _elsewhere(schema: type[Strict], key: str) -> str:
+    """Return under which table of the file a key belongs; nothing where none or several have it."""
+    tables = [
+        name for name, field in schema.model_fields.items()
+        if (table := _table_in(field.annotation)) is not None and key in _keys(table)
+    ]  # fmt: skip
+    return f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
 
 
 def _dotted(loc: Iterable[str | int]) -> str:

@@ -9,7 +9,7 @@ from bristle.friction.slots import directional, variations_of
 __all__ = ["SLOT_OF", "model_with"]
 
 SLOT_OF = {
-    "direction": "asymmetry", "position": "position", "ripple": "periodic", "load": "load",
+    "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple", "load": "load",
     "temperature": "temperature",
 }  # fmt: skip
 """The slot that has what a cause needs."""

@@ -80,14 +80,19 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
     covariance = back @ plain @ back.T
     lost = (back[:, blind] != 0.0).any(axis=1) | (without_effect != 0.0).any(axis=1)
-    std = np.where(lost, np.inf, np.sqrt(np.diag(covariance)))
-    robust_std = np.where(lost, np.inf, np.sqrt(np.diag(back @ robust @ back.T)))
+    std = np.where(lost, np.inf, _root(np.diag(covariance)))
+    robust_std = np.where(lost, np.inf, _root(np.diag(back @ robust @ back.T)))
     std[~inner], robust_std[~inner] = np.nan, np.nan
     usable = np.isfinite(std) & (std > 0.0)
     correlation = np.full((len(names), len(names)), np.nan)
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
     return Covariance(std, robust_std, correlation, condition)
+
+
+def _root(variance: np.ndarray) -> np.ndarray:
+    """Return the standard error of each variance; none is known where rounding left less than nothing of it."""
+    return np.sqrt(np.where(variance < 0.0, np.inf, variance))
 
 
 def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:

@@ -2,7 +2,8 @@ r"""How often in a turn an effort comes back, where nobody has said it: found in
 
 All whole numbers of times in a turn are tried, one pair of waves after the other, the one first that takes most of the
 residual. What lies between two whole numbers is no cogging: waves half a turn off tell how much of a residual any wave
-takes by chance, and a harmonic must take several times as much.
+takes by chance, and a harmonic must take several times as much. A wave that passes faster than it is sampled looks like
+a slow one, and is none there.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ MOST_ORDER, MOST = 200, 24  # times in a turn that are tried, harmonics that are
 FEWEST_TURNS = 1.5  # that a log goes through, to tell the turns of anything
 FEWEST_WAVES = 3.0  # over the range of the log
 PASSING = 0.5  # of the amplitude of a wave, behind the filters
+SAMPLED = 0.5  # of a wave from sample to sample: a faster one is not told from a slower one
 CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which a harmonic takes more
 SHARE = 0.004  # of the first residual, that a harmonic takes at least
 
@@ -75,7 +77,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
             f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}", path=path,
             value="identify", mend="Write which ones, such as harmonics = [6, 12], or record more turns",
         )  # fmt: skip
-    basis = np.linalg.qr(_scaled(problem.columns))[0]
+    basis = np.linalg.qr(_scaled(np.column_stack([problem.columns, _along(dataset)])))[0]
     residual = _without(dataset.effort[:, None], basis)[:, 0]
     first, orders = max(int(np.ceil(FEWEST_WAVES / turns)), 1), list[int]()
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
@@ -103,16 +105,26 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     return sorted(orders)
 
 
+def _along(dataset: Dataset) -> np.ndarray:
+    """Return what changes along the whole axis, alike in both directions and not, as a cable or a guide does."""
+    x = dataset.position
+    place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
+    powers = np.hstack([place, place**2])
+    return np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])
+
+
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     """Return cosine and sine over the turn in each row, behind the filters, shape (row, 2)."""
-    wave = 2.0 * np.pi * order / turn
-    return np.stack(
-        [
-            dataset.rows_of([dataset.filtered(bend(wave * segment.position)) for segment in dataset.segments])
-            for bend in (np.cos, np.sin)
-        ],
-        axis=1,
-    )
+    turns = [segment.position * (order / turn) for segment in dataset.segments]
+    sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
+    waves = [
+        dataset.rows_of([
+            dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0))
+            for phase, slow in zip(turns, sampled, strict=True)
+        ])
+        for bend in (np.cos, np.sin)
+    ]  # fmt: skip
+    return np.stack(waves, axis=1)
 
 
 def _scaled(columns: np.ndarray) -> np.ndarray:

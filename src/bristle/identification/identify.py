@@ -238,7 +238,7 @@ def _judged(
 ) -> list[Fit]:  # fmt: skip
     """Return fits best first, with what their logs say, and the best one with what its model lacks."""
     best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-    best = with_structure(best, estimations[best.name], context.settings)
+    best = with_structure(best, estimations[best.name], context.settings, context.prior.pitch)
     return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
 

@@ -20,25 +20,26 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
+from bristle.core.variable import Kind
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
+from bristle.identification.missing_columns import columns_by_cause
 from bristle.identification.settings import Settings
-from bristle.identification.waves import frequency_in, waves
+from bristle.identification.waves import frequency_in, refined, waves
 
 __all__ = ["Missing", "Rows", "missing_forces"]
 
 PARTS = 10  # of the half-cycles, each told by the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200
-FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
-WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
 BANDS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # periods of the cut-off from a reversal
 SLOW = (0.003, 0.01, 0.03)  # of the largest speed
 LEAST_BAND = 0.5  # of the median: no band counts for much more than the others
@@ -50,7 +51,11 @@ MOST = 3  # causes
 SMALLEST = float(np.finfo(float).tiny)
 SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
 FAR = 3.0  # periods of the cut-off from a reversal
-ANYWHERE = ("speed", "direction", "position", "ripple", "load", "temperature")
+AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
+EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
+OVERTONES = range(2, 7)  # of a ripple
+OVERTONE = 0.1  # of the residual without the ripple, that one tells
+ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", "load", "temperature")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
 
@@ -61,20 +66,30 @@ class Missing(NamedTuple):
     Parameters
     ----------
     cause : str
-        What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``, ``load``,
-        ``temperature``.
+        What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``,
+        ``gravity``, ``load``, ``temperature``.
     share : float
         Of the weighted squares of the residual, what it tells on half-cycles that it was not fitted to.
     force : float
         Root mean square of it over all rows [N or N*m], without what the parameters of the model would take.
     period : float
         Of a ripple [m or rad].
+    amplitude : float
+        Of gravity [N*m].
+    alike : bool or None
+        Whether a ripple is the same in both directions; False where it changes its sign with the motion, None where it
+        does a part of both, or the log tells neither.
+    overtones : tuple of int
+        Of a ripple that is: how often in a period it comes back, 1 first.
     """
 
     cause: str
     share: float
     force: float
     period: float = 0.0
+    amplitude: float = 0.0
+    alike: bool | None = None
+    overtones: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,6 +112,7 @@ class Rows:
     cycles: Groups
     surroundings: Mapping[str, np.ndarray]
     cutoff: float
+    kind: Kind
 
     @classmethod
     def of(cls, dataset: Dataset, cycles: Groups, residual: np.ndarray, jacobian: np.ndarray, friction: np.ndarray,
@@ -109,6 +125,7 @@ class Rows:
         return cls(
             dataset.time, dataset.position, dataset.velocity, dataset.acceleration, dataset.effort, residual, jacobian,
             dataset.effort - residual, friction, slope, cycles, surroundings, dataset.cutoff,
+            dataset.kind,
         )  # fmt: skip
 
     def at(self, rows: np.ndarray) -> Rows:
@@ -188,17 +205,19 @@ def _search(
     friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.effort))
     least = max(settings.missing_force * friction, settings.missing_effort * effort)
     weighed, missing = _Weighed.of(rows), list[Missing]()
-    causes = {name: columns for name, columns in _columns(rows).items() if name in names}
+    causes = {name: columns for name, columns in columns_by_cause(rows).items() if name in names}
     left = weighed.left(explained)
     while len(missing) < MOST:
         ripple, period = _ripple(rows, weighed, explained) if "ripple" in names else (None, 0.0)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
-        forces = [_tried(weighed, name, explained, columns, left) for name, columns in tried.items()]
+        forces = [_tried(weighed, name, columns, explained=explained, left=left) for name, columns in tried.items()]
         forces = [force for force in forces if force.share >= least_share and force.force >= least]
         if not forces:
             break
-        best = max(forces, key=lambda force: force.share)
-        missing.append(best._replace(period=period if best.cause == "ripple" else 0.0))
+        best = _likeliest(forces, tried, partial(_tried, weighed, explained=explained, left=left))
+        if best.cause == "ripple":
+            best = _in_detail(best._replace(period=period), rows, weighed, explained, left, least)
+        missing.append(best)
         explained = np.column_stack([explained, tried[best.cause]])
         causes.pop(best.cause, None)
         left = weighed.left(explained)
@@ -207,42 +226,60 @@ def _search(
 
 def _columns_of(rows: Rows, force: Missing) -> np.ndarray:
     """Return what friction does by the cause of a force, shape (row, column)."""
-    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else _columns(rows)[force.cause]
-
-
-def _columns(rows: Rows) -> Mapping[str, np.ndarray]:
-    """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
-    x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
-    speed = speed / float(np.quantile(speed, 0.99))
-    falls = np.exp(-speed[:, None] / np.array(FALLS))
-    middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
-    place = ((x - middle) / reach)[:, None]
-    behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
-    return {
-        "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
-        "direction": np.column_stack([np.ones_like(speed), speed, falls]),
-        "lag": rows.acceleration[:, None] * falls,
-        "play": side * np.exp(-np.column_stack([behind, before])),
-        "position": np.column_stack([place, place**2, side * place, side * place**2]),
-        **{
-            name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
-        },
-    }  # fmt: skip
+    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else columns_by_cause(rows)[force.cause]
 
 
 def _ripple(rows: Rows, weighed: _Weighed, explained: np.ndarray) -> tuple[np.ndarray | None, float]:
     """Return the waves over the position that take most of what is left, added to friction and in proportion to it."""
     x, side = rows.position, rows.side
     most = float(np.ptp(x)) * rows.cutoff / float(np.median(np.abs(rows.velocity)))
-    frequency = frequency_in(x, side, weighed.without(explained), most)
+    residual = weighed.without(explained)
+    frequency = frequency_in(x, side, residual, most)
+    frequency = None if frequency is None else refined(x, side, residual, frequency)
     return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
 
 
-def _tried(weighed: _Weighed, cause: str, explained: np.ndarray, columns: np.ndarray, left: np.ndarray) -> Missing:
-    after, force = weighed.with_columns(explained, columns)
-    return Missing(
-        cause, 1.0 - float(after @ after) / max(float(left @ left), SMALLEST), float(np.sqrt(np.mean(force**2)))
+def _tried(weighed: _Weighed, cause: str, columns: np.ndarray, *, explained: np.ndarray, left: np.ndarray) -> Missing:
+    after, force, coefficients = weighed.with_columns(explained, columns)
+    share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
+    amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
+    return Missing(cause, share, float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
+
+
+def _likeliest(
+    forces: Sequence[Missing], columns: Mapping[str, np.ndarray], tried: Callable[[str, np.ndarray], Missing]
+) -> Missing:
+    """Return the cause that tells most; gravity before a place or a ripple that tell no more, alike in both directions.
+
+    The first two columns of either are those.
+    """
+    best = max(forces, key=lambda force: force.share)
+    gravity = next((force for force in forces if force.cause == "gravity"), None)
+    if gravity is None or best.cause not in ("position", "ripple"):
+        return best
+    alike = tried(best.cause, columns[best.cause][:, :2])
+    return gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
+
+
+def _in_detail(
+    ripple: Missing, rows: Rows, weighed: _Weighed, explained: np.ndarray, left: np.ndarray, least: float
+) -> Missing:
+    """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
+    columns = waves(rows.position, rows.side, 1.0 / ripple.period)
+    even, odd = (
+        _tried(weighed, "ripple", part, explained=explained, left=left).share >= EVEN * ripple.share
+        for part in (columns[:, :2], columns[:, 2:])
     )
+    if not even or odd:
+        return ripple._replace(alike=False if odd and not even else None)
+    overtones, explained = [1], np.column_stack([explained, columns])
+    for times in OVERTONES:
+        pair = waves(rows.position, rows.side, times / ripple.period)[:, :2]
+        force = _tried(weighed, "ripple", pair, explained=explained, left=weighed.left(explained))
+        if force.share >= OVERTONE and force.force >= least:
+            overtones.append(times)
+            explained = np.column_stack([explained, pair])
+    return ripple._replace(alike=True, overtones=tuple(overtones))
 
 
 @dataclass(frozen=True)
@@ -297,13 +334,14 @@ class _Weighed:
         """Return the weighed residual without what some columns, fitted to the other parts, tell of each part."""
         return self._fitted(self.of_columns(explained), explained.shape[1])[0]
 
-    def with_columns(self, explained: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the same with the columns of a cause, and what these take of all rows beside the others [N or N*m]."""
+    def with_columns(self, explained: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the same with the columns of a cause, what these take beside the others [N or N*m], coefficients."""
         together = np.column_stack([explained, columns])
         left, coefficients = self._fitted(self.of_columns(together), explained.shape[1])
-        force = (columns @ coefficients[explained.shape[1] :]) * self.weight
+        coefficients = coefficients[explained.shape[1] :]
+        force = (columns @ coefficients) * self.weight
         own = np.linalg.qr(explained * self.weight[:, None])[0]
-        return left, force - own @ (own.T @ force)
+        return left, force - own @ (own.T @ force), coefficients
 
     def _fitted(self, columns: np.ndarray, certain: int) -> tuple[np.ndarray, np.ndarray]:
         """Return what is left of each part by a fit to the others, and the coefficients of a fit to all.

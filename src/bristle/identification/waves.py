@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["frequency_in", "waves"]
+__all__ = ["frequency_in", "refined", "waves"]
 
 TURNS_LEAST = 1.5  # over the range
 BINS = 8192  # of the position
 PADDED = 4  # times: quarters of a turn are told apart
 HIGHEST = 2  # peaks that are looked at closely
 FINER = 13  # frequencies around each
+CLOSE = 21  # between two of them
 REACH = 0.6  # turns over the range to either side of it
 CLEARED = 4  # quarters of a turn around a peak that are no other one
 SMALL = 1e-6
@@ -49,6 +50,13 @@ def frequency_in(
             best = max(best, (_explained(x, side, residual, frequency), frequency))
         power[max(peak - CLEARED, 0) : peak + CLEARED + 1] = 0.0
     return best[1]
+
+
+def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
+    """Return a frequency that was found [1/m or 1/rad] more closely, as it is written down and lasts over all turns."""
+    step = 2.0 * REACH / (FINER - 1) / float(np.ptp(x))
+    close = [near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0]
+    return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
 def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:

@@ -6,11 +6,13 @@ import numpy as np
 
 from bristle.core.least_squares import unbounded
 
-__all__ = ["correlation", "explained", "rate_of", "roughness", "slope"]
+__all__ = ["correlation", "explained", "pulls_as_a_link", "rate_of", "roughness", "slope"]
 
 SMOOTHING = (3, 15)  # samples
 LONG = 2000  # samples for each of them
 EDGE = 20
+LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
+PULLED = 0.25  # of what motion leaves of an effort, that the angle must tell; a parabola along it must leave more still
 SHORTEST = 1e-15  # of the unit of time, from sample to sample: less is no time
 
 
@@ -59,15 +61,34 @@ def roughness(values: np.ndarray) -> float:
 
 def explained(effort: np.ndarray, position: np.ndarray) -> float:
     """Return which share of a signal inertia, friction and a constant along a motion explain."""
-    velocity = rate_of(position, None)
-    acceleration = rate_of(velocity, None)
-    columns = [
-        acceleration,
-        velocity,
-        np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity))),
-        position,
-    ]
-    scaled = [column / (np.std(column) or 1.0) for column in columns]
-    design = np.column_stack([*scaled, np.ones(position.size)])
-    rest = effort - design @ unbounded(design, effort)
+    rest = _left(effort, [*_moving(position), position])
     return 1.0 - float(np.var(rest)) / (float(np.var(effort)) or 1.0)
+
+
+def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
+    """Return whether an effort goes with sine and cosine of an angle [rad], and more so than with a parabola of it."""
+    if effort.size != angle.size or effort.size < 4 * EDGE or float(np.ptp(angle)) < LEAST_ANGLE:
+        return False
+    within = slice(EDGE, -EDGE)  # the rates of the first and the last samples are those of a jump
+    motion = [column[within] for column in _moving(angle)]
+    effort, angle = effort[within], angle[within]
+    place = angle - angle.mean()
+    alone, parabola, link = (
+        float(np.var(_left(effort, [*motion, *more])))
+        for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
+    )
+    return link < (1.0 - PULLED) * min(alone, parabola)
+
+
+def _moving(position: np.ndarray) -> list[np.ndarray]:
+    """Return what inertia and friction do along a motion."""
+    velocity = rate_of(position, None)
+    sliding = np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity)))
+    return [rate_of(velocity, None), velocity, sliding]
+
+
+def _left(effort: np.ndarray, columns: list[np.ndarray]) -> np.ndarray:
+    """Return what some columns and a constant leave of a signal."""
+    scaled = [column / (np.std(column) or 1.0) for column in columns]
+    design = np.column_stack([*scaled, np.ones(effort.size)])
+    return effort - design @ unbounded(design, effort)

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core import units
 from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
 from bristle.logs.table import Table
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, words_of
+from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 __all__ = ["Role", "Roles", "roles_of"]
 
@@ -24,7 +24,7 @@ FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
 COUNTS = 1e6  # whole numbers that go beyond this are counts of an encoder
 MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
-PER_MILLE = 4000  # whole numbers within this are torques in per mille of rated, as drives store them
+PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
 RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
 
 
@@ -39,7 +39,8 @@ class Role:
     unit : str
         Unit of its numbers; empty where nothing tells it.
     told_by : str
-        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing.
+        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing;
+        ``drive`` where they are whole numbers as drives store them, ``rated`` where they may be per cent or per mille.
     reason : str
         Why it is taken for this channel.
     """
@@ -250,10 +251,19 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
         if column.meaning.reference and column.meaning.role in ("", "position")
         and column.values.size != position.values.size and (not column.unit or column.is_one_of(MOVEMENTS))
     ]  # fmt: skip
-    fit = named or alike or elsewhere
+    called = [  # as the position is, but for the word, in a unit of its own: an axis that sticks follows it badly
+        column for column in fit
+        if column.meaning.reference and column.unit and _stem(column) == _stem(position)
+    ]  # fmt: skip
+    fit = named or called or alike or elsewhere
     return max(
         fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
     )
+
+
+def _stem(column: _Column) -> str:
+    """Return the letters of a name without the words for a reference and for what was measured."""
+    return without_part("".join(words_of(column.name)))
 
 
 def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
@@ -350,6 +360,10 @@ def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
             return unit, "its name"
     integral = bool(np.all(effort.values == np.round(effort.values)))
     largest = float(np.max(np.abs(effort.values)))
-    if (integral and 8.0 <= largest <= PER_MILLE) or re.search(r"\bU?INT(8|16)\b", about):
-        return "‰", "numbers"
+    stored = re.search(r"\bU?INT(8|16)\b", about) is not None
+    # A drive stores whole numbers in per mille; some other program may have made per cent of them since.
+    if integral and (100.0 if stored else PER_CENT) < largest <= PER_MILLE:
+        return "‰", "drive"
+    if largest <= PER_MILLE and (stored or (integral and largest >= 8.0)):
+        return "", "rated"
     return "", ""

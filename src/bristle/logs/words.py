@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core import units
 
-__all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "words_of"]
+__all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
@@ -84,6 +84,7 @@ ACTUAL = (
     "messwert",
     "state",
 )
+SHORTEST_PART = 3  # letters of a word for a reference that begins or ends a name
 WITHIN = 4  # letters from which on a word counts within another one
 # Parts of longer words that mean something else than they say.
 NOT_WITHIN = {
@@ -232,6 +233,22 @@ def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
             if len(word) == 3 and word in ("set", "act", "ist", "ref", "cmd")
         )
     )
+
+
+def without_part(joined: str) -> str:
+    """Return the letters of a name without the part that says whether it is a reference or was measured.
+
+    Examples
+    --------
+    >>> without_part("sollweg"), without_part("wegist"), without_part("posactual"), without_part("poscmd")
+    ('weg', 'weg', 'pos', 'pos')
+    """
+    for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
+        if len(word) >= SHORTEST_PART and len(word) < len(joined):
+            for found in (joined.removeprefix(word), joined.removesuffix(word)):
+                if found != joined:
+                    return found
+    return joined
 
 
 def is_time(name: str) -> bool:

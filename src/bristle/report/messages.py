@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import NAMES, unit_of
-from bristle.core.typography import number, stiffness_text, with_unit
+from bristle.core.typography import LARGEST_WRITTEN_OUT, number, stiffness_text, with_unit
 from bristle.core.variable import Kind
 from bristle.report.sentences import SENTENCES, Sentence
 from bristle.report.sentences.loops import counted
@@ -140,8 +140,8 @@ class _Words(Formatter):
     """Formats numbers by what they are.
 
     Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
-    ``list`` or ``and`` for names, ``samples`` for a count in words, ``2 digits``, or what Python knows. ``!m`` is the
-    magnitude.
+    ``lead`` for a travel as an axis file has it, ``list`` or ``and`` for names, ``whole numbers``, ``samples`` for a
+    count in words, ``2 digits``, or what Python knows. ``!m`` is the magnitude.
     """
 
     def __init__(self, kind: Kind, unit: str) -> None:
@@ -156,6 +156,10 @@ class _Words(Formatter):
         """Return one number in words."""
         if format_spec in ("list", "and"):
             return {"list": ", ", "and": " and "}[format_spec].join(value)
+        if format_spec == "whole numbers":
+            return ", ".join(str(int(order)) for order in value)
+        if format_spec == "lead":
+            return f"{number(1e3 * value, digits=4)} mm"
         if format_spec == "unit":
             return value if isinstance(value, str) else with_unit(value, self.unit)
         if format_spec == "percents":
@@ -169,4 +173,8 @@ class _Words(Formatter):
         if re.split(r"[*/]", format_spec)[0] in NAMES:
             values = value if isinstance(value, tuple) else (value,)
             return ", ".join(with_unit(number_in_unit, unit_of(format_spec, self.kind)) for number_in_unit in values)
-        return super().format_field(value, format_spec)
+        text = super().format_field(value, format_spec)
+        short = re.fullmatch(r"\.(\d)g", format_spec)
+        if short and isinstance(value, float) and "e+" in text and abs(value) < LARGEST_WRITTEN_OUT:
+            return number(value, digits=int(short[1]))  # "320 %", where Python has "3.2e+02 %"
+        return text

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number, printable, scale_of, typeset, with_unit
+from bristle.core.typography import Scale, number, printable, scale_of, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.prediction.drive_units import drive_units
 from bristle.report.drive_values import drive_values
@@ -24,6 +24,7 @@ STATUS_WORDS = {
     "at_edge": "at the edge of its range",
     "unidentifiable": "not identified",
 }
+MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 EFFECTIVE = "effective"
 """What stands beside a parameter of a model that lacks a force."""
 DOUBTED, WITH_CONSTANT = "doubted: see the warnings", "holds with the offset as it is held"
@@ -58,13 +59,14 @@ def _parameter_row(
     estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str
 ) -> tuple[str, ...]:  # fmt: skip
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
-    scale = scale_of(estimate.unit, estimate.value or std or 0.0)
+    scale = _scale(estimate, std)
     scaled = None if std is None else std * scale.factor
-    half = _percent(estimate.interval_percent)
+    half = _half(estimate.interval_percent)
     # As many digits as are known; by the interval, where no standard error is told.
     precision = scaled
     if precision is None and estimate.interval is not None:
         precision = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
+        precision = precision and max(precision, LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value))
     return (
         estimate.name,
         estimate.description,
@@ -73,7 +75,7 @@ def _parameter_row(
         _interval(estimate, scale.factor),
         scale.unit or "–",
         _percent(estimate.relative_std_percent) if plain else "–",
-        "–" if half == "–" else f"± {half}",
+        half if half == "–" or half.startswith((">", "<")) else f"± {half}",
         "; ".join(_in_unit(value, name) for name, value in in_units.items()),
         remark,
     )
@@ -85,6 +87,14 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
         return STATUS_WORDS.get(estimate.status, estimate.status)
     remarks = {EFFECTIVE: fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
     return "; ".join(text for text, names in remarks.items() if estimate.name in names)
+
+
+def _scale(estimate: Estimate, std: float | None) -> Scale:
+    """Return the multiple of the unit that a parameter is told in: of its interval where that holds zero far within."""
+    value, ends = abs(estimate.value), estimate.interval
+    if ends is not None and ends[0] < 0.0 < ends[1] and value < 0.1 * max(-ends[0], ends[1]):
+        value = max(-ends[0], ends[1])
+    return scale_of(estimate.unit, value or std or 0.0)
 
 
 def _in_unit(value: float, name: str) -> str:
@@ -100,8 +110,18 @@ def _interval(estimate: Estimate, factor: float) -> str:
     if estimate.interval is None:
         return "–"
     low, high = (factor * end for end in estimate.interval)
-    width = 0.5 * (high - low)
+    width = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * max(abs(low), abs(high)))
     return f"{number(low, width)} to {number(high, width)}"
+
+
+def _half(percent: float | None) -> str:
+    """Return half of an interval in percent: of more than ten times the value, and of nearly nothing, no digits."""
+    if percent is not None and math.isfinite(percent):
+        if percent > MOST_PERCENT:
+            return f"> {MOST_PERCENT:.0f}"
+        if percent < LEAST_PERCENT:
+            return f"< {LEAST_PERCENT:g}"
+    return _percent(percent)
 
 
 def _percent(value: float | None) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, model_with
 from bristle.identification.estimation import Estimation
@@ -20,9 +22,10 @@ __all__ = ["missing_in", "next_models", "with_structure"]
 CODES = {
     "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
     "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
-    "load": "missing_load", "temperature": "missing_temperature",
+    "gravity": "missing_gravity", "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
 """The code of each cause."""
+NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
@@ -39,8 +42,11 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
     return missing_forces(rows, settings)
 
 
-def with_structure(fit: Fit, estimation: Estimation, settings: Settings) -> Fit:
-    """Return a fit with what its model lacks before all else that is to be known of it."""
+def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None) -> Fit:
+    """Return a fit with what its model lacks before all else that is to be known of it.
+
+    A `lead` [m or rad] is that of the axis file: of its turns cogging is told.
+    """
     if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
         return _with_presliding(fit)
     missing, left = missing_in(fit, estimation, settings)
@@ -54,13 +60,13 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings) -> Fit:
         "missing": lacking, "percent": 100.0 * lacking / level, "chance": left, "names": names,
         "causes": tuple(force.cause for force in missing),
     }  # fmt: skip
-    named = [_diagnostic(force, level, fit.friction) for force in missing]
+    named = [_diagnostic(force, level, fit.friction, lead) for force in missing]
     return replace(fit, diagnostics=(Diagnostic("structure", "", "warning", numbers, kind), *named, *fit.diagnostics))
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
     """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names."""
-    causes = ("direction", *(force.cause for force in missing_in(fit, estimation, settings)[0]))
+    causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
     names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
     return tuple(dict.fromkeys(name for name in names if name))
 
@@ -80,13 +86,38 @@ def _with_presliding(fit: Fit) -> Fit:
     return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
 
 
-def _diagnostic(missing: Missing, level: float, friction: Model) -> Diagnostic:
+def _slot_cause(missing: Missing) -> str:
+    """Return what a slot is named after that has a force: a ripple that turns with the motion is one of the level."""
+    return "level" if missing.cause == "ripple" and missing.alike is False else missing.cause
+
+
+def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None) -> Diagnostic:
     # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
     cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
     numbers: dict[str, Number] = {
         "force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share,
-        "model": model_with(cause, friction),
+        "model": model_with(_slot_cause(missing) if cause == "ripple" else cause, friction),
     }  # fmt: skip
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
+        numbers |= _turns_of(missing, friction, lead)
+    if cause == "gravity":
+        numbers |= {"amplitude": missing.amplitude}
+        del numbers["model"]
     return Diagnostic(CODES[cause], "", "warning", numbers, friction.kind)
+
+
+def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str, Number]:
+    """Return in which directions a ripple pulls, and how often it comes back in a turn: what cogging is written with.
+
+    Of a turn nobody told, the period of the ripple is one.
+    """
+    pulls = {True: "alike", False: "turning", None: ""}[ripple.alike]
+    turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
+    orders = np.array(ripple.overtones) * (turn / ripple.period if turn else 1.0)
+    integral = (
+        orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+    )
+    harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
+    turner = "screw" if turn else "motor"
+    return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or ripple.period}

@@ -38,7 +38,7 @@ def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> 
         return
     share, forward = lesser_way(np.concatenate(ways))
     if share < settings.one_way:
-        numbers = {"percent": 100.0 * share, "direction": "forward" if forward else "backward"}
+        numbers = {"percent": max(100.0 * share, 0.0), "direction": "forward" if forward else "backward"}
         yield Diagnostic("one_direction", "", "warning", numbers, log.kind)
     steady, slow, fast = speeds_of(log, resolution)
     if steady >= settings.steady_share and fast < settings.one_speed * slow:

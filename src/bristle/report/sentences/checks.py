@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Choice, Sentence, says
 
 __all__ = ["CHECKS"]
@@ -15,6 +16,11 @@ _SPEEDS = "move at several steady speeds between a tenth and all of the working 
 def _named(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return the text, with the parameters that it concerns behind it where a fit names them."""
     return texts[0] + (texts[1] if "names" in numbers else "")
+
+
+def _alike(numbers: Mapping[str, Any]) -> bool:
+    """Return whether the slowest and the fastest speed are told alike."""
+    return with_unit(numbers["slowest"], "m/s") == with_unit(numbers["fastest"], "m/s")
 
 
 def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
@@ -160,18 +166,26 @@ CHECKS: dict[str, Sentence] = {
         "the motion is a few steps of the encoder",
         "record the position more finely, or move further",
     ),
-    "one_direction": _with_names(
-        "the axis moves {direction}, and the other way for no more than {percent!m:.1f} % of its way: a constant force "
-        "and friction are one. Move in both directions",
-        "; {names:list} cannot be told apart, whatever their intervals say",
+    "one_direction": Sentence(
+        (
+            "the axis moves {direction}, and the other way for no more than {percent:.1f} % of its way: a constant "
+            "force and friction are one. Move in both directions",
+            "; {names:list} cannot be told apart, whatever their intervals say",
+            "the axis moves {direction} only: a constant force and friction are one. Move in both directions",
+        ),
         "the motion goes in one direction",
         "move in both directions",
+        choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] >= 0.05 else 2], texts[1]), numbers),
     ),
-    "one_speed": _with_names(
-        "all steady motion is at one speed, {slowest:length/time} to {fastest:length/time}: " + _SPEEDS,
-        "; {names:list} cannot be told apart, whatever their intervals say",
+    "one_speed": Sentence(
+        (
+            "all steady motion is at one speed, {slowest:length/time} to {fastest:length/time}: " + _SPEEDS,
+            "; {names:list} cannot be told apart, whatever their intervals say",
+            "all steady motion is at one speed, {slowest:length/time}: " + _SPEEDS,
+        ),
         "all steady motion is at one speed",
         _SPEEDS,
+        choose=lambda texts, numbers: _named((texts[2 if _alike(numbers) else 0], texts[1]), numbers),
     ),
     "repeats_one_motion": says(
         "the motion repeats itself every {period:.3g} s: predict a log of another motion to see what a model is worth",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from bristle.core.typography import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, plural
 
@@ -10,12 +13,21 @@ __all__ = ["PARAMETERS"]
 _WEIGH = "accelerate harder, or give the mass or inertia in the axis file"
 _SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
 _REVERSE = "reverse gently and often, at amplitudes of the break-away distance and below"
+FEW = 20  # reversals
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
 def _in_words(speed: float) -> str:
     """Return a speed as it is told, but for the kind of axis."""
     return with_unit(speed, "m/s")
+
+
+def _crossed(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return what is said of reversals: by whether a period of the filter is over before the zone is."""
+    single, few, many, filtered = texts
+    if numbers["samples"] >= numbers["filter_samples"]:
+        return filtered
+    return single if numbers["reversals"] == 1 else few if numbers["reversals"] <= FEW else many
 
 
 PARAMETERS: dict[str, Sentence] = {
@@ -57,7 +69,11 @@ PARAMETERS: dict[str, Sentence] = {
         "samples, where a period of the filter takes {filter_samples:.0f}",
         "the log has only {reversals} reversals, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
         "samples, where a period of the filter takes {filter_samples:.0f}",
-        choose=plural("reversals"),
+        "each of {reversals} reversals crosses the pre-sliding zone of {zone:length} in {samples:.0f} samples, where a "
+        "period of the filter takes {filter_samples:.0f}",
+        "its reversals ({reversals}) cross the pre-sliding zone of {zone:length} in {samples:.0f} samples, which the "
+        "filter lets pass ({filter_samples:.0f} a period), and yet show less there than the model misses",
+        choose=_crossed,
     ),
     "coarse_position": cause(
         "the pre-sliding zone is a few steps of the encoder",

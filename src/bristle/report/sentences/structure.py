@@ -2,11 +2,30 @@
 
 from __future__ import annotations
 
-from bristle.report.sentences.sentence import Sentence
+from collections.abc import Mapping
+from typing import Any
+
+from bristle.report.sentences.sentence import Sentence, says
 
 __all__ = ["STRUCTURE"]
 
 _CURVE = "friction over the speed has another curve than the model: {force:force}, {percent:.2g} % of friction"
+
+_RIPPLE = (
+    "the force ripples over the position, with a period of {period:length} and an amplitude of {amplitude:force}, "
+    "{percent:.2g} % of friction (root mean square)"
+)
+
+
+def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return what is said of a ripple, by the directions that it pulls in."""
+    plain, known, turning, alike, lead, beside, following = texts
+    if numbers.get("pulls") == "turning":
+        return turning + (following if numbers["model"] else "")
+    if numbers.get("harmonics"):
+        own = alike + (lead if numbers["turner"] == "motor" else "")
+        return own + (beside if numbers["model"] else "")
+    return plain if numbers["model"] else known
 
 
 def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
@@ -27,7 +46,7 @@ STRUCTURE: dict[str, Sentence] = {
             ". Parameters are effective: {names:list} and their intervals hold for this model along such a motion, and "
             "are not those of the axis",
         ),
-        "the model lacks a force that comes back",
+        "forces are missing in the model, by cause",
         "try the model that is named, and take parameters and intervals for effective until then",
         choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
         also=("causes",),
@@ -75,12 +94,29 @@ STRUCTURE: dict[str, Sentence] = {
         "this model changes along the axis already, up to the square of the position",
         "friction changes along the axis",
     ),
-    "missing_ripple": _missing(
-        "the force ripples over the position, with a period of {period:length} and an amplitude of {amplitude:force}, "
-        "{percent:.2g} % of friction (root mean square), as cogging or a screw does",
-        "`{model}`",
-        "this model has one period already: look for a second one in motor, screw and belt",
+    "missing_ripple": Sentence(
+        (
+            _RIPPLE + ", as cogging or a screw does. Next: `{model}`",
+            _RIPPLE + ", as cogging or a screw does; this model has one period already: look for a second one in "
+            "motor, screw and belt",
+            _RIPPLE + ", and changes its sign with the motion, as friction does that changes with the turns of a screw",
+            _RIPPLE + ", alike in both directions, as cogging does. Next: write `[[cogging]]` with "
+            '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
+            ', and `lead = "{travel:lead}"` under `[transmission]`',
+            "; or `{model}`",
+            ". Next: `{model}`",
+        ),
         "the force ripples over the position",
+        "write the cogging that is named into the axis file, or try the model that is named",
+        choose=_ripple,
+        also=("share_percent", "pulls"),
+    ),
+    "missing_gravity": says(
+        "the effort goes with the sine and cosine of the angle, as the gravity of a link does: up to "
+        "{amplitude:force}, of which the model misses {force:force} (root mean square), {percent:.2g} % of friction. "
+        'Next: write `gravity = "link"` under `[plant]` of the axis file',
+        "gravity turns with the angle, and the plant has none",
+        'write `gravity = "link"` under `[plant]` of the axis file',
     ),
     "missing_load": _missing(
         "friction changes with the recorded load: {force:force}, {percent:.2g} % of it",

@@ -1,0 +1,41 @@
+"""What friction or a plant does with each cause of a force that a model lacks, to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bristle.core.variable import KINDS
+
+if TYPE_CHECKING:
+    from bristle.identification.missing_force import Rows
+
+__all__ = ["columns_by_cause"]
+
+FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
+WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
+LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
+
+
+def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
+    """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
+    x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
+    speed = speed / float(np.quantile(speed, 0.99))
+    falls = np.exp(-speed[:, None] / np.array(FALLS))
+    middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
+    place = ((x - middle) / reach)[:, None]
+    turns = rows.kind == KINDS[1] and 2.0 * reach > LEAST_ANGLE
+    behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
+    return {
+        "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
+        "direction": np.column_stack([np.ones_like(speed), speed, falls]),
+        "lag": rows.acceleration[:, None] * falls,
+        "play": side * np.exp(-np.column_stack([behind, before])),
+        "position": np.column_stack([place, place**2, side * place, side * place**2]),
+        **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
+        **{
+            name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
+        },
+    }  # fmt: skip

@@ -1,0 +1,63 @@
+"""Numbers and reasons stand in a sentence as a person says them."""
+
+import pytest
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.identification.result import Estimate
+from bristle.report.messages import message
+from bristle.report.model_tables import _parameter_row
+
+
+def told(code, **numbers):
+    return message(Diagnostic(code, "sigma_0" if "reversals" in numbers else "", numbers=numbers))
+
+
+def test_a_percentage_has_no_power_of_ten():
+    text = told("missing_position", force=3.0, percent=318.0, share_percent=50.0, model="")
+    assert "318 %" in text
+    assert "e+" not in text
+    named = told("missing_position", force=3.0, percent=3.0, share_percent=50.0, model="stribeck_free+position")
+    assert "`stribeck_free+position`" in named
+
+
+def test_a_motion_in_one_direction_goes_no_way_back_of_less_than_nothing():
+    assert "%" not in told("one_direction", direction="forward", percent=0.0)
+    assert "for no more than 0.4 % of its way" in told("one_direction", direction="forward", percent=0.4)
+
+
+def test_one_speed_is_told_once():
+    assert "at one speed, 20 mm/s:" in told("one_speed", slowest=0.02, fastest=0.0200001)
+    assert "18 mm/s to 21 mm/s" in told("one_speed", slowest=0.018, fastest=0.021)
+
+
+@pytest.mark.parametrize(
+    ("reversals", "samples", "said", "unsaid"),
+    [(3632, 435.0, "lets pass", "only"), (3632, 4.0, "each of 3632", "only"), (7, 4.0, "only 7 reversals", "pass")],
+)
+def test_reversals_are_few_or_fast_only_where_they_are(reversals, samples, said, unsaid):
+    text = told("fast_reversals", reversals=reversals, zone=5e-6, samples=samples, filter_samples=10.0)
+    assert said in text
+    assert unsaid not in text.replace("passes", "")
+
+
+def row(value, interval, unit="N*m"):
+    estimate = Estimate("offset", unit, "offset", value, None, "unidentifiable", interval=interval)
+    return _parameter_row(estimate, {}, plain=False, remark="")
+
+
+def test_half_of_an_interval_of_many_times_its_value_is_more_than_ten_times():
+    cells = row(1e-6, (-0.43, 0.47))
+    assert "> 1000" in cells
+    assert not any("e+" in cell or "−430000" in cell for cell in cells)
+
+
+def test_an_interval_around_zero_is_told_in_the_unit_of_its_ends():
+    cells = row(1e-6, (-0.43, 0.47))
+    assert "−430 to 470" in cells
+    assert "mN·m" in cells
+
+
+def test_an_interval_of_nearly_nothing_has_no_digits_of_rounding():
+    cells = row(2.106e-4, (2.106e-4 - 5e-19, 2.106e-4 + 5e-19), "m/s")
+    assert not any("e+" in cell or "e−" in cell for cell in cells)
+    assert "< 0.001" in cells
