@@ -33,7 +33,7 @@ def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda v: 1000.0 * v, "is 1e+03 times that of the position"),
+        (lambda v: 1000.0 * v, "is 1000 times that of the position"),
         (lambda v: 60.0 * v / (2 * np.pi), "is 9.55 times that of the position"),
         (lambda v: -v, "is -1 times that of the position"),
         (np.gradient, "times that of the position (correlation"),
