@@ -81,8 +81,8 @@ def _end_on_broken_pipe() -> None:
 
 
 def say(text: str) -> None:
-    """Write a paragraph to the standard output."""
-    _console(sys.stdout).print(text)
+    """Write a paragraph to the standard output; numbers may part from their units there, as pages do not let them."""
+    _console(sys.stdout).print(text.replace("\u00a0", " "))
 
 
 def say_laid_out(lay_out: Callable[[int], str]) -> None:

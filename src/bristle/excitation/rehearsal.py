@@ -88,7 +88,8 @@ def rehearse(
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
     name = model_to_fit(prior.friction)
-    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop)
+    # Without a controller, no loop is simulated to tell how wide its positions scatter: nobody asks that of a rehearsal.
+    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
     identification = identify(
         log, name, axis=simulated, blocks=0, draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
