@@ -50,7 +50,7 @@ def test_a_gate_that_opens_lets_it_creep_before_break_away():
     assert not found.passed
 
 
-@pytest.mark.parametrize("model", [lugre(), composite("paper")])
+@pytest.mark.parametrize("model", [lugre(), pytest.param(composite("paper"), marks=pytest.mark.slow)])
 def test_a_mass_on_the_contact_walks_as_far(model):
     # A slow triangle of the force on a body, by the integrator: nothing quasi-static in it.
     dt, period, cycles = 2e-4, 0.5, 6

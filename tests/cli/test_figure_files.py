@@ -12,7 +12,7 @@ from bristle.files.results import SUMMARY
 from bristle.report.latex import as_latex
 
 COMMANDS = typer.main.get_command(app).commands
-WITHOUT_REPORT = {"export"}
+WITHOUT_REPORT = {"export", "lab"}
 WITH_RESULTS = sorted(
     name
     for name, one in COMMANDS.items()
@@ -53,7 +53,7 @@ def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
         ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0"),
         ("log", "log.csv", "--axis", "axis.toml"),
         ("design", "experiment.toml", "--variant", "base"),
-        ("demo",),
+        pytest.param(("demo",), marks=pytest.mark.slow),
     ],
     ids=lambda one: one[0],
 )

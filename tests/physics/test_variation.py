@@ -7,9 +7,9 @@ from bristle import friction, response
 from bristle.certificates import check
 from bristle.core.errors import InputError
 from bristle.engine import force_along, run_open_loop
+from bristle.engine.steady import steady_force
 from bristle.friction import base_of, find, unvaried
 from bristle.plants import inertia
-from bristle.prediction.drive_table import steady_force
 
 LUGRE = {"F_C": 20.0, "F_S": 26.0, "v_S": 2e-3, "sigma_0": 4e6, "sigma_1": 1e3, "sigma_2": 300.0}
 PLACE = {"x_0": 0.1, "x_L": 0.1, "p_1": 0.2, "p_2": -0.1, "a_1": 2.0, "a_2": 1.0}

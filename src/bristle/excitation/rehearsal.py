@@ -88,7 +88,7 @@ def rehearse(
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
     name = model_to_fit(prior.friction)
-    # Without a controller, no loop is simulated to tell how wide its positions scatter: nobody asks that of a rehearsal.
+    # Without a controller no loop is simulated, which tells how wide its positions scatter: no rehearsal asks that.
     simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
     identification = identify(
         log, name, axis=simulated, blocks=0, draws=draws,

@@ -64,6 +64,7 @@ def loops_proposed(
         axes.tick_params(axis="y", length=0)
         axes.grid(axis="y", visible=False)
         axes.set_xlabel(label)
+        axes.set_ylabel("Loop", visible=number == 0)  # the numbers of each panel have this head
     row[-1].axvline(enough, color=style.INK, linewidth=1.0, linestyle="--")
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
     return figure
