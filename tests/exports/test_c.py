@@ -199,6 +199,14 @@ int main(void)
             const unsigned at = 8U + (seed >> 8U) % (i == 0 ? 64U : AXIS_X_SAVED - 16U);
             bytes[at] = (unsigned char)(seed >> 24U);
         }
+        if (round % 3 == 0) { /* a small whole number, as of turning points that the memory has no room for */
+            const unsigned at = 24U + 8U * ((seed >> 8U) % 8U);
+            bytes[at] = (unsigned char)(seed >> 24U);
+            bytes[at + 1U] = (unsigned char)((seed >> 16U) % 4U);
+            for (unsigned i = 2; i < 8U; ++i) {
+                bytes[at + i] = 0U;
+            }
+        }
         uint64_t digest = 0xCBF29CE484222325U;
         for (size_t i = 0; i + 8U < sizeof bytes; ++i) {
             digest = (digest ^ bytes[i]) * 0x100000001B3U;

@@ -5,6 +5,8 @@ import pytest
 from tests.logs.test_check import MASS, Run
 
 from bristle.identification import identify
+from bristle.identification.diagnostics.checks import TRADED
+from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import DOUBTED, parameter_table
@@ -41,6 +43,10 @@ def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(ru
     assert {name for name, remark in remarks.items() if DOUBTED in remark} == doubted
     right = identify(Run(0).log(), mass=MASS, draws=0, blocks=0).best
     assert right.doubted == ()
+
+
+def test_every_finding_that_names_parameters_marks_their_rows():
+    assert set(TRADED) <= {*TRADED_IN, *LACKING}
 
 
 def test_a_parameter_that_was_told_trades_places_with_none():

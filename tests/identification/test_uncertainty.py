@@ -1,11 +1,13 @@
 """Standard errors of least squares, against those that textbooks give for a mean and a straight line."""
 
+import numpy as np
 import pytest
 from scipy import stats
 from tests.identification.known_logs import Motion, log_of, sliding_effort
 from tests.identification.test_redundancy import one_way
 
 from bristle.identification import identify
+from bristle.identification.covariance import _root
 
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS
@@ -33,3 +35,8 @@ def test_viscous_friction_with_an_offset_is_a_straight_line():
     slope, intercept = (fit.parameters[name] for name in ("F_v", "offset"))
     assert (slope.value, intercept.value) == pytest.approx((line.slope, line.intercept), rel=1e-6)
     assert (slope.std, intercept.std) == pytest.approx((line.stderr, line.intercept_stderr), rel=1e-6)
+
+
+def test_of_a_variance_that_rounding_left_below_nothing_no_error_is_known():
+    with np.errstate(all="raise"):
+        assert _root(np.array([-1e-30, 0.0, 4.0])).tolist() == [np.inf, 0.0, 2.0]

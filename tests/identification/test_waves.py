@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.identification.waves import frequency_in
+from bristle.identification.waves import frequency_in, refined
 
 TURNS = 7.38  # over the range
 
@@ -23,6 +23,16 @@ def test_a_wave_is_found_between_whole_turns_whether_it_turns_with_the_motion_or
     wave = (side if odd else 1.0) * np.sin(2.0 * np.pi * frequency * x + 0.4)
     noise = 0.3 * np.random.default_rng(3).standard_normal(x.size)
     assert frequency_in(x, side, wave + noise, 100.0) == pytest.approx(frequency, rel=0.006)
+
+
+def test_a_wave_that_was_found_is_told_more_closely(passes):
+    x, side = passes
+    frequency = TURNS / np.ptp(x)
+    wave = np.sin(2.0 * np.pi * frequency * x + 0.4) + 0.05 * np.random.default_rng(3).standard_normal(x.size)
+    coarse = frequency_in(x, side, wave, 100.0)
+    fine = refined(x, side, wave, coarse)
+    assert abs(fine - frequency) < 0.25 * abs(coarse - frequency)
+    assert fine == pytest.approx(frequency, rel=5e-4)
 
 
 def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):

@@ -150,16 +150,23 @@ def matlab_73(folder: Path, m: Motion) -> Path:
     return path
 
 
-def tdms_two_rates(folder: Path, m: Motion) -> Path:
+def _tdms(path: Path, group: str, *segments: list[tuple[str, np.ndarray, dict[str, object]]]) -> Path:
+    """Write channels with their properties, a piece of each in each segment."""
     nptdms = pytest.importorskip("nptdms")
-    path = folder / "rates.tdms"
-    _, x, f = _numbers(m)
     with nptdms.TdmsWriter(str(path)) as writer:
-        writer.write_segment([
-            nptdms.ChannelObject("axis", "Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}),
-            nptdms.ChannelObject("axis", "Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"}),
-        ])  # fmt: skip
+        for channels in segments:
+            writer.write_segment([
+                nptdms.RootObject({"Operator": "lab"}), *(nptdms.ChannelObject(group, *channel) for channel in channels)
+            ])  # fmt: skip
     return path
+
+
+def tdms_two_rates(folder: Path, m: Motion) -> Path:
+    _, x, f = _numbers(m)
+    return _tdms(folder / "rates.tdms", "axis", [
+        ("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}),
+        ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"}),
+    ])  # fmt: skip
 
 
 def hdf5_german(folder: Path, m: Motion) -> Path:
@@ -174,30 +181,21 @@ def hdf5_german(folder: Path, m: Motion) -> Path:
 
 def tdms_waveforms(folder: Path, m: Motion) -> Path:
     """Two waveforms of one rate."""
-    nptdms = pytest.importorskip("nptdms")
-    path = folder / "waveforms.tdms"
     _, x, f = _numbers(m)
-    with nptdms.TdmsWriter(str(path)) as writer:
-        writer.write_segment([
-            nptdms.RootObject({"Operator": "lab"}),
-            nptdms.ChannelObject("Log", "ActPos", x, {"wf_increment": 1e-3, "NI_UnitDescription": "mm"}),
-            nptdms.ChannelObject("Log", "ActForce", f, {"wf_increment": 1e-3, "NI_UnitDescription": "N"}),
-        ])  # fmt: skip
-    return path
+    return _tdms(folder / "waveforms.tdms", "Log", [
+        ("ActPos", x, {"wf_increment": 1e-3, "NI_UnitDescription": "mm"}),
+        ("ActForce", f, {"wf_increment": 1e-3, "NI_UnitDescription": "N"}),
+    ])  # fmt: skip
 
 
 def tdms_own_time(folder: Path, m: Motion) -> Path:
     """A time beside the channels, in pieces as they were recorded."""
-    nptdms = pytest.importorskip("nptdms")
-    path = folder / "pieces.tdms"
     t, x, f = _numbers(m)
-    with nptdms.TdmsWriter(str(path)) as writer:
-        for part in np.array_split(np.arange(t.size), 7):
-            writer.write_segment([
-                nptdms.ChannelObject("Messung", name, values[part], {"unit_string": unit})
-                for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))
-            ])  # fmt: skip
-    return path
+    return _tdms(folder / "pieces.tdms", "Messung", *(
+        [(name, values[part], {"unit_string": unit})
+         for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))]
+        for part in np.array_split(np.arange(t.size), 7)
+    ))  # fmt: skip
 
 
 def hdf5_records(folder: Path, m: Motion) -> Path:

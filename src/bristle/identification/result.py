@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
 
-DOUBTS = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
+TRADED_IN = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
 LACKING = ("structure", "clipped", "saturates")
@@ -249,7 +249,7 @@ class Fit:
     @property
     def doubted(self) -> tuple[str, ...]:
         """Parameters that are identified, and of which a diagnostic says that their intervals do not hold."""
-        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in DOUBTS]
+        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in TRADED_IN]
         names = {name for group in named if isinstance(group, tuple) for name in group}
         identified = [estimate.name for estimate in self.estimates if estimate.status == "identified"]
         return tuple(name for name in identified if name in names)

@@ -19,7 +19,6 @@ DEVIATIONS, NARROWEST, WIDEST = 6.0, 0.02, 0.08  # of the noise, and of the top:
 BELOW = 2.0  # widths below the pile, with which it is compared
 PILE_UP = 3.0  # times as dense as below; a sine has 2.7
 SHORT = 0.05  # of the level: what the motion asks for beyond it
-ACCELERATES = 0.2  # of the level, for inertia: at a constant speed an effort may stay at its extreme
 
 
 def piled_up(log: LogData, rows: Rows, resolution: float, settings: CheckThresholds) -> Cut | None:
@@ -76,12 +75,11 @@ def _piles(values: np.ndarray, run: int) -> bool:
 
 
 def _falls_short(rows: Rows, missing: np.ndarray, level: float, sure: float) -> bool:
-    """Return whether a line through the rows lacks effort where it piles up, and the axis accelerates there."""
+    """Return whether a line through the rows lacks effort where it piles up."""
     columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
     line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
     # A channel that bends over does not end at once; what it lacks goes with the cube of what it reads.
     if line is None or (bent is not None and bent.explained > line.explained):
         return False
     short, error = float(line.coefficients[-1]), float(line.deviations[-1])
-    inertia = float(line.coefficients[0]) * float(np.sum(missing * rows.acceleration) / np.sum(missing**2))
-    return short > SHORT * level and short > sure * error and inertia > ACCELERATES * level
+    return short > SHORT * level and short > sure * error
