@@ -138,10 +138,16 @@ def test_friction_tables_in_pages_are_read(block, at_the_reader):
     assert found.name == "quadratic_drag"
 
 
+@each("toml loop")
+def test_tables_in_pages_are_those_of_the_example(block):
+    example = tomllib.loads((ROOT / "examples/own_loop/rig.toml").read_text(encoding="utf-8"))
+    assert tomllib.loads(block.text).items() <= example.items()
+
+
 def test_no_block_goes_unchecked():
     checked = (
-        "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction", "python",
-        "sh", "text",
+        "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction",
+        "toml loop", "python", "sh", "text",
     )  # fmt: skip
     every = sum(page.read_text().count("\n```") for page in PAGES)
     assert len(blocks(*checked)) == every / 2

@@ -23,7 +23,9 @@ EXAMPLE = """Example:
 
 
 def check(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model of your own.")],
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model, law or sensor of your own.")
+    ],
     force_ripple: Annotated[
         str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
     ] = None,
@@ -31,11 +33,11 @@ def check(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Check whether a friction model is fit to be used.
+    """Check whether a model, law or sensor is fit to be used.
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed and held against the contract of friction models.
+    A Python file is executed, and its friction model, control law or sensor held against the contract.
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
@@ -80,8 +82,9 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allo
 def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
     from bristle.core import InputError
     from bristle.core.content import content_of
+    from bristle.core.contracts import Component, Controller, FrictionModel, Sensor
     from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_model import load_model_file
+    from bristle.files.user_model import WORDS, load_component_file
     from bristle.testing import check_model
 
     if model.suffix != ".py":
@@ -96,7 +99,7 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
                 mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
             )  # fmt: skip
     content = content_of(model, limit=CODE_LIMIT)
-    chosen = load_model_file(content)
+    chosen: Component = load_component_file(content, FrictionModel, Controller, Sensor)
     allow(content)
     with progress("checking"):
         results = check_model(chosen)
@@ -104,7 +107,8 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
     if as_json:
         _print_json(chosen.name, not failed, {check.name: _as_certificate(check) for check in results})
     else:
-        _show_demands(chosen.name, results)
+        word = next(word for family, word in WORDS.items() if isinstance(chosen, family))
+        _show_demands(f"The contract of a {word}: {chosen.name}", results)
     for check in failed:
         complain(f"{check.name}: {check.detail}. {check.advice}")
     return NO if failed else 0
@@ -134,8 +138,8 @@ def _outcome(check: Check) -> str:
     return "met" if check.passed else "NOT MET"
 
 
-def _show_demands(name: str, results: list[Check]) -> None:
+def _show_demands(title: str, results: list[Check]) -> None:
     from bristle.report.table import Table
 
     rows = [(check.name, _outcome(check), check.detail, check.advice) for check in results]
-    show_table(Table(f"The contract of a friction model: {name}", ("Demand", "Outcome", "Seen", "What to do"), rows))
+    show_table(Table(title, ("Demand", "Outcome", "Seen", "What to do"), rows))

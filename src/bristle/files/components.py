@@ -125,7 +125,7 @@ def parameters_in(
 
 def model_from(
     table: Any, registry: Mapping[str, Component], *, kind: Kind, path: str, default: str = "",
-    find: Callable[[str, Iterable[str], str], Component] | None = None,
+    find: Callable[[str, Iterable[str], str], Component] | None = None, own: Component | None = None,
 ) -> Model:  # fmt: skip
     """Return the component that a table names, with the parameters that it gives.
 
@@ -143,6 +143,8 @@ def model_from(
         The component where the table names none.
     find : callable, optional
         Finds one whose name says more than the registry knows, by its name and the keys beside it.
+    own : Component, optional
+        The one of a person's own, where the table names its file.
 
     Raises
     ------
@@ -150,6 +152,8 @@ def model_from(
         With the path of the key that does not fit, its value and what is allowed.
     """
     entries = table_at(table, path)
+    if own is not None:
+        return make_model(own, parameters_in(entries, own, path, beside=("file",)), kind=kind, validate=True, path=path)
     if "model" not in entries and not default:
         raise InputError(
             "names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]'

@@ -9,7 +9,7 @@ from typing import Any
 from bristle.controllers import CONTROLLERS
 from bristle.core import units
 from bristle.core.axis import Axis, Column
-from bristle.core.contracts import Model, make_model
+from bristle.core.contracts import Controller, Model, make_model
 from bristle.core.dimensions import Kind, exponents_of, unit_of
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
@@ -37,8 +37,9 @@ def controller_of(table: Any, axis: Axis) -> Model | None:
 
 
 def controller_from(
-    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None
-) -> Model:
+    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None,
+    own: Controller | None = None,
+) -> Model:  # fmt: skip
     """Return the control law of a table.
 
     Parameters
@@ -53,6 +54,8 @@ def controller_from(
         Key of the table, for messages.
     arm : float, optional
         Movement of the axis for one radian of the motor, in SI.
+    own : Controller, optional
+        The law of a person's own, where the table names its file.
 
     Raises
     ------
@@ -60,14 +63,14 @@ def controller_from(
         With the path of the key that does not fit, its value and what is allowed.
     """
     entries = table_at(table, path)
-    if "model" not in entries:
+    if own is None and "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
-    component = component_named(entries["model"], CONTROLLERS, f"{path}.model")
-    own = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
-    values = parameters_in(entries, component, path, beside=("model", *own))
+    component = own or component_named(entries["model"], CONTROLLERS, f"{path}.model")
+    by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
+    values = parameters_in(entries, component, path, beside=("model" if own is None else "file", *by_time))
     for name, value in values.items():
         values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}", arm)
-    if own and INTEGRAL_TIME in entries:
+    if by_time and INTEGRAL_TIME in entries:
         values["k_i"] = _integral_gain(entries, values, component.variables["k_v"], kind, path)
     return make_model(component, values, kind=kind, validate=True, path=path)
 

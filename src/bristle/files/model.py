@@ -303,8 +303,6 @@ def friction_from(
         With the path of the key that does not fit, its value and what is allowed.
     """
     entries = table_at(table, path)
-    if "model" in entries and "file" in entries:
-        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
     component = _user_model(entries, folder, path, allow_code) if "file" in entries else _own_model(entries, path)
     beside = ("file", "slots") if "file" in entries else ("model",)
     values = parameters_in(entries, component, path, beside=beside)
@@ -319,15 +317,10 @@ def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:
 
 
 def _user_model(table: Mapping[str, Any], folder: Path, path: str, allow_code: bool) -> FrictionModel:
-    from bristle.files.permission import code_named
-    from bristle.files.user_model import load_model_file
+    from bristle.files.user_model import component_in
 
-    file, slots = table["file"], table.get("slots", [])
-    if not isinstance(file, str) or not file.endswith(".py"):
-        raise InputError(
-            "is no file with a model", path=f"{path}.file", value=file, allowed="a file of Python, my_model.py"
-        )
+    slots = table.get("slots", [])
     if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
         raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
-    code = code_named(file, folder, f"{path}.file", allow_code=allow_code)
-    return with_slots(load_model_file(code), slots, f"{path}.slots")
+    own = component_in(table, FrictionModel, folder=folder, path=path, allow_code=allow_code)
+    return with_slots(own, slots, f"{path}.slots")

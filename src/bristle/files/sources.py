@@ -9,7 +9,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
-from bristle.core.contracts import Model, make_model
+from bristle.core.contracts import Component, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
@@ -17,7 +17,7 @@ from bristle.files.components import check_keys, parameters_in, table_at
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
 from bristle.files.toml import TOML_LIMIT
-from bristle.files.user_model import origins_of_code
+from bristle.files.user_model import Described, component_in, origins_of_code
 from bristle.friction import base_of
 from bristle.logs import read_log
 from bristle.logs.log import Log
@@ -61,7 +61,7 @@ class Sources:
 
         def read(content: Content) -> ModelFile:
             file = read_model(content, allow_code=self.allow_code)
-            self._note_code(file.friction)
+            self._note_code(base_of(file.friction.component))
             return file
 
         return self._once(("model", self._file(file, path)), path, read)
@@ -86,7 +86,7 @@ class Sources:
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
             model = friction_from(entries, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code)
-            self._note_code(model)
+            self._note_code(base_of(model.component))
             return None, model
         described = self.model(file, f"{path}.file")
         if described.friction.kind != kind:
@@ -97,6 +97,21 @@ class Sources:
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
+
+    def own(self, table: Any, family: type[Described], path: str) -> Described | None:
+        """Return the component of a person's own that a table names in `file`; None where it names none.
+
+        Raises
+        ------
+        InputError
+            If the code may not run, or defines no such component.
+        """
+        entries = table_at(table, path)
+        if "file" not in entries:
+            return None
+        own = component_in(entries, family, folder=self.folder, path=path, allow_code=self.allow_code)
+        self._note_code(own)
+        return own
 
     def fitted_to(self, table: Any, path: str) -> str:
         """Return the digest of the friction that the model of a table was identified on, "" where it tells none."""
@@ -143,5 +158,5 @@ class Sources:
             self._origins.setdefault(key[0], []).append(content.origin)
         return self._read[key]
 
-    def _note_code(self, friction: Model) -> None:
-        self._origins.setdefault("code", []).extend(origins_of_code([base_of(friction.component)]))
+    def _note_code(self, component: Component) -> None:
+        self._origins.setdefault("code", []).extend(origins_of_code([component]))

@@ -1,4 +1,4 @@
-"""A user's own friction model: one Python file, used without any change to the package."""
+"""A friction model, control law, sensor, plant or reference of a user's own: one Python file, the package unchanged."""
 
 from __future__ import annotations
 
@@ -8,19 +8,27 @@ import io
 import linecache
 import sys
 import types
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from bristle.core.content import Content, Origin, Readable, content_of
-from bristle.core.contracts import FrictionModel
+from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.locks import LOADING
 from bristle.core.variable import variables_of
-from bristle.files.permission import CODE_LIMIT
+from bristle.files.permission import CODE_LIMIT, code_named
 
-__all__ = ["SourceText", "code_of", "load_model_file", "origins_of_code"]
+__all__ = ["SourceText", "code_of", "component_in", "load_component_file", "load_model_file", "origins_of_code"]
+
+WORDS: dict[type[Component], str] = {
+    FrictionModel: "friction model", Controller: "control law", Sensor: "sensor", Plant: "plant",
+    Trajectory: "reference",
+}  # fmt: skip
+"""What a component is called, by its descriptor."""
+
+Described = TypeVar("Described", bound=Component)
 
 
 @dataclass(frozen=True)
@@ -51,7 +59,18 @@ class SourceText:
 
 
 def load_model_file(path: Readable) -> FrictionModel:
-    """Return the friction model that a Python file defines as ``MODEL``.
+    """Return the friction model that a Python file defines as ``MODEL``; `load_component_file` tells how.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or run, defines no ``MODEL``, or gives it a name that cannot be asked for.
+    """
+    return load_component_file(path, FrictionModel)
+
+
+def load_component_file(path: Readable, *families: type[Described]) -> Described:
+    """Return what a Python file defines as ``MODEL``.
 
     The module is named by the hash of its source, so that an edited file is another module: nothing compiled from
     the old one is ever used again.
@@ -59,43 +78,87 @@ def load_model_file(path: Readable) -> FrictionModel:
     Parameters
     ----------
     path : path-like, bytes, file object or Content
-        A Python file with ``Parameters``, ``State``, ``trial``, ``commit`` and ``MODEL``. It is executed.
+        A Python file with ``Parameters``, ``State``, the kernels of its kind and ``MODEL``. It is executed.
+    *families : type
+        Descriptors of which it must be one: `FrictionModel`, `Controller`, `Sensor`, `Plant` or `Trajectory`.
 
     Returns
     -------
-    FrictionModel
+    Component
         The descriptor.
 
     Raises
     ------
     InputError
-        If the file cannot be read or run, defines no ``MODEL``, or gives it a name that cannot be asked for.
+        If the file cannot be read or run, defines no ``MODEL`` of this kind, or gives it a name that cannot be asked
+        for.
     """
     content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
     source = content.source
     model = getattr(SourceText(content).module(), "MODEL", None)
-    if not isinstance(model, FrictionModel):
+    family = next((family for family in families if isinstance(model, family)), families[0])
+    if not isinstance(model, family):
         raise InputError(
-            "defines no friction model" if model is None else "MODEL is not a FrictionModel",
+            f"defines no {WORDS[family]}" if model is None else f"MODEL is not a {family.__name__}",
             path=str(source),
             value=None if model is None else type(model).__name__,
-            mend="End the file with MODEL = FrictionModel(name=..., description=..., Parameters=Parameters, "
-            "State=State, trial=trial, commit=commit)",
+            mend=f"End the file with MODEL = {family.__name__}({_arguments_of(family)})",
         )
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
         raise InputError(
             "gives its model a name that cannot be asked for", path=str(source), value=model.name,
-            allowed="a name without + and comma", mend='Write another name in FrictionModel(name="...")',
+            allowed="a name without + and comma", mend=f'Write another name in {family.__name__}(name="...")',
         )  # fmt: skip
     _refuse_odd_quantities(model, source)
     return model
 
 
-def _refuse_odd_quantities(model: FrictionModel, source: Path) -> None:
+def _arguments_of(family: type[Component]) -> str:
+    """Return what a descriptor cannot do without, as it is written."""
+    described = fields(family)
+    needed = (field.name for field in described if field.default is MISSING and field.default_factory is MISSING)
+    return ", ".join(f"{name}=..." if name in ("name", "description") else f"{name}={name}" for name in needed)
+
+
+def component_in(
+    table: Mapping[str, Any], family: type[Described], *, folder: Path, path: str, allow_code: bool
+) -> Described:
+    """Return the component of a person's own that a table names, ``file = "my_law.py"``.
+
+    Parameters
+    ----------
+    table : mapping
+        The table, with a key `file`.
+    family : type
+        The descriptor that it must be.
+    folder : Path
+        What a relative file starts from.
+    path : str
+        Key of the table, for messages.
+    allow_code : bool
+        Whether the code may run without having been allowed before.
+
+    Raises
+    ------
+    InputError
+        If it names a model beside the file, the file is none of Python, may not run, or defines no such component.
+    """
+    file = table["file"]
+    if "model" in table:
+        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
+    if not isinstance(file, str) or not file.endswith(".py"):
+        raise InputError(
+            f"is no file with a {WORDS[family].split()[-1]}", path=f"{path}.file", value=file,
+            allowed=f"a file of Python, my_{WORDS[family].split()[-1]}.py",
+        )  # fmt: skip
+    return load_component_file(code_named(file, folder, f"{path}.file", allow_code=allow_code), family)
+
+
+def _refuse_odd_quantities(model: Component, source: Path) -> None:
     """Refuse a model with a quantity that is none; what else a description lacks, the contract says."""
-    for fields in (model.Parameters, model.State):
+    for described in (model.Parameters, model.State):
         try:
-            variables_of(fields)
+            variables_of(described)
         except InputError as error:
             raise error.at(_place(error, source)) from None
         except Exception:  # noqa: BLE001  (annotations may hold anything)

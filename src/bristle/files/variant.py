@@ -9,7 +9,7 @@ from typing import Any
 from bristle.controllers import open_loop
 from bristle.core import units
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
 from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, SIDES, Feedforward, Learning, Variant
 from bristle.core.variable import Kind
@@ -79,17 +79,17 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
             "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
         )
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
-    plant = _plant(tables, axis, identified, kind)
+    plant = _plant(tables, axis, identified, kind, sources)
     mechanism: dict[str, Any] = {
         "name": name, "plant": plant, "friction": friction, "table": _table_friction(tables, plant, sources),
-        "sensor": _sensor(tables, axis, kind), "sensor_at": _side(tables, plant), "axis": axis,
+        "sensor": _sensor(tables, axis, kind, sources), "sensor_at": _side(tables, plant), "axis": axis,
     }  # fmt: skip
     if "effort" in tables.content:
         return _open_loop(tables, mechanism, kind, sources)
     reference = _reference(tables, axis, kind, sources)
     return Variant(
         **mechanism,
-        controller=_controller(tables, axis, kind),
+        controller=_controller(tables, axis, kind, sources),
         reference=reference,
         feedforward=_feedforward(tables, plant, kind, sources),
         learning=_learning(tables, kind),
@@ -144,8 +144,10 @@ def _values_of(model: Model) -> dict[str, Any]:
     return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
 
 
-def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind) -> Model:
+def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind, sources: Sources) -> Model:
     path, entries = tables.path("plant"), tables.table("plant")
+    if (own := sources.own(entries, Plant, path)) is not None:
+        return model_from(entries, PLANTS, kind=kind, path=path, own=own)
     if "model" not in entries and identified is not None:
         entries = _values_of(identified) | entries
     elif "model" not in entries and axis is not None and axis.mass is not None:
@@ -155,14 +157,15 @@ def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Ki
     return model_from(entries, PLANTS, kind=kind, path=path, default="inertia", find=find_plant)
 
 
-def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
+def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
     path = tables.path("controller")
     entries = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
-    if "model" not in entries and axis is not None and axis.controller is not None:
+    own = sources.own(entries, Controller, path)
+    if own is None and "model" not in entries and axis is not None and axis.controller is not None:
         running = _values_of(axis.controller)
         entries = {key: value for key, value in running.items() if key != "k_i" or "T_n" not in entries} | entries
     return controller_from(entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path,
-                           arm=axis.arm if axis is not None else None)  # fmt: skip
+                           arm=axis.arm if axis is not None else None, own=own)  # fmt: skip
 
 
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
@@ -238,11 +241,13 @@ def _side(tables: Tables, plant: Model) -> str:
     return side
 
 
-def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
+def _sensor(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
+    path = tables.path("sensor")
     entries = {key: value for key, value in tables.table("sensor").items() if key != "side"}
     if not entries and axis is not None and axis.resolution is not None:
         entries = {"resolution": axis.resolution}
-    return model_from(entries, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")
+    own = sources.own(entries, Sensor, path)
+    return model_from(entries, SENSORS, kind=kind, path=path, default="encoder", own=own)
 
 
 def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
@@ -254,4 +259,5 @@ def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) 
                 f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"]
             )
         return recorded
-    return model_from(entries, REFERENCES, kind=kind, path=path)
+    own = sources.own(entries, Trajectory, path)
+    return model_from(entries, REFERENCES, kind=kind, path=path, own=own)

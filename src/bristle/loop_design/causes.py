@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
 from bristle.loop_design.following import told_the_motion
+from bristle.sensors import encoder
 from bristle.simulation import friction_along
 
 __all__ = ["Cause", "best_gain", "causes_of", "nominal"]
@@ -36,7 +37,7 @@ def causes_of(variant: Variant) -> tuple[Cause, ...]:
         *_of_following(variant),
         *_of_compensator(variant),
         *_of_friction(variant),
-        *_of_encoder(variant),
+        *_of_sensor(variant),
         *_of_delay(variant),
         *_of_the_rest(variant),
     )
@@ -155,8 +156,15 @@ def _regular(friction: Any) -> Any:
     return friction.with_values(scatter=0.0) if friction is not None and "scatter" in friction.values else friction
 
 
-def _of_encoder(variant: Variant) -> list[Cause]:
-    exact = {name: 0.0 for name in ENCODER if variant.sensor.values.get(name, 0.0) > 0.0}
+def _of_sensor(variant: Variant) -> list[Cause]:
+    sensor = variant.sensor
+    if sensor.component is not encoder:
+
+        def read_truly(loop: Variant) -> Variant:
+            return replace(loop, sensor=encoder(kind=sensor.kind))
+
+        return [Cause(sensor.name, f"what the sensor reads: {sensor.component.description}", read_truly)]
+    exact = {name: 0.0 for name in ENCODER if sensor.values[name] > 0.0}
     if not exact:
         return []
 

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
 
-__all__ = ["Check"]
+from bristle.core.contracts import Model
+from bristle.core.errors import told_by
+
+__all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
+
+Demand = Callable[[Model], Any]
 
 
 @dataclass(frozen=True)
@@ -39,3 +46,35 @@ class Check:
     value: float | None = None
     unit: str | None = None
     threshold: float | None = None
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What a check saw: in words, as a number, and what that number must keep to."""
+
+    detail: str = ""
+    value: float | None = None
+    unit: str | None = None
+    threshold: float | None = None
+    applies: bool = True
+
+
+class UnmetError(Exception):
+    """A demand is not met; carries what was seen and the advice."""
+
+    def __init__(self, fact: Fact | str, advice: str = "") -> None:
+        self.fact, self.advice = fact if isinstance(fact, Fact) else Fact(fact), advice
+        super().__init__(self.fact.detail)
+
+
+def outcome(check: Demand, model: Model) -> Check:
+    """Return what became of a demand on a model."""
+    name = check.__name__.replace("_", " ")
+    try:
+        return Check(name, True, **asdict(check(model)))
+    except UnmetError as failure:
+        return Check(name, False, advice=failure.advice, **asdict(failure.fact))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
+        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")

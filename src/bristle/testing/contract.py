@@ -5,14 +5,13 @@ Each check runs the model itself; the first sentence of its docstring says what 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel, Model, Motion, make_model
+from bristle.core.contracts import Component, Controller, FrictionModel, Model, Motion, Sensor, make_model
 from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
 from bristle.core.status import Status
@@ -23,42 +22,26 @@ from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
-from bristle.testing.check import Check
+from bristle.testing.check import Check, Demand, Fact, UnmetError, outcome
+from bristle.testing.sampled import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
 SEED = 20260
-Demand = Callable[[Model], Any]
 
 
-@dataclass(frozen=True)
-class _Fact:
-    """What a check saw: in words, as a number, and what that number must keep to."""
-
-    detail: str = ""
-    value: float | None = None
-    unit: str | None = None
-    threshold: float | None = None
-    applies: bool = True
-
-
-class _UnmetError(Exception):
-    """A demand is not met; carries what was seen and the advice."""
-
-    def __init__(self, fact: _Fact | str, advice: str = "") -> None:
-        self.fact, self.advice = fact if isinstance(fact, _Fact) else _Fact(fact), advice
-        super().__init__(self.fact.detail)
-
-
-def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
-    """Run the contract suite on a friction model.
+def check_model(
+    model: FrictionModel | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None
+) -> list[Check]:
+    """Run the contract suite on a friction model, a control law or a sensor.
 
     Parameters
     ----------
-    model : FrictionModel, Model or str
-        A descriptor or its name, checked with its example parameters, or a model with parameters of its own.
+    model : FrictionModel, Controller, Sensor, Model or str
+        A descriptor or the name of a friction model, checked with its example parameters, or one with parameters of its
+        own.
     checks : sequence of callable, optional
-        Some of `CHECKS`; all of them by default.
+        Some of `CHECKS`; by default all that are demanded of this kind.
 
     Returns
     -------
@@ -67,34 +50,25 @@ def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] 
     """
     results: list[Check] = []
     resolved = find(model, "model") if isinstance(model, str) else model
-    if not isinstance(getattr(resolved, "component", resolved), FrictionModel):
+    demands = next((checks_of for family, checks_of in DEMANDS.items()
+                    if isinstance(getattr(resolved, "component", resolved), family)), None)  # fmt: skip
+    if demands is None:
         raise InputError(
-            "is no friction model", path="model", value=model, mend="Give a model, its descriptor or its name"
-        )
+            "is no friction model, control law or sensor", path="model", value=model,
+            mend="Give a model, its descriptor or its name",
+        )  # fmt: skip
     try:
         bound = resolved if isinstance(resolved, Model) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
-    for check in CHECKS if checks is None else checks:
-        results.append(_run(check, bound))
-        if not results[-1].passed and check in FORM:
+    for check in demands if checks is None else checks:
+        results.append(outcome(check, bound))
+        if not results[-1].passed and check in FORM_OF_ALL:
             break
     return results
 
 
-def _run(check: Demand, model: Model) -> Check:
-    name = check.__name__.replace("_", " ")
-    try:
-        return Check(name, True, **asdict(check(model)))
-    except _UnmetError as failure:
-        return Check(name, False, advice=failure.advice, **asdict(failure.fact))
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
-        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")
-
-
-def example_of(component: FrictionModel) -> Model:
+def example_of(component: Component) -> Model:
     """Return a model with the example parameters of its descriptor, or the nominal value of each."""
     values: dict[str, Any] = dict(component.example)
     for name, variable in component.variables.items():
@@ -107,55 +81,55 @@ def example_of(component: FrictionModel) -> Model:
 # --- the form ---------------------------------------------------------------------------------------------------
 
 
-def described_variables(model: Model) -> _Fact:
+def described_variables(model: Model) -> Fact:
     """Every parameter and every state variable carries a Variable; states are scalars with a default."""
     component = model.component
     if not component.variables and component.Parameters._fields:
-        raise _UnmetError("no parameter is described", "Annotate each field with Variable(...)")
+        raise UnmetError("no parameter is described", "Annotate each field with Variable(...)")
     variables_of(component.State)
     try:
         state = component.State()
     except TypeError as error:
-        raise _UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
+        raise UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
-            raise _UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
-    return _Fact(f"{len(component.variables)} parameters, {len(state)} states")
+            raise UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
+    return Fact(f"{len(component.variables)} parameters, {len(state)} states")
 
 
-def exportable_kernels(model: Model) -> _Fact:
+def exportable_kernels(model: Model) -> Fact:
     """Keep the functions in the part of Python that can be compiled and exported: each is built for other targets."""
     component = model.component
     optional = component.rate, component.piece, component.flow, component.arrival
     functions = [component.trial, component.commit, *(function for function in optional if function)]
     for function in functions:
         if function not in kernels():
-            raise _UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+            raise UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
     try:
         built = kernels_of(model)
     except NotExportableError as error:
-        raise _UnmetError(_Fact(str(error), 1, "1", 0.0)) from None
-    return _Fact(f"{len(built)} kernels", 0.0, "1", 0.0)
+        raise UnmetError(Fact(str(error), 1, "1", 0.0)) from None
+    return Fact(f"{len(built)} kernels", 0.0, "1", 0.0)
 
 
-def scalar_results(model: Model) -> _Fact:
+def scalar_results(model: Model) -> Fact:
     """Return a finite force and a NamedTuple of scalars from a trial, a state from a commit."""
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
-        raise _UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move), both finite")
+        raise UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move), both finite")
     if not hasattr(move, "_fields"):
-        raise _UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
+        raise UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
-        raise _UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
-    return _Fact(value=float(force), unit=unit_of("force", model.kind))
+        raise UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
+    return Fact(value=float(force), unit=unit_of("force", model.kind))
 
 
 # --- what a trial may do ----------------------------------------------------------------------------------------
 
 
-def pure_trial(model: Model) -> _Fact:
+def pure_trial(model: Model) -> Fact:
     """Change nothing in a trial: the same call gives the same bits, 1000 random trials leave the memory alone."""
     state, memory = _used(model)
     before = _bytes_of(memory)
@@ -164,14 +138,14 @@ def pure_trial(model: Model) -> _Fact:
     for motion, dt in _motions(1000):
         trial(state, memory, motion, dt, p)
         if _bytes_of(memory) != before:
-            raise _UnmetError(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
+            raise UnmetError(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
-        raise _UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
-    return _Fact("1000 trials")
+        raise UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
+    return Fact("1000 trials")
 
 
-def finite_everywhere(model: Model) -> _Fact:
+def finite_everywhere(model: Model) -> Fact:
     """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
     state, memory = _used(model)
     speeds = (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6)
@@ -183,37 +157,37 @@ def finite_everywhere(model: Model) -> _Fact:
         if not np.isfinite(force)
     ]
     if bad:
-        raise _UnmetError(_Fact(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
-    return _Fact(f"{len(tried)} pairs of velocity and step", 0.0, "1", 0.0)
+        raise UnmetError(Fact(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
+    return Fact(f"{len(tried)} pairs of velocity and step", 0.0, "1", 0.0)
 
 
 # --- what friction does -----------------------------------------------------------------------------------------
 
 
-def one_sided_limits(model: Model) -> _Fact:
+def one_sided_limits(model: Model) -> Fact:
     """At rest the limit from forward motion is not below the one from backward motion: friction opposes both."""
     state, memory = _used(model)
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     least = -1e-12 * abs(backward)
-    fact = _Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
+    fact = Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
     if forward - backward < least:
-        raise _UnmetError(fact, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
+        raise UnmetError(fact, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
     return fact
 
 
-def opposes_sliding(model: Model) -> _Fact:
+def opposes_sliding(model: Model) -> Fact:
     """In steady sliding the force, less its mean over both directions, opposes the motion."""
     steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
     forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
     detail = f"least at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
-    fact = _Fact(detail, forward - backward, unit_of("force", model.kind), 0.0)
+    fact = Fact(detail, forward - backward, unit_of("force", model.kind), 0.0)
     if forward < backward:
-        raise _UnmetError(fact, "Check signs")
+        raise UnmetError(fact, "Check signs")
     return fact
 
 
-def dissipates(model: Model) -> _Fact:
+def dissipates(model: Model) -> Fact:
     """Over closed cycles of random amplitude the force takes energy out, after the first cycle."""
     generator = np.random.default_rng(SEED)
     least = np.inf
@@ -227,11 +201,11 @@ def dissipates(model: Model) -> _Fact:
         least = min(least, float(np.sum(force * step)) / scale)
     if least < -1e-9:
         detail = f"a closed cycle returned {-100 * least:.2g} % of the work"
-        raise _UnmetError(_Fact(detail, least, "1", -1e-9), "Friction cannot produce energy")
-    return _Fact(f"least share taken out {least:.3f}", least, "1", -1e-9)
+        raise UnmetError(Fact(detail, least, "1", -1e-9), "Friction cannot produce energy")
+    return Fact(f"least share taken out {least:.3f}", least, "1", -1e-9)
 
 
-def refines(model: Model) -> _Fact:
+def refines(model: Model) -> Fact:
     """Halving the step changes the mean force less and less: the step has an order."""
     errors = []
     for division in (1, 2, 4, 8):
@@ -245,17 +219,17 @@ def refines(model: Model) -> _Fact:
     scale = float(np.max(np.abs(errors[-1]))) or 1.0
     steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
     most = 0.8 * steps[0] + 1e-9
-    fact = _Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most)
+    fact = Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most)
     if steps[-1] > most:
-        raise _UnmetError(fact, "The force must be the mean over the step")
+        raise UnmetError(fact, "The force must be the mean over the step")
     return fact
 
 
-def rate_agrees(model: Model) -> _Fact:
+def rate_agrees(model: Model) -> Fact:
     """Where a rate is given, small steps of trial and commit follow it."""
     component, p = model.component, model.parameters
     if component.rate is None:
-        return _Fact("no rate", applies=False)
+        return Fact("no rate", applies=False)
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3):
         state, memory = _used(model)
@@ -268,20 +242,20 @@ def rate_agrees(model: Model) -> _Fact:
             error = np.max(np.abs(np.array(after) - expected)) / (np.max(np.abs(expected)) + 1e-300)
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
-    fact = _Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
+    fact = Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
     if worst > 1e-3:
-        raise _UnmetError(fact, "rate and trial are the same equations")
+        raise UnmetError(fact, "rate and trial are the same equations")
     return fact
 
 
-def flow_agrees(model: Model) -> _Fact:
+def flow_agrees(model: Model) -> Fact:
     """Where a flow is given, small steps of trial and commit follow it from event to event."""
     component, p = model.component, model.parameters
     parts = component.piece, component.flow, component.arrival
     if not any(parts):
-        return _Fact("no flow", applies=False)
+        return Fact("no flow", applies=False)
     if not all(parts):
-        raise _UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or none")
+        raise UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or none")
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3, -1e-4):
         state, memory = _used(model)
@@ -290,25 +264,23 @@ def flow_agrees(model: Model) -> _Fact:
             contact, piece = component.piece(state, memory, motion, p)
             force, slope, margin = component.flow(contact, piece, motion, p)
             if margin < 0.0:
-                raise _UnmetError(
-                    f"a piece begins {-margin:.1e} past its end", "piece and flow must see the same event"
-                )
+                raise UnmetError(f"a piece begins {-margin:.1e} past its end", "piece and flow must see the same event")
             mean, move = component.trial(state, memory, motion, dt, p)
             state = component.commit(state, memory, move, p)
             for name, before, change in zip(contact._fields, contact, slope, strict=True):
                 expected = before + dt * change
                 worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
             worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
-    fact = _Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
+    fact = Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
     if worst > 1e-3:
-        raise _UnmetError(fact, "flow and trial are the same equations")
+        raise UnmetError(fact, "flow and trial are the same equations")
     return fact
 
 
 # --- how it runs ------------------------------------------------------------------------------------------------
 
 
-def same_bits_compiled(model: Model) -> _Fact:
+def same_bits_compiled(model: Model) -> Fact:
     """Plain Python and compiled code agree to the bit."""
     x = np.cumsum(np.random.default_rng(SEED).standard_normal(400)) * 1e-6
     v = np.diff(x) / 1e-3
@@ -316,39 +288,43 @@ def same_bits_compiled(model: Model) -> _Fact:
     with interpreted():
         slow = force_along(model, v, 1e-3, x[1:])
     worst = float(np.max(np.abs(fast - slow)))
-    fact = _Fact(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
+    fact = Fact(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
     if not np.array_equal(fast, slow):
-        raise _UnmetError(fact, "Use bristle.core.mathematics, not math or **")
+        raise UnmetError(fact, "Use bristle.core.mathematics, not math or **")
     return fact
 
 
-def same_bits_exported(model: Model) -> _Fact:
+def same_bits_exported(model: Model) -> Fact:
     """Give the bits of plain Python when exported to C and compiled, where there is a C compiler."""
     command = compiler()
     if command is None:
-        return _Fact("no C compiler here", applies=False)
+        return Fact("no C compiler here", applies=False)
     steps, message = proved(model, command)
     if message:
-        raise _UnmetError(message, "Use bristle.core.mathematics, not math or **")
-    return _Fact(f"{steps} steps compiled by {command}")
+        raise UnmetError(message, "Use bristle.core.mathematics, not math or **")
+    return Fact(f"{steps} steps compiled by {command}")
 
 
-def drives_a_mass(model: Model) -> _Fact:
+def drives_a_mass(model: Model) -> Fact:
     """Let a mass driven by a sine move and stay finite, every implicit step converging."""
     t = np.arange(2000) * 1e-3
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
     if trace.status != Status.OK:
-        raise _UnmetError(trace.status.sentence)
+        raise UnmetError(trace.status.sentence)
     travel, unit = float(np.ptp(trace.position)), unit_of("length", model.kind)
-    return _Fact(f"travel {travel:.3g} {unit}", travel, unit)
+    return Fact(f"travel {travel:.3g} {unit}", travel, unit)
 
 
 FORM = (described_variables, exportable_kernels, scalar_results)
+FORM_OF_ALL = (*FORM, *FORM_OF_SAMPLED)
 CHECKS = (
     *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
     flow_agrees, same_bits_compiled, same_bits_exported, drives_a_mass,
 )  # fmt: skip
+DEMANDS: dict[type[Component], tuple[Demand, ...]] = {
+    FrictionModel: CHECKS, Controller: (described_variables, *LAW_CHECKS), Sensor: (described_variables, *SENSOR_CHECKS)
+}  # fmt: skip
 
 
 def _virgin(model: Model) -> tuple[Any, np.ndarray]:

@@ -1,0 +1,89 @@
+"""A law and a sensor of a person's own: checked, run, judged and exported without a line in the package."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from bristle import plants, references
+from bristle.cli.main import main
+from bristle.core.errors import InputWarning
+from bristle.exports.proof import compiler
+from bristle.files import read_experiment
+from bristle.simulation import simulate
+
+FOLDER = Path(__file__).parents[2] / "examples" / "own_loop"
+pytestmark = pytest.mark.filterwarnings("ignore:.*the code in .* is run:bristle.core.errors.InputWarning")
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    for file in FOLDER.iterdir():
+        if file.is_file():
+            shutil.copy(file, tmp_path)
+    return tmp_path
+
+
+def test_its_code_asks_before_it_runs(folder, capsys):
+    assert main(["run", str(folder / "rig.toml")]) == 2
+    assert "sensor.file: names code, which is not run unasked: resolver.py" in capsys.readouterr().err
+    for own in ("pid.py", "resolver.py"):
+        assert main(["check", str(folder / own)]) == 0
+    assert main(["run", str(folder / "rig.toml"), "--json"]) == 0
+
+
+def test_the_sensor_is_a_cause_by_its_name(folder, capsys):
+    assert main(["design", str(folder / "rig.toml"), "--allow-code", "--json"]) == 0
+    budget = json.loads(capsys.readouterr().out)["budget"]
+    assert "an error twice in a turn" in budget["causes"]["resolver"]["description"]
+    assert 0.3e-6 < budget["causes"]["resolver"]["alone"]["peak_to_peak"] < 5e-6  # of 5 um that the loop mostly follows
+    assert budget["nothing"]["peak_to_peak"] < 1e-9
+
+
+def test_the_error_of_the_sensor_shows_in_what_is_true(folder):
+    (trace,) = simulate(read_experiment(folder / "rig.toml", allow_code=True)).variants.values()
+    read_wrongly = trace.measured - trace.position
+    assert read_wrongly.max() == pytest.approx(2.5e-6, rel=1e-3)
+
+
+def test_the_law_leaves_for_c(folder, tmp_path):
+    if compiler() is None:
+        pytest.skip("no C compiler here")
+    out = tmp_path / "c"
+    law = str(folder / "rig.toml")
+    assert main(["export", "--to", "c", "--law", law, "--allow-code", "--name", "pid_x", "--out", str(out)]) == 0
+    assert "K_P" in (out / "pid_x.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ('[sensor]\nfile = "pid.py"', "MODEL is not a Sensor; found 'Controller'. End the file with MODEL = Sensor"),
+        ('[sensor]\nfile = "resolver.txt"', "sensor.file: is no file with a sensor; found 'resolver.txt'"),
+        ('[sensor]\nmodel = "encoder"\nfile = "resolver.py"', "sensor: has both a model and a file"),
+        ('[sensor]\nfile = "../resolver.py"', "names code elsewhere, which is not run"),
+    ],
+)
+def test_what_is_none_is_refused(folder, capsys, table, said):
+    rig = folder / "rig.toml"
+    text = rig.read_text(encoding="utf-8").replace('a = "2.5 um"\nL = "10 mm"\n', "")
+    rig.write_text(text.replace('[sensor]\nfile = "resolver.py"', table), encoding="utf-8")
+    assert main(["run", str(rig), "--allow-code"]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("section", "model", "built_in"),
+    [("reference", "sine", references), ("plant", "inertia", plants)],
+)
+def test_a_copy_of_what_is_built_in_gives_the_same_bits(folder, section, model, built_in):
+    rig = folder / "rig.toml"
+    text = rig.read_text(encoding="utf-8").replace("[plant]\n", '[plant]\nmodel = "inertia"\n')
+    rig.write_text(text, encoding="utf-8")
+    (first,) = simulate(read_experiment(rig, allow_code=True)).variants.values()
+    shutil.copy(Path(built_in.__file__).with_name(f"{model}.py"), folder / "own.py")
+    rig.write_text(text.replace(f'model = "{model}"', 'file = "own.py"'), encoding="utf-8")
+    with pytest.warns(InputWarning, match=rf"{section}\.file: the code in own\.py"):
+        (second,) = simulate(read_experiment(rig, allow_code=True)).variants.values()
+    assert second.position.tobytes() == first.position.tobytes()
