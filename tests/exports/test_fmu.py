@@ -1,7 +1,11 @@
 """FMUs: accepted by an importer, with the bits of bristle at the internal step, and with a state that goes on."""
 
+import ctypes
+import importlib
 import importlib.util
+import sys
 import zipfile
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -19,6 +23,7 @@ from bristle.testing import example_of
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+needs_ecos = pytest.mark.skipif(importlib.util.find_spec("ecospy") is None, reason="needs ecospy")
 STEP, COUNT = 1e-3, 1000
 PLANT = br.plants.inertia(M=2.0)
 SLOTS = {"preisach_lugre": ("asymmetry", "load"), "gms": ("asymmetry",)}
@@ -84,6 +89,15 @@ class Importer:
     def close(self):
         self.unit.terminate()
         self.unit.freeInstance()
+
+
+@pytest.fixture(scope="module")
+def ecos():
+    """Return Ecos, which looks for a library that the environment has, and the system may not."""
+    beside = Path(sys.prefix) / "lib" / "libtbb.so.12"
+    if beside.exists():
+        ctypes.CDLL(str(beside), mode=ctypes.RTLD_GLOBAL)
+    return importlib.import_module("ecospy")
 
 
 @pytest.fixture
@@ -159,6 +173,28 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
         trace = run_open_loop(PLANT, example(name[:-2]), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
+    for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
+        assert differing(np.ascontiguousarray(found), expected) == 0
+
+
+@needs_compiler
+@needs_ecos
+@pytest.mark.parametrize("name", NAMES)
+def test_a_second_importer_sees_the_same_bits(ecos, written, name):
+    u = efforts(200)
+    with ecos.EcosSimulationStructure() as structure:
+        structure.add_model("axis", written / name / "axis_x_mass.fmu")
+        structure.add_parameter_set("start", {"axis::x": 1e-3, "axis::v": 0.02})
+        with ecos.EcosSimulation(STEP, structure=structure) as simulation:
+            simulation.init(parameter_set="start")
+            seen = []
+            for effort in u:
+                before = [simulation.get_real(f"axis::{name}") for name in ("x", "v")]
+                simulation.set_real("axis::effort", effort)
+                simulation.step()
+                seen.append([*before, simulation.get_real("axis::force")])
+    with interpreted():
+        trace = run_open_loop(PLANT, example(name[:-2]), u, STEP, x=1e-3, v=0.02)
     for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
         assert differing(np.ascontiguousarray(found), expected) == 0
 

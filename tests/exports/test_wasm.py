@@ -3,10 +3,17 @@
 import json
 import shutil
 import subprocess
+from base64 import b64decode
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from tests.exports.native import differing, walk
+from tests.lab.browser import browser
 
 import bristle as br
 from bristle.exports.subject import subject_of
@@ -30,6 +37,17 @@ for (const name of process.argv.slice(2)) {
   writeFileSync(name + ".bin", new Uint8Array(x.map((at) => axis.force(at, 5e-4)).buffer));
 }
 """
+IN_A_BROWSER = """
+(async () => {
+  const { load } = await import("/%s/axis_x.mjs");
+  const axis = await load();
+  const x = new Float64Array(await (await fetch("/x.bin")).arrayBuffer());
+  const bytes = new Uint8Array(x.map((at) => axis.force(at, 5e-4)).buffer);
+  let text = "";
+  for (const byte of bytes) text += String.fromCharCode(byte);
+  return btoa(text);
+})()
+"""
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 
@@ -46,13 +64,47 @@ def node(folder, script, *arguments):
 
 
 @pytest.fixture(scope="module")
-def forces(tmp_path_factory):
+def exported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wasm")
     walk(20_000).tofile(folder / "x.bin")
     for name in CHOSEN:
         br.export(example(name), "wasm", folder / name)
-    node(folder, RUN, *CHOSEN)
-    return {name: np.fromfile(folder / f"{name}.bin") for name in CHOSEN}
+    return folder
+
+
+@pytest.fixture(scope="module")
+def forces(exported):
+    node(exported, RUN, *CHOSEN)
+    return {name: np.fromfile(exported / f"{name}.bin") for name in CHOSEN}
+
+
+@contextmanager
+def served(folder):
+    """Serve a folder to this machine alone."""
+    handler = partial(Quiet, directory=str(folder))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    extensions_map: ClassVar = {**SimpleHTTPRequestHandler.extensions_map, ".mjs": "text/javascript"}
+
+    def log_message(self, *_):
+        """Say nothing."""
+
+
+@needs_node
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):
+    (exported / "page.html").write_text("<!doctype html><title>forces</title>")
+    with served(exported) as address, browser(tmp_path / "profile") as tab:
+        tab.open(f"{address}/page.html")
+        found = {name: np.frombuffer(b64decode(tab.run(IN_A_BROWSER % name))) for name in CHOSEN}
+    assert {name: differing(found[name], forces[name]) for name in CHOSEN} == dict.fromkeys(CHOSEN, 0)
 
 
 @needs_node
