@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFiles, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AxisFiles, Data, Force, Formats, Json, Out, Readers, SizeLimit, bytes_asked, own_readers
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "compare"]
@@ -47,6 +47,7 @@ def compare(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
@@ -71,6 +72,7 @@ def compare(
     from bristle.report.table import Table
     from bristle.workflow.compared import compared_as
 
+    context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     sides = [before, *(before_too or ())], [after, *(after_too or ())]
     files = [*sides[0], *sides[1]]

@@ -11,7 +11,20 @@ import typer
 
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
-from bristle.cli.options import AxisFiles, Data, Figures, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import (
+    LOG_FILE,
+    AxisFiles,
+    Data,
+    Figures,
+    Force,
+    Formats,
+    Json,
+    Out,
+    Readers,
+    SizeLimit,
+    bytes_asked,
+    own_readers,
+)
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
@@ -33,7 +46,7 @@ def identify(
         list[Path],
         typer.Argument(
             metavar="LOG...",
-            help="One log or several: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it.",
+            help=f"One log or several: {LOG_FILE}",
         ),
     ],
     axis: AxisFiles = None,
@@ -74,6 +87,7 @@ def identify(
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
     ] = None,
+    reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
@@ -93,6 +107,7 @@ def identify(
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
+    context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
     if axes and describes_curves(axes[0]):

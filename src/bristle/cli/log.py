@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFile, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import (
+    LOG_FILE,
+    AxisFile,
+    Data,
+    Force,
+    Formats,
+    Json,
+    Out,
+    Readers,
+    SizeLimit,
+    bytes_asked,
+    own_readers,
+)
 from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
@@ -34,8 +46,7 @@ def log(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="A log: text, traces of drives, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a "
-            "table in it.",
+            help=f"A log: {LOG_FILE}",
         ),
     ],
     axis: AxisFile = None,
@@ -46,6 +57,7 @@ def log(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
@@ -70,6 +82,7 @@ def log(
     from bristle.logs.tables import content_of_log
     from bristle.report.figure_files import figure_files
 
+    context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axis = axis or (write if write is not None and write.exists() else None)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None

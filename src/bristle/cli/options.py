@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,7 @@ from typing import Annotated
 import typer
 
 __all__ = [
+    "LOG_FILE",
     "AllowCode",
     "AxisFile",
     "AxisFiles",
@@ -18,10 +20,17 @@ __all__ = [
     "Formats",
     "Json",
     "Out",
+    "Readers",
     "SizeLimit",
     "bytes_asked",
     "folder_named",
+    "own_readers",
 ]
+
+LOG_FILE = (
+    "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE "
+    "names a table in it."
+)
 
 
 class Format(StrEnum):
@@ -52,6 +61,22 @@ def bytes_asked(text: str | None) -> int:
     return SIZE_LIMIT if text is None else size_of(text, "--size-limit")
 
 
+def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
+    """Return while which logs of formats of a person's own are read, too; naming their code allows it."""
+    if not files:
+        return nullcontext()
+    from bristle.core.content import content_of
+    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.user_reader import load_reader_file
+    from bristle.logs.formats import reading
+
+    contents = [content_of(file, limit=CODE_LIMIT) for file in files]
+    formats = [load_reader_file(content) for content in contents]
+    for content in contents:
+        allow(content)
+    return reading(*formats)
+
+
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
 AxisFiles = Annotated[
     list[Path] | None,
@@ -71,6 +96,12 @@ AllowCode = Annotated[
 SizeLimit = Annotated[
     str | None,
     typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default."),
+]
+Readers = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."
+    ),
 ]
 Formats = Annotated[
     list[Format] | None,

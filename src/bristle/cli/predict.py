@@ -10,7 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, AxisFile, Data, Figures, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import (
+    LOG_FILE,
+    AllowCode,
+    AxisFile,
+    Data,
+    Figures,
+    Force,
+    Formats,
+    Json,
+    Out,
+    Readers,
+    SizeLimit,
+    bytes_asked,
+    own_readers,
+)
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
@@ -28,12 +42,11 @@ def predict(
     model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
     log: Annotated[
         Path,
-        typer.Argument(
-            metavar="LOG", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
-        ),
+        typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}"),
     ],
     axis: AxisFile = None,
     allow_code: AllowCode = False,
+    reader: Readers = None,
     size_limit: SizeLimit = None,
     mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
     out: Out = None,
@@ -52,6 +65,7 @@ def predict(
     from bristle.files.operator import holds_operator
     from bristle.files.toml import TOML_LIMIT
 
+    context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     file = content_of(model, limit=TOML_LIMIT)
     described = None if axis is None else content_of(axis, limit=TOML_LIMIT)

@@ -20,8 +20,7 @@ def read_log(
     Parameters
     ----------
     path : path-like, bytes or file object
-        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
-        table in it.
+        A file of any format that ``bristle log --help`` names; ``FILE::TABLE`` names a table in it.
     axis : Axis, path-like or dict, optional
         The axis, or the file that describes it, or the tables that one would hold. Without it columns called as usual
         are taken, in the units that the log says.

@@ -19,8 +19,7 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
-        table in it.
+        A file of any format that ``bristle log --help`` names; ``FILE::TABLE`` names a table in it.
     axis : Axis, optional
         Which columns are which, in what units and signs. Without it columns called as usual (``t``,
         ``position``, ``force``) are taken, in the units that the file says.

@@ -1,31 +1,28 @@
-"""Which reader reads a file: by its first bytes, for the ending of a name may lie."""
+"""Read a file by the reader of its format, and refuse what is no log."""
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
-from bristle.logs.json_records import looks_like_json
-from bristle.logs.names import with_plain_names
+from bristle.logs.formats import ARCHIVE, LogFormat, format_of
+from bristle.logs.names import distinct, with_plain_names
 from bristle.logs.request import Request
 from bristle.logs.stamped_text import period_told
-from bristle.logs.table import Table
+from bristle.logs.table import Table, split_unit
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
 __all__ = ["read_table"]
-
-HDF5, PARQUET, ARCHIVE = b"\x89HDF", b"PAR1", b"PK\x03\x04"
-ARRAY = b"\x93NUMPY"
-MAT, MAT_73, TDMS = b"MATLAB 5.0", b"MATLAB 7.3", b"TDSm"
-MDF, MCAP = b"MDF ", b"\x89MCAP"
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -34,13 +31,6 @@ REFUSED = {
     b"\x1f\x8b": "It is compressed: unpack it first (gunzip)",
     b"%PDF": "It is a document: export the log as CSV",
 }
-# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package, and
-# the extra that it comes with.
-APART = {
-    "hdf5": ("HDF5", "h5py", "io"), "parquet": ("Parquet", "pyarrow", "io"), "tdms": ("TDMS", "nptdms", "io"),
-    "mf4": ("MF4", "asammdf", "mf4"), "mcap": ("MCAP", "mcap_ros2", "mcap"),
-}  # fmt: skip
-HOLD_TABLES = ("hdf5", "npz", "json_records", "mcap")
 
 
 def read_table(
@@ -51,8 +41,7 @@ def read_table(
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
-        table in it.
+        A file of one of the `FORMATS`; ``FILE::TABLE`` names a table in it.
     table : str, optional
         Name of the table, group or array in a file that holds several; where the path names none.
     choice : Choice
@@ -68,12 +57,13 @@ def read_table(
     content = content_of_log(given, limit=size_limit)
     if not content.data[:1024].strip() and not content.data.strip():
         raise InputError("is empty", path=str(content.source), mend="Record or export the log again")
-    kind = _kind_of(content)
-    if content.part is not None and kind not in HOLD_TABLES:
+    log_format = format_of(content.data, content.source.suffix)
+    _refuse_what_is_no_log(content, log_format)
+    if content.part is not None and not log_format.holds_tables:
         raise InputError("is no file with several tables", path=str(content.source), value=content.part,
                          mend="Leave out what follows the name of the file")  # fmt: skip
-    read = _read(kind, content, Request(content.source, content.part or table, choice, size_limit))
-    if table is not None and kind not in HOLD_TABLES:
+    read = _read(log_format, content, Request(content.source, content.part or table, choice, size_limit))
+    if table is not None and not log_format.holds_tables:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
     read = _with_period(read)
     return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
@@ -87,16 +77,17 @@ def _with_period(table: Table) -> Table:
     return dataclasses.replace(table, sample_time=period_told(constants))
 
 
-def _read(kind: str, content: Content, request: Request) -> Table:
+def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
     """Read a file; whatever its reader does not foresee is damage of the file."""
-    if kind in APART:
+    if log_format.package:
         from bristle.logs.apart import read_apart
 
-        _refuse_without(kind, content.source)
-        return read_apart(kind, content.data, request)
-    read: Callable[..., Table] = import_module(f"bristle.logs.{kind}").read
+        if find_spec(log_format.package) is None:
+            raise MissingExtraError.of(f"{content.source}: reading {log_format.title}", log_format.extra)
+        return read_apart(log_format.name, content.data, request)
+    read: Callable[..., Table] = log_format.read or import_module(f"bristle.logs.{log_format.name}").read
     try:
-        return read(content.data, request)
+        return _as_table(read(content.data, request), log_format, content)
     except InputError:
         raise
     except MemoryError:
@@ -109,31 +100,25 @@ def _read(kind: str, content: Content, request: Request) -> Table:
         ) from None
 
 
-def _refuse_without(kind: str, source: Path) -> None:
-    subject, package, extra = APART[kind]
-    if find_spec(package) is None:
-        raise MissingExtraError.of(f"{source}: reading {subject}", extra)
+def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
+    """Return what a reader gives, of one of a person's own too, which may give columns by name alone."""
+    if isinstance(read, Mapping):
+        headers = [split_unit(str(name)) for name in read]
+        names, notes = distinct(name for name, _ in headers)
+        columns = {name: np.asarray(values, float) for name, values in zip(names, read.values(), strict=True)}
+        units = {name: unit for name, (_, unit) in zip(names, headers, strict=True) if unit}
+        return Table(
+            columns, units, notes=tuple(notes), format=log_format.title, source=content.source, names=tuple(columns)
+        )
+    if not isinstance(read, Table):
+        raise InputError(f"is read by {log_format.name}, which gives a {type(read).__name__}", path=str(content.source),
+                         allowed="a Table, or arrays by name")  # fmt: skip
+    return read
 
 
-def _kind_of(content: Content) -> str:
-    data, suffix = content.data, content.source.suffix.lower()
-    if data.startswith((HDF5, MAT_73)):
-        return "hdf5"
-    if data.startswith(PARQUET):
-        return "parquet"
-    if data.startswith(ARRAY) or (data.startswith(ARCHIVE) and b".npy" in data[26:4096]):
-        return "npz"  # each file of an archive of arrays is named so, the first one at its very start
+def _refuse_what_is_no_log(content: Content, log_format: LogFormat) -> None:
+    if log_format.name == "npz" or log_format.read is not None:
+        return
     for magic, mend in REFUSED.items():
-        if data.startswith(magic):
+        if content.data.startswith(magic):
             raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
-    if data.startswith(MDF):
-        return "mf4"
-    if data.startswith(MCAP):
-        return "mcap"
-    if data.startswith(TDMS) or suffix == ".tdms":
-        return "tdms"
-    if data.startswith(MAT) or suffix == ".mat":
-        return "mat"
-    if data[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
-        return "sinumerik"
-    return "json_records" if looks_like_json(data[:4096]) else "csv"

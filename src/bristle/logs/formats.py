@@ -1,0 +1,102 @@
+"""The formats of logs that are read, a line each: by their first bytes, for the ending of a name may lie.
+
+A format is a module of this folder with ``read(data, request)``, and its line below. One of a person's own is a file
+with a `LogFormat` that has a `read` of its own; it is asked first, while `reading` lasts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
+
+from bristle.logs.json_records import looks_like_json
+from bristle.logs.request import Request
+from bristle.logs.table import Table
+
+__all__ = ["FORMATS", "LogFormat", "format_of", "is_archive_of_arrays", "reading"]
+
+ARCHIVE = b"PK\x03\x04"
+START = 4096  # bytes by which a format is recognised
+
+
+class LogFormat(NamedTuple):
+    """A format of logs.
+
+    Parameters
+    ----------
+    name : str
+        Its module in this folder; of one of a person's own, what it is called in messages.
+    title : str
+        What people call it.
+    recognises : callable
+        ``recognises(head, suffix)``: whether a file is of this format, by its first 4096 bytes and the ending of its
+        name in small letters, such as ``".csv"``.
+    holds_tables : bool
+        Whether one file may hold several tables.
+    package, extra : str
+        The package that it asks for, and the extra that this comes with. Such a reader is native code, or may be: it
+        runs in a process of its own.
+    read : callable or None
+        ``read(data, request)``, of a format of a person's own: a `Table`.
+    """
+
+    name: str
+    title: str
+    recognises: Callable[[bytes, str], bool]
+    holds_tables: bool = False
+    package: str = ""
+    extra: str = ""
+    read: Callable[[bytes, Request], Table] | None = None
+
+
+def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:
+    return lambda head, ending: head.startswith(starts) or (suffix != "" and ending == suffix)
+
+
+def is_archive_of_arrays(head: bytes, suffix: str) -> bool:
+    """Return whether a file is an array of NumPy or an archive of them: each file of it is named so."""
+    return head.startswith(b"\x93NUMPY") or (head.startswith(ARCHIVE) and b".npy" in head[26:])
+
+
+def _is_markup(head: bytes, suffix: str) -> bool:
+    return head[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+
+
+FORMATS = (
+    LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io"),
+    LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io"),
+    LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True),
+    LogFormat("mf4", "MF4", _begins(b"MDF "), package="asammdf", extra="mf4"),
+    LogFormat("mcap", "MCAP", _begins(b"\x89MCAP"), holds_tables=True, package="mcap_ros2", extra="mcap"),
+    LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io"),
+    LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat")),
+    LogFormat("sinumerik", "traces of SINUMERIK", _is_markup),
+    LogFormat("json_records", "JSON", lambda head, suffix: looks_like_json(head), holds_tables=True),
+    LogFormat("csv", "text", lambda head, suffix: True),
+)
+
+_OWN: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of a person's own", default=())
+
+
+@contextmanager
+def reading(*formats: LogFormat) -> Iterator[None]:
+    """Read logs of formats of a person's own, too, before all others.
+
+    Parameters
+    ----------
+    *formats : LogFormat
+        Each with a `read`.
+    """
+    token = _OWN.set((*formats, *_OWN.get()))
+    try:
+        yield
+    finally:
+        _OWN.reset(token)
+
+
+def format_of(data: bytes, suffix: str) -> LogFormat:
+    """Return the format of a file; text where it is no other one."""
+    head, formats = data[:START], (*_OWN.get(), *FORMATS)
+    return next(candidate for candidate in formats if candidate.recognises(head, suffix.lower()))
