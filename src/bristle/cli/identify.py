@@ -38,6 +38,11 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
     --model coulomb_viscous,stribeck+asymmetry --out results"""
 
+Thresholds = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
+]
+
 
 def identify(
     *,
@@ -83,10 +88,7 @@ def identify(
     everywhere: Annotated[
         bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
     ] = None,
-    thresholds: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
-    ] = None,
+    thresholds: Thresholds = None,
     reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,

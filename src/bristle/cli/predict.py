@@ -44,6 +44,7 @@ def predict(
         Path,
         typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}"),
     ],
+    *,
     axis: AxisFile = None,
     allow_code: AllowCode = False,
     reader: Readers = None,
