@@ -14,7 +14,7 @@ from markupsafe import escape
 from bristle.core.contracts import Model
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
-from bristle.exports.cycle import OVERFLOW, REFUSED, STATE
+from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.subject import Subject, subject_of
 from bristle.exports.wasm import module_of
 from bristle.files.components import key_of
@@ -22,6 +22,8 @@ from bristle.friction import MODELS, base_of
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
+from bristle.lab.elements import elements_of
+from bristle.lab.passivity import passivity_of, release_of
 from bristle.lab.scales import Scales, pulled_by, scales_of
 from bristle.lab.sliders import slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
@@ -30,7 +32,7 @@ from bristle.testing import example_of
 
 __all__ = ["described", "example_named", "walks_of"]
 
-UNITS = {"position": "length", "velocity": "length/time", "force": "force"}
+UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
 
 def example_named(name: str) -> Model:
@@ -69,13 +71,15 @@ def described(
     subject = subject_of(model)
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
-    module = module_of(subject, plant, choices=True)
+    others = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
+    module = module_of(subject, plant, choices=True, others=others)
     walks = stored().get(model.name) if not named else None
     return {
         "name": named or model.name, "model": model.name, "description": model.component.description,
         "kind": model.kind, "code": _packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
         "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
+        "elements": elements_of(model, subject.memory_size), "still": module.still, "passive": passivity_of(model),
         "variables": _variables(model, module.places, scales, uncertainty or {}),
         "pull": _variables(plant, module.places, scales, {}),
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),

@@ -27,7 +27,7 @@ MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
-SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "lab.js"), ("lab.css",)
+SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "certificates.js", "plot.js", "controls.js", "views.js", "lab.js"), ("lab.css",)
 
 
 def lab_page(

@@ -23,7 +23,8 @@ const lab = {
 
 function drawNow() {
   loopView(lab, byId("loop"), byId("loop-reading"));
-  if (lab.model.stack) planeView(lab, byId("plane"), byId("plane-reading"));
+  const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
+  if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
 }
 
 function drawRest() {
@@ -31,6 +32,7 @@ function drawRest() {
   waiting = 0;
   speedView(lab, byId("speed"), byId("speed-reading"));
   pulledView(lab, byId("pulled"), byId("pulled-reading"));
+  verdictView(lab, byId("verdicts"));
   restTook = performance.now() - before;
 }
 
@@ -171,7 +173,11 @@ async function show(model) {
   lab.moment = 1;
   byId("model").value = String(data.models.indexOf(model));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
-  byId("view-plane").hidden = !model.stack;
+  byId("view-plane").hidden = !model.stack && !model.elements;
+  byId("plane-title").textContent = `What the ${model.stack ? "operator remembers" : "elements remember"}`;
+  byId("plane").setAttribute("aria-label", model.stack
+    ? "Preisach plane with the staircase between relays that are up and relays that are down"
+    : "What each element keeps, as a bar between the lines at which it slips");
   byId("python").disabled = !model.head.python;
   buildCards();
 }

@@ -117,8 +117,12 @@ function product(factors, values) {
   return factors.reduce((whole, factor) => whole * (values[factor] ? values[factor][0] : Number(factor)), 1);
 }
 
+function met({ left, sign, right }, values) {
+  return HOLDS[sign](product(left, values), product(right, values));
+}
+
 function broken(model, values) {
-  return model.conditions.filter(({ left, sign, right }) => !HOLDS[sign](product(left, values), product(right, values)));
+  return model.conditions.filter((condition) => !met(condition, values));
 }
 
 // Shares that add up to one again after one of them was moved: the others keep their proportions.

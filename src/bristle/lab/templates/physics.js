@@ -16,12 +16,21 @@ async function compiled(bytes) {
 async function loaded(model) {
   const packed = Uint8Array.from(atob(model.code), (letter) => letter.charCodeAt(0));
   const instance = new WebAssembly.Instance(await compiled(inflated(packed, model.size)));
-  const { memory, advance, step } = instance.exports;
+  const { memory, advance, step, rest, release } = instance.exports;
   const numbers = new Float64Array(memory.buffer);
   const virgin = numbers.slice(0, model.parameters / 8);
   const lasting = model.lasting / 8, contact = model.contact / 8, body = model.body / 8;
   return {
-    model,
+    model, advance, rest, release,
+    begin() { numbers.set(virgin); },
+    // What lasts of the contact, to come back to.
+    kept(into = new Float64Array(body - lasting)) {
+      into.set(numbers.subarray(lasting, body));
+      return into;
+    },
+    back(kept) { numbers.set(kept, lasting); },
+    // Nothing varies with the place, the load and so on, until parameters are set again.
+    hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
     set(name, values) {
       for (const place of model.places[name] ?? []) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
     },
@@ -46,8 +55,9 @@ async function loaded(model) {
       return motion;
     },
     get overflow() { return numbers[lasting + model.overflow] !== 0; },
-    // What an operator with turning points remembers, the present input last; nothing of other models.
+    // What an operator with turning points remembers, the present input last, or what elements do; else nothing.
     remembered() {
+      if (model.elements) return [...numbers.subarray(contact, contact + model.elements.numbers)];
       if (!model.stack) return null;
       const depth = numbers[lasting + model.stack.depth];
       return [...numbers.subarray(contact, contact + depth), numbers[lasting + model.stack.z]];
@@ -62,6 +72,12 @@ function staircase(remembered) {
   const corners = inputs.slice(1).map((input, i) => [Math.max(input, inputs[i]), Math.min(input, inputs[i])]);
   const last = inputs[inputs.length - 1];
   return [...corners, [last, last]];
+}
+
+// The least and the largest that each element keeps before it slips.
+function limitsOf({ limits, numbers }, values) {
+  const at = (names, i) => names.reduce((whole, name) => whole * (values[name][i] ?? values[name][0]), 1);
+  return Array.from({ length: numbers }, (_, i) => limits.map(({ times, over }, side) => (2 * side - 1) * at(times, i) / at(over, i)));
 }
 
 // --- the walks that show that the same bits come out ----------------------------------------------------------------

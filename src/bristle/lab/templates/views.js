@@ -145,6 +145,35 @@ function planeView(lab, canvas, reading) {
   tell(reading, `Relays in the shaded part are up. ${points} turning point${points === 1 ? "" : "s"} remembered; the input is ${told(input, units.position)}.`, false);
 }
 
+function elementsView(lab, canvas, reading) {
+  const theme = lab.theme, { elements } = lab.model, kept = lab.remembered, limits = limitsOf(elements, lab.values);
+  const [low, high] = axis(Math.min(...limits.map(([least]) => least)), Math.max(...limits.map(([, most]) => most)));
+  const { context, area } = wiped(canvas), count = kept.length;
+  const frame = new Frame(context, area, { word: "element", unit: "", low: 0.5, high: count + 0.5 },
+    { word: elements.word, unit: elements.unit, low, high }, theme);
+  frame.xTicks = frame.xTicks.filter(Number.isInteger);
+  frame.axes();
+  let full = 0;
+  kept.forEach((value, i) => {
+    const [left, right] = [i + 0.7, i + 1.3].map((each) => frame.across(each)), [least, most] = limits[i];
+    const isFull = value >= most * (1 - 1e-9) || value <= least * (1 - 1e-9);
+    full += isFull;
+    context.fillStyle = isFull ? theme.accent : theme.ghost;
+    context.fillRect(left, Math.min(frame.up(0), frame.up(value)), right - left, Math.abs(frame.up(value) - frame.up(0)));
+    for (const limit of [least, most]) frame.curve([i + 0.65, i + 1.35], [limit, limit], { colour: theme.ink, width: 1.5 });
+  });
+  tell(reading, `Bars: what each element keeps; lines: where it slips at rest. ${full} of ${count} ${full === 1 ? "is" : "are"} there.`, false);
+}
+
+// Whether it drifts, closes and is passive: with a mark, so that colour does not say it alone.
+function verdictView(lab, list) {
+  const lines = verdicts(lab.model, judged(lab.contact, lab.values));
+  lab.setAll(lab.values);
+  const html = lines.map(({ asked, passed, text }) =>
+    `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
+  if (list.innerHTML !== html) list.innerHTML = html;
+}
+
 // How far the plane is shown: as far as the input went, kept while it only gets less.
 function planeReach(lab) {
   const farthest = Math.max(...lab.remembered.map(Math.abs), 1e-3 * lab.model.scales.reach);
