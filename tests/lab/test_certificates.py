@@ -31,7 +31,8 @@ for (const given of CASES) {
   const values = Object.fromEntries(Object.entries(given).map(([name, each]) => [name, numbersOf(each)]));
   for (const [name, each] of Object.entries(values)) contact.set(name, each);
   const { drift, closure, passive } = judged(contact, values);
-  answers.push([drift, closure, passive].map((one) => one && [one.passed, one.moved ?? one.missing ?? String(one.needed)]));
+  const numberOf = (answer) => answer.moved ?? answer.missing ?? String(answer.needed);
+  answers.push([drift, closure, passive].map((answer) => answer && [answer.passed, numberOf(answer)]));
   // After that everything is as it was.
   for (const [name, each] of Object.entries(values)) contact.set(name, each);
 }
@@ -61,7 +62,7 @@ def moved(model, count):
             elif isinstance(value, float) and np.isfinite(value) and value != 0.0 and variable.quantity != "1":
                 changes[name] = value * float(random.choice(FACTORS))
         if "beta" in model.values:
-            changes["beta"] = (0.3, 0.5, 0.8)[len(found) % 3]
+            changes["beta"] = (0.5, 0.8, 1.0)[len(found) % 3]
         if (F_S := changes.get("F_S")) is not None and random.integers(3) == 0:
             changes["F_C"] = F_S  # where elements that slip give nothing back
         with suppress(InputError):
@@ -108,7 +109,7 @@ def compared(name, slots, count, folder):
 @pytest.mark.parametrize("name", FAST)
 def test_verdicts_and_numbers_are_those_of_the_certificates(name, tmp_path):
     verdicts = compared(name, (), 5, tmp_path)
-    if name in ("bouc_wen", "lugre", "elastoplastic", "gms"):
+    if name in ("lugre", "elastoplastic", "gms"):
         assert verdicts[2] == {True, False}
 
 

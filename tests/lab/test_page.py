@@ -86,7 +86,7 @@ def test_it_is_the_same_page_each_time(page):
 def test_units_are_those_of_the_axis():
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     first = data_of(lab_page(model))["models"][0]
-    assert first["units"] == {"position": "rad", "velocity": "rad/s", "force": "N·m"}
+    assert first["units"] == {"position": "rad", "velocity": "rad/s", "force": "N·m", "damping": "N·m·s/rad"}
     assert {row["name"]: row["unit"] for row in first["pull"]} == {"M": "kg·m²", "k": "N·m/rad", "v_e": "rad/s"}
 
 

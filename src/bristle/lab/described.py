@@ -30,7 +30,7 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["described", "example_named", "walks_of"]
+__all__ = ["described", "example_named", "packed", "walks_of"]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -76,7 +76,7 @@ def described(
     walks = stored().get(model.name) if not named else None
     return {
         "name": named or model.name, "model": model.name, "description": model.component.description,
-        "kind": model.kind, "code": _packed(module.binary), "size": len(module.binary),
+        "kind": model.kind, "code": packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
         "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
         "elements": elements_of(model, subject.memory_size), "still": module.still, "passive": passivity_of(model),
@@ -112,7 +112,7 @@ def _variables(
     return rows
 
 
-def _packed(content: bytes) -> str:
+def packed(content: bytes) -> str:
     """Return bytes as text: deflated, without a head, and in base 64."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     return base64.b64encode(packer.compress(content) + packer.flush()).decode("ascii")

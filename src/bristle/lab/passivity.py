@@ -41,7 +41,8 @@ ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
 CONDITIONS = {
     bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
     gms.Parameters: (
-        ["F_C"], ">=", ["F_S"], "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
+        ["F_C"], ">=", ["F_S"],
+        "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
     ),
 }  # fmt: skip
 NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}

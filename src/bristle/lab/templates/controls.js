@@ -105,6 +105,7 @@ function settingsOf(model) {
   return [
     setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
     setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
+    setting("zoom", "<i>n</i>", "", "how many times the time is enlarged around the moment", 1, 1, 1000),
     setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),
     setting("time", "<i>t</i><sub>end</sub>", "s", "how long it is pulled", round(150 * natural), 5 * natural, 2000 * natural),

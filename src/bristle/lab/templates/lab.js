@@ -11,6 +11,7 @@ let kept = "", waiting = 0, restTook = 0, shown = {};
 
 const lab = {
   model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
+  recorded: data.replay && recordedMotion(data.replay),
   setAll(values) {
     for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
   },
@@ -60,6 +61,8 @@ function showAll() {
   lab.setAll(lab.values);
   for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
   byId("moment").value = Math.round(1000 * lab.moment);
+  byId("view-record").hidden = lab.preset !== "log";
+  byId("path-settings").hidden = lab.preset === "log";
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === lab.preset));
   tellBroken();
   draw();
@@ -110,7 +113,7 @@ function buildCards() {
 function stateText() {
   const changed = new URLSearchParams();
   if (lab.model !== usual) changed.set("model", lab.model.name);
-  if (lab.preset !== "triangle") changed.set("path", lab.preset);
+  if (lab.preset !== usualPath()) changed.set("path", lab.preset);
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
   for (const { name } of allVariables()) {
     const values = lab.values[name];
@@ -142,7 +145,7 @@ async function go(text) {
   const wanted = new URLSearchParams(text);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
   await show(model);
-  aim(wanted.get("path") in PRESETS ? wanted.get("path") : "triangle");
+  aim(wanted.get("path") in PRESETS ? wanted.get("path") : usualPath());
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
   for (const variable of allVariables()) {
@@ -179,12 +182,18 @@ async function show(model) {
     ? "Preisach plane with the staircase between relays that are up and relays that are down"
     : "What each element keeps, as a bar between the lines at which it slips");
   byId("python").disabled = !model.head.python;
+  for (const button of byId("presets").children) button.hidden = button.value === "log" && !canReplay();
   buildCards();
 }
 
+function canReplay() { return Boolean(lab.recorded) && data.replay.kind === lab.model.kind; }
+
+function usualPath() { return canReplay() && lab.model === usual ? "log" : "triangle"; }
+
 // Move the contact along another path, which begins with an amplitude of its own.
 function aim(preset) {
-  lab.preset = preset;
+  lab.preset = preset === "log" && !canReplay() ? "triangle" : preset;
+  preset = lab.preset;
   lab.moment = 1;
   lab.first.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
   lab.values.amplitude = [...lab.first.amplitude];
@@ -284,7 +293,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model); aim("triangle"); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model); aim(usualPath()); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));

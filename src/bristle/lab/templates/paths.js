@@ -7,6 +7,7 @@ const PRESETS = {
   minor: { word: "Minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
   presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
   drawn: { word: "Draw", turns: null, amplitude: 5 },
+  log: { word: "Log", turns: [0], amplitude: 5 }, // only where one is on the page
 };
 const SAMPLES = 20000;
 
@@ -43,6 +44,16 @@ function lossBetween(x, force, first, last) {
   let work = 0;
   for (let k = first + 1; k <= last; k++) work += force[k] * (x[k] - x[k - 1]);
   return work;
+}
+
+// Root mean square of a difference, and of the first of both.
+function misfit(measured, forces) {
+  let difference = 0, whole = 0;
+  for (let k = 0; k < measured.length; k++) {
+    difference += (measured[k] - forces[k]) ** 2;
+    whole += measured[k] ** 2;
+  }
+  return { rms: Math.sqrt(difference / measured.length), share: Math.sqrt(difference / whole) };
 }
 
 function extent(values, first = 0) {

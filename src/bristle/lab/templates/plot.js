@@ -4,7 +4,7 @@ function colours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), size: parseFloat(style.fontSize) };
+    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {
