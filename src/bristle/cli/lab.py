@@ -84,10 +84,10 @@ def lab(
     _write(out, page)
     if as_json:
         first = inputs["model"].name if inputs else FIRST
-        points = inputs["replay"].time.size if inputs.get("replay") else 0
+        replay = inputs.get("replay")
         summary = {
             "file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS),
-            "points_of_log": points,
+            "points_of_log": 0 if replay is None else replay.time.size,
         }  # fmt: skip
         sys.stdout.write(json_text(summary | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")

@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.tunable import tunable_of
-from bristle.exports.types import REAL, Array, Struct, Type
+from bristle.exports.types import REAL, Array, Struct, Type, type_of
 from bristle.exports.wasm_binary import (
     CALL,
     END,
@@ -48,7 +48,7 @@ from bristle.exports.wasm_binary import (
 from bristle.exports.wasm_code import Code
 from bristle.friction import unvaried
 
-__all__ = ["Module", "module_of", "wasm_files"]
+__all__ = ["Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
 PAGE, FIRST = 65536, 8
 VARYING = frozenset({"place", "rise"})  # of the parameters that kernels receive: what a slot makes vary
@@ -171,6 +171,36 @@ def module_of(
     body = begins["step"]["lasting"] if core is not None else 0
     still = _still(subject.model, layout.addresses["p"])
     return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
+
+
+class Part(NamedTuple):
+    """A function of a module of several: its function of the tree, what lasts of it at first, and its model."""
+
+    entry: Function
+    begin: np.ndarray
+    model: Model
+
+
+def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
+    """Return a module with an exported function for each part, and the addresses of what lasts and of parameters.
+
+    Parameters
+    ----------
+    builder : Builder
+        What built the functions, whose arguments are among ``lasting``, ``x``, ``dt`` and ``p``.
+    parts : mapping of str to Part
+        By the name that is exported.
+    """
+    layout = _Memory(pruned(builder.unit, [part.entry for part in parts.values()]))
+    begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
+    entries, addresses = {}, {}
+    for name, part in parts.items():
+        kind = type_of(part.model.parameters)
+        assert isinstance(kind, Struct)
+        layout.place("p", part.model, kind)
+        entries[name] = _entry(part.entry, layout, begins[name])
+        addresses[name] = begins[name] | {"places": _places(part.model, layout.addresses["p"])}
+    return _binary(layout.unit, entries, layout), addresses
 
 
 def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[int, float]]:

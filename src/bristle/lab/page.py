@@ -18,6 +18,7 @@ from bristle.core.contracts import Model
 from bristle.exports.rendering import version
 from bristle.friction import MODELS
 from bristle.lab.described import described, example_named, packed
+from bristle.lab.loop import loop_described
 
 if TYPE_CHECKING:
     import jinja2
@@ -30,9 +31,8 @@ MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
-SCRIPTS = (
-    "inflate.js", "physics.js", "paths.js", "certificates.js", "plot.js", "controls.js", "views.js", "lab.js",
-)  # fmt: skip
+SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
+SCRIPTS = ("paths.js", "certificates.js", "plot.js", "controls.js", "views.js", "tracking.js", "lab.js")
 STYLES = ("lab.css",)
 
 
@@ -68,11 +68,13 @@ def lab_page(
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
-    script, style = _joined(SCRIPTS), _joined(STYLES)
+    shared, script, style = _joined(SHARED), _joined(SCRIPTS), _joined(STYLES)
+    data = {
+        "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
+    }  # fmt: skip
     return _environment().get_template("lab.html").render(
-        mark=Markup(MARK), policy=policy([script], [style]), style=Markup(style), script=Markup(script),
-        data=Markup(_json({"models": models, "first": first, "replay": _replayed(replay, models[first]["kind"])})),
-        provenance=dict(provenance or {}), version=version(),
+        mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
+        script=Markup(script), data=Markup(_json(data)), provenance=dict(provenance or {}), version=version(),
     )  # fmt: skip
 
 
@@ -90,12 +92,12 @@ def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
-    """Return what the page may do: run these scripts and their modules, use these styles, and nothing else."""
+    """Return what the page may do: run these scripts and their modules, by a worker too, use these styles."""
     script = " ".join(_hash(text) for text in scripts)
     style = " ".join(_hash(text) for text in styles)
     return (
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
-        "base-uri 'none'; form-action 'none'"
+        "worker-src blob:; base-uri 'none'; form-action 'none'"
     )
 
 

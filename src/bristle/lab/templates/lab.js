@@ -34,6 +34,7 @@ function drawRest() {
   speedView(lab, byId("speed"), byId("speed-reading"));
   pulledView(lab, byId("pulled"), byId("pulled-reading"));
   verdictView(lab, byId("verdicts"));
+  track(lab);
   restTook = performance.now() - before;
 }
 

@@ -1,3 +1,4 @@
+"use strict";
 // The paths that a contact is moved along, and what is read off them.
 
 // In each preset, where the contact turns, over the amplitude; the amplitude over the distance of pre-sliding.

@@ -29,6 +29,13 @@ async function loaded(model) {
       return into;
     },
     back(kept) { numbers.set(kept, lasting); },
+    // The mass, put somewhere at a velocity and pushed.
+    put(x, v) {
+      numbers[body] = x;
+      numbers[body + 1] = v;
+    },
+    push(effort, dt) { return step(effort, dt); },
+    get x() { return numbers[body]; },
     // Nothing varies with the place, the load and so on, until parameters are set again.
     hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
     set(name, values) {
