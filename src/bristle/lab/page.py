@@ -19,6 +19,7 @@ from bristle.exports.rendering import version
 from bristle.friction import MODELS
 from bristle.lab.described import described, example_named, packed
 from bristle.lab.loop import loop_described
+from bristle.lab.presets import presets
 
 if TYPE_CHECKING:
     import jinja2
@@ -32,7 +33,7 @@ MARK = "<!-- A page of bristle lab -->"
 FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
 SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
-SCRIPTS = ("paths.js", "certificates.js", "plot.js", "controls.js", "views.js", "tracking.js", "lab.js")
+SCRIPTS = ("paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "tracking.js", "lab.js")
 STYLES = ("lab.css",)
 
 
@@ -71,6 +72,7 @@ def lab_page(
     shared, script, style = _joined(SHARED), _joined(SCRIPTS), _joined(STYLES)
     data = {
         "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
+        "presets": presets(),
     }  # fmt: skip
     return _environment().get_template("lab.html").render(
         mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),

@@ -280,7 +280,31 @@ async function selfTest() {
   byId("selftest").textContent = `${differ} of ${of} differ`;
 }
 
+function offerFiles() {
+  const draw = { loop: drawNow, record: drawNow, plane: drawNow, speed: drawRest, pulled: drawRest, track: () => drawTracked(lab), circle: () => drawTracked(lab) };
+  for (const canvas of document.querySelectorAll("canvas")) {
+    const name = () => `${lab.model.model.replaceAll("+", "_")}_${canvas.id}`, title = canvas.closest("section").querySelector("h2");
+    const buttons = ["SVG", "PNG"].map((kind) => element("button", { type: "button", text: kind, "aria-label": `${title.textContent}, ${canvas.id}, as ${kind}`,
+      onclick: () => download(canvas, kind, name(), draw[canvas.id]) }));
+    canvas.after(element("div", { class: "files" }, ...buttons));
+  }
+}
+
+function offerFigures() {
+  byId("figure").append(...data.presets.map(({ word }, i) => element("option", { value: i, text: word })));
+  byId("figure").addEventListener("change", async (event) => {
+    const preset = data.presets[event.target.value];
+    event.target.value = "";
+    if (!preset) return;
+    await go(preset.state);
+    keep();
+    say(`${preset.word}.`);
+  });
+}
+
 function listen() {
+  offerFiles();
+  offerFigures();
   byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset;
