@@ -96,8 +96,8 @@ def body_described(model: Model) -> dict[str, Any]:
 
 def _module(subject: Subject, plant: Model) -> tuple[Module, dict[str, Any]]:
     """Return the module of a friction model, and what is known of it."""
-    others = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
-    module = module_of(subject, plant, choices=True, others=others)
+    further = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
+    module = module_of(subject, plant, choices=True, others=further)
     return module, {
         "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,

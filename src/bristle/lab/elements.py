@@ -16,7 +16,7 @@ __all__ = ["elements_of"]
 
 # What the memory keeps of each element, and of which parameters its limit is made: a product over another one. Where
 # friction falls with speed, the limit is that of rest.
-KEPT = {
+MEMORIES = {
     maxwell_slip.Parameters: ("length", ["nu_i", "F_C"], ["k_i"]),
     maxwell_stribeck.Parameters: ("force", ["nu_i", "F_S"], []),
     gms.Parameters: ("force", ["nu_i", "F_S"], []),
@@ -26,9 +26,9 @@ KEPT = {
 def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
     """Return what is drawn of the elements of a model, if it has some: the first numbers of its memory."""
     kind, _ = inner_of(model.parameters)
-    if type(kind) not in KEPT or memory_size == 0:
+    if type(kind) not in MEMORIES or memory_size == 0:
         return None
-    quantity, times, over = KEPT[type(kind)]
+    quantity, times, over = MEMORIES[type(kind)]
     names = model.component.variables
 
     def of_side(side: str) -> dict[str, list[str]]:

@@ -22,11 +22,11 @@ from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
 from bristle.sensors.encoder import MODEL as ENCODER
 
-__all__ = ["BEGUN", "TOLD", "law_kernel", "loop_described", "paper_experiment"]
+__all__ = ["BEGUN", "SAMPLE", "law_kernel", "loop_described", "paper_experiment"]
 
-BEGUN, TOLD = 0, ("position", "velocity", "acceleration", "effort")
+BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
 """What lasts of a law: whether it has begun, what it is told, and from there on its state."""
-STATE = 1 + len(TOLD)
+STATE = 1 + len(SAMPLE)
 LAW = """
 def command(lasting, x, dt, p):
     state = State({load})

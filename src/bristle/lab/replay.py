@@ -72,15 +72,15 @@ def replay_of_log(
     """
     if log.effort is None:
         raise InputError("has no effort to compare with", path="log", mend="Name its column in the axis")
-    log, known = parted(log, axis), treatment or {}
-    cutoff = known.get("cutoff") or (axis.cutoff if axis is not None else None)
+    log, treated = parted(log, axis), treatment or {}
+    cutoff = treated.get("cutoff") or (axis.cutoff if axis is not None else None)
     most = FASTEST / log.sample_time
     cutoff = most if cutoff is not None and cutoff * log.sample_time >= 0.5 else cutoff
-    rows = rows_as_fitted(log, axis, cutoff, None, known.get("delay"), known.get("smoothing"), known.get("slow"))
+    rows = rows_as_fitted(log, axis, cutoff, None, treated.get("delay"), treated.get("smoothing"), treated.get("slow"))
     parts = []
     for segment in rows.segments:
-        taken = rows.mechanical_along(plant, segment) if plant is not None else 0.0
-        columns = (segment.time, segment.position, segment.effort - taken)
+        plant_effort = rows.mechanical_along(plant, segment) if plant is not None else 0.0
+        columns = (segment.time, segment.position, segment.effort - plant_effort)
         parts.append([rows.without_edges(column) for column in columns])
     return decimated(parts, has_inertia=plant is not None)
 
@@ -103,12 +103,12 @@ def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most:
     while sum(map(len, turns)) > TURNS * most:
         depth = max(2.0 * depth, travel / STEPS)
         turns = [turns_of(x, depth) for x in positions]
-    room = most - sum(map(len, turns))
-    every = -(-sum(x.size for x in positions) // max(room, 1))
-    kept = [np.union1d(turn, np.arange(0, x.size, every)) for x, turn in zip(positions, turns, strict=True)]
-    begins = tuple(np.cumsum([0, *map(len, kept)])[:-1].tolist())
+    left = most - sum(map(len, turns))
+    stride = -(-sum(x.size for x in positions) // max(left, 1))
+    chosen = [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(positions, turns, strict=True)]
+    begins = tuple(np.cumsum([0, *map(len, chosen)])[:-1].tolist())
     time, position, friction = (
-        np.concatenate([part[i][chosen] for part, chosen in zip(parts, kept, strict=True)]) for i in range(3)
+        np.concatenate([part[i][rows] for part, rows in zip(parts, chosen, strict=True)]) for i in range(3)
     )
     step = (travel or 1.0) / STEPS
     return Replay(

