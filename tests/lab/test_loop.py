@@ -76,6 +76,7 @@ def stepped(model, mass, controller, sensor, desired, told):
     [
         ("lugre", "sliding", False),
         ("lugre", "observer", True),
+        ("coulomb_viscous", "sliding", True),
         pytest.param("preisach_lugre", "sliding", True, marks=pytest.mark.slow),
     ],
 )
