@@ -66,3 +66,31 @@ def test_a_page_is_replaced_only_when_asked_for(page):
 def test_a_folder_that_is_not_there_is_told(tmp_path, page):
     with pytest.raises(br.core.InputError, match="cannot be written"):
         run(["lab", "--out", str(tmp_path / "nowhere" / "lab.html")])
+
+
+def test_a_log_is_put_on_the_page(tmp_path, monkeypatch, capsys):
+    facts = {}
+    monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
+    model_in(tmp_path)
+    rows = "\n".join(
+        f"{0.001 * k},{0.01 * ((k // 50) % 2 * (50 - k % 50) + (k // 50 + 1) % 2 * (k % 50))},{k % 7}"
+        for k in range(4000)
+    )
+    (tmp_path / "log.csv").write_text(f"time,position,force\n{rows}\n")
+    (tmp_path / "axis.toml").write_text(
+        'schema = 1\nkind = "translational"\n' + "\n".join(
+            f'columns.{name} = {{ column = "{column}", unit = "{unit}" }}'
+            for name, column, unit in (("time", "time", "s"), ("position", "position", "mm"), ("effort", "force", "N"))
+        ) + '\n'
+    )  # fmt: skip
+    # The axis file of the results serves where no other is named.
+    line = ["lab", str(tmp_path), "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html"), "--json"]
+    assert run(line) == 0
+    assert f'"points_of_log": {facts["replay"].time.size}' in capsys.readouterr().out
+    assert 100 < facts["replay"].time.size <= 4000
+    assert {"log", "axis"} <= set(facts["provenance"])
+
+
+def test_a_log_without_a_model_is_refused(tmp_path):
+    with pytest.raises(br.core.InputError, match="is read with a model"):
+        run(["lab", "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html")])

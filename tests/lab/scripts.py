@@ -8,7 +8,7 @@ from importlib import resources
 import pytest
 
 NODE = shutil.which("node")
-NAMES = ("inflate.js", "physics.js", "paths.js")
+NAMES = ("inflate.js", "physics.js", "loop.js", "paths.js", "certificates.js")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 

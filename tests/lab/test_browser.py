@@ -10,6 +10,8 @@ from tests.lab.browser import browser
 from bristle.friction import MODELS
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
+from bristle.paper.experiment_files import EXPERIMENTS
+from bristle.paper.setting import read_setting
 
 pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 
@@ -86,4 +88,102 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
         assert len(turns) == 3
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
         assert tab.complaints() == []
-        assert {address.split("#")[0] for address in tab.asked_for()} <= {page.as_uri(), "about:blank"}
+        # A blob is the page's own: the script that its worker runs.
+        asked = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
+        assert asked <= {page.as_uri(), "about:blank"}
+
+
+FOLLOWED = """
+(async () => {
+  for (let k = 0; k < 200 && !(asked.found && !asked.busy); k++) await new Promise((done) => setTimeout(done, 50));
+  return [typeof asked.worker, byId("track-reading").textContent, byId("circle-reading").textContent];
+})()
+"""
+
+
+@pytest.mark.parametrize("host_lets_it", [True, False])
+def test_the_loop_is_followed_in_a_worker_or_without_one(page, tmp_path, host_lets_it):
+    text = page.read_text(encoding="utf-8")
+    file = tmp_path / "lab.html"
+    file.write_text(text if host_lets_it else text.replace("worker-src blob:; ", ""), encoding="utf-8")
+    with browser(tmp_path / "profile") as tab:
+        tab.open(f"{file.as_uri()}#model=lugre")
+        worker, errors, circle = tab.run(FOLLOWED)
+        assert worker == ("object" if host_lets_it else "string")
+        assert "peak to peak" in errors
+        assert "A circle" in circle
+        # What drifts and does not close is red; what is passive is not, until it is moved.
+        classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
+        assert tab.run(classes) == ["alert", "alert", ""]
+        tab.run("setValue(lab.model.variables.find(({ name }) => name === 'sigma_2'), 0, 0, 'field'); drawRest()")
+        tab.run("setValue(lab.model.variables.find(({ name }) => name === 'v_d'), 0, Infinity, 'field'); drawRest()")
+        assert tab.run(classes) == ["alert", "alert", "alert"]
+        assert (tab.complaints() == []) == host_lets_it
+
+
+SHOWN = """
+(async () => {
+  const rows = [];
+  for (const { word, state } of data.presets) {
+    await go(state);
+    const wanted = new URLSearchParams(state), off = [];
+    for (const variable of allVariables()) {
+      const text = wanted.get(variable.name);
+      const numbers = (text ?? "").split(" ").map(read), shown = lab.values[variable.name];
+      if (text !== null && !variable.fixed && numbers.some((each, i) => each !== shown[i])) off.push(variable.name);
+    }
+    const ends = lab.turns.map((turn) => turn * lab.values.amplitude[0]);
+    rows.push([word, lab.model.name, off, lab.preset, ends]);
+  }
+  return rows;
+})()
+"""
+
+
+def test_the_figures_of_the_paper_are_shown_with_its_numbers(page, tmp_path):
+    with browser(tmp_path / "profile") as tab:
+        tab.open(page.as_uri())
+        rows = tab.run(SHOWN)
+        assert {int(row[0].split(":")[0].split()[1]) for row in rows} == {1, 2, 8, 9, 11}
+        assert [row[2] for row in rows] == [[]] * len(rows)
+        for word, _, _, preset, ends in rows:
+            number = int(word.split(":")[0].split()[1])
+            if number in (1, 8, 9):
+                setting = read_setting(EXPERIMENTS / f"fig_0{number}.toml")
+                assert preset == "drawn"
+                assert ends[1:] == pytest.approx(setting["path", "turns"], rel=1e-3)
+
+
+PICTURES = """
+(async () => {
+  const loop = () => drawTracked(lab), rows = [];
+  const draw = { track: loop, circle: loop, speed: drawRest, pulled: drawRest };
+  for (const canvas of document.querySelectorAll("canvas")) {
+    if (!canvas.clientWidth) continue;
+    const before = canvas.toDataURL(), redraw = draw[canvas.id] ?? drawNow, svg = asSvg(canvas, redraw);
+    const read = new DOMParser().parseFromString(svg, "image/svg+xml"), png = await asPng(canvas, redraw);
+    redraw();
+    const groups = [svg.split("<g ").length, svg.split("</g>").length];
+    rows.push([canvas.id, read.querySelector("parsererror") === null, read.querySelectorAll("path").length, groups,
+      [...read.querySelectorAll("text")].map((text) => text.textContent), png.size, canvas.toDataURL() === before]);
+  }
+  return rows;
+})()
+"""
+
+
+def test_every_view_is_a_picture_too(page, tmp_path):
+    with browser(tmp_path / "profile") as tab:
+        tab.open(f"{page.as_uri()}#model=preisach_lugre&path=loops")
+        tab.run(FOLLOWED)
+        rows = {row[0]: row[1:] for row in tab.run(PICTURES)}
+        assert set(rows) == {"loop", "plane", "speed", "pulled", "track", "circle"}
+        for is_read, paths, (opened, closed), texts, size, unchanged in rows.values():
+            assert is_read
+            assert paths > 3
+            assert opened == closed
+            assert size > 2000
+            assert unchanged
+            assert any("[" in text for text in texts)
+        assert "position [µm]" in rows["loop"][3]
+        assert tab.complaints() == []

@@ -7,6 +7,7 @@ import pytest
 from tests.lab.scripts import needs_node, node
 
 import bristle as br
+from bristle.core.contracts import Motion
 from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
 from bristle.lab.conditions import conditions_of
@@ -123,6 +124,42 @@ def test_the_staircase_parts_relays_that_are_up_from_those_that_are_down(tmp_pat
 
 def test_the_bristles_of_another_model_remember_nothing(tmp_path):
     assert moved(tmp_path, example_named("lugre"), {})[2:] == [[None], None]
+
+
+def memory_after(model, positions):
+    """Return the memory after a walk, by the kernels of Python."""
+    component, p = model.component, model.parameters
+    state, memory, before = component.initial_state(p), component.new_memory(p), positions[0]
+    for x in positions[1:]:
+        _, move = component.trial(state, memory, Motion((x - before) / 1e-3, x), 1e-3, p)
+        state, before = component.commit(state, memory, move, p), x
+    return memory
+
+
+@pytest.mark.parametrize("name", ["maxwell_slip", "maxwell_stribeck", "gms", "gms+asymmetry", "maxwell_slip+position"])
+def test_the_elements_drawn_are_the_memory_of_python(name, tmp_path):
+    base, *slots = name.split("+")
+    model = example_of(with_slots(MODELS[base], slots)) if slots else example_named(name)
+    _, _, seen, at_end = moved(tmp_path, model, {})
+    count = len(model.values["k_i"])
+    assert seen[0] == memory_after(model, PLACES[:31])[:count].tolist()
+    assert at_end == memory_after(model, PLACES)[:count].tolist()
+
+
+@pytest.mark.parametrize("name", ["maxwell_slip+asymmetry", "maxwell_stribeck", "gms"])
+def test_an_element_that_slips_slowly_stands_at_the_line_of_its_limit(name, tmp_path):
+    base, *slots = name.split("+")
+    model = example_of(with_slots(MODELS[base], slots))
+    model = model.with_values(scatter=0.0) if "scatter" in model.values else model
+    script = """
+    const contact = await loaded(models[0]), x = Float64Array.from({ length: 50 }, (_, i) => WAY * i * 1e-6);
+    const values = Object.fromEntries(models[0].variables.map(({ name, values }) => [name, numbersOf(values)]));
+    contact.forces(x, 1e6);
+    say([contact.remembered(), limitsOf(models[0].elements, values)]);
+    """
+    for side in (0, 1):
+        kept, limits = node(tmp_path, [page_model(model)], script.replace("WAY", str(2 * side - 1)))
+        assert kept == pytest.approx([limit[side] for limit in limits], rel=1e-6)
 
 
 COPIED = """

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import AllowCode, Json
+from bristle.cli.options import AllowCode, AxisFile, Json, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
     from bristle.core import Model
+    from bristle.lab.replay import Replay
 
 __all__ = ["EXAMPLE", "lab"]
 
@@ -31,6 +32,11 @@ def lab(
         typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")],
+    log: Annotated[
+        Path | None, typer.Option("--log", metavar="LOG", help="A log, whose motion the models are led along.")
+    ] = None,
+    axis: AxisFile = None,
+    size_limit: SizeLimit = None,
     allow_code: AllowCode = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a page of the lab that is there already.")] = False,
     as_json: Json = False,
@@ -38,10 +44,11 @@ def lab(
     """Write a page on which friction can be touched.
 
     Parameters are moved, and loops, curves and stick-slip move with them. The page holds every friction model with its
-    physics, and first of all the one that is given: with its slots, its values and how sure they are. One file that
-    asks for nothing, for any browser, disk, mail or host. LAB.html#selftest tells whether a browser computes the bits
-    of Python.
+    physics, and first of all the one that is given: with its slots, its values and how sure they are. With results of
+    identify, or with --log, it holds the recorded motion too. One file that asks for nothing, for any browser, disk,
+    mail or host. LAB.html#selftest tells whether a browser computes the bits of Python.
     """
+    from bristle.core import InputError
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
@@ -53,37 +60,82 @@ def lab(
 
     file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
+    if (log or axis) and file is None:
+        raise InputError("is read with a model", path="--log" if log else "--axis",
+                         mend="Name a model file, or results of identify")  # fmt: skip
     with progress("computing"):
         inputs: dict[str, Any] = {}
-        content, code = None, ()
+        content, code, recorded = None, (), {}
         if file is not None:
             content = content_of(file, limit=TOML_LIMIT)
-            friction, inputs = _read(content, allow_code=allow_code)
+            friction, inputs, plant, treatment = _read(content, allow_code=allow_code)
             inputs |= {"model": friction, "source": file.name}
             code = origins_of_code([base_of(friction.component)])
-        source = provenance(context.obj, model=content, code=code)
+            if log is not None:
+                beside = file.parent / "axis.toml"
+                described = axis or (beside if beside.is_file() else None)
+                inputs["replay"], recorded = _replay(
+                    log, described, plant, friction, treatment, bytes_asked(size_limit)
+                )
+            elif model is not None and model.is_dir():
+                inputs["replay"] = _replay_of_results(model)
+        source = provenance(context.obj, model=content, code=code, **recorded)
         page = lab_page(**inputs, provenance=source)
     _write(out, page)
     if as_json:
         first = inputs["model"].name if inputs else FIRST
-        summary = {"file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS)}
+        replay = inputs.get("replay")
+        summary = {
+            "file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS),
+            "points_of_log": 0 if replay is None else replay.time.size,
+        }  # fmt: skip
         sys.stdout.write(json_text(summary | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")
 
 
-def _read(content: Any, *, allow_code: bool) -> tuple[Model, dict[str, Any]]:
-    """Return a friction model, how sure it is, what it moves, and how fast it was seen."""
+def _replay(
+    log: Path, axis_file: Path | None, plant: Model | None, friction: Model, treatment: dict[str, Any], limit: int
+) -> tuple[Replay, dict[str, Any]]:  # fmt: skip
+    """Return a log as a motion to be replayed, and what it was made from."""
+    from bristle.core import InputError
+    from bristle.core.content import content_of
+    from bristle.files.axis import read_axis
+    from bristle.files.toml import TOML_LIMIT
+    from bristle.lab.replay import replay_of_log
+    from bristle.logs import read_log
+
+    content = content_of(axis_file, limit=TOML_LIMIT) if axis_file else None
+    axis = read_axis(content) if content else None
+    recorded = read_log(log, axis, size_limit=limit)
+    if recorded.kind != friction.kind:
+        raise InputError("model and log are of different kinds of axis", path=str(log), value=recorded.kind,
+                         allowed=friction.kind)  # fmt: skip
+    return replay_of_log(recorded, axis, plant, treatment), {"log": recorded, "axis": content}
+
+
+def _replay_of_results(folder: Path) -> Replay | None:
+    """Return the rows that a model was fitted to, where its results hold them."""
+    from bristle.files.arrays import read_arrays
+    from bristle.identification.result import Traces
+    from bristle.lab.replay import replay_of_traces
+
+    arrays = read_arrays(folder, "traces")
+    if not arrays:
+        return None
+    traces = Traces(**arrays)
+    return replay_of_traces(traces.time, traces.velocity, traces.friction)
+
+
+def _read(content: Any, *, allow_code: bool) -> tuple[Model, dict[str, Any], Model | None, dict[str, Any]]:
+    """Return a friction model; how sure it is, what it moves, how fast it was seen; its plant, how it was treated."""
     from bristle.files.model import read_model
     from bristle.testing import admit
 
     plant, friction, facts = read_model(content, allow_code=allow_code)
     admit(friction)
     mass = plant.values.get("M") if plant is not None else None
-    return friction, {
-        "uncertainty": facts["uncertainty"],
-        "mass": mass,
-        "fastest": facts["treatment"].get("velocity_max", 0.0),
-    }
+    known = {"uncertainty": facts["uncertainty"], "mass": mass, "fastest": facts["treatment"].get("velocity_max", 0.0)}
+    return friction, known, plant, facts["treatment"]
 
 
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:

@@ -22,7 +22,7 @@ from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import INTEGER, REAL, Array
 
-__all__ = ["BEGUN", "FORCE", "OVERFLOW", "POSITION", "REFUSED", "STATE", "Cycle", "cycle_of"]
+__all__ = ["BEGUN", "FORCE", "OVERFLOW", "POSITION", "REFUSED", "STATE", "Cycle", "at_rest_of", "cycle_of"]
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308
@@ -45,6 +45,14 @@ def advanced(lasting, memory, x, dt, p):
 {store}
     lasting[POSITION] = x
     lasting[FORCE] = force
+    return force
+"""
+
+AT_REST = """
+def at_rest(lasting, memory, x, p):
+    state = State({load})
+    around = Motion(x, lasting[POSITION], NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+    force, move = friction_trial(state, memory, around, 0.0, p)
     return force
 """
 
@@ -82,12 +90,9 @@ def cycle_of(subject: Subject, builder: Builder | None = None) -> Cycle:
         What builds it, where other functions are built beside it: its unit is then not pruned.
     """
     fields = subject.state.fields
-    load = ", ".join(
-        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]"
-        for i, (_, kind) in enumerate(fields)
-    )
     store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, (name, _) in enumerate(fields))
-    kernel = _defined(TEXT.format(load=load, store=store or "    lasting[REFUSED] = lasting[REFUSED]"), subject)
+    text = TEXT.format(load=_load(subject), store=store or "    lasting[REFUSED] = lasting[REFUSED]")
+    kernel = _defined("advanced", text, subject)
     own = builder is None
     builder = builder or Builder()
     size = STATE + len(fields)
@@ -98,11 +103,25 @@ def cycle_of(subject: Subject, builder: Builder | None = None) -> Cycle:
     return Cycle(subject, pruned(builder.unit, [entry]) if own else builder.unit, entry, begin)
 
 
-def _defined(text: str, subject: Subject) -> Callable[..., Any]:
+def at_rest_of(subject: Subject, builder: Builder) -> Function:
+    """Return the force at a velocity, of which the sign is enough, where the contact is: nothing moves."""
+    kernel = _defined("at_rest", AT_REST.format(load=_load(subject)), subject)
+    lasting, memory = Array(STATE + len(subject.state.fields)), Array(subject.memory_size)
+    return builder.function(kernel, [lasting, memory, REAL, subject.parameters])
+
+
+def _load(subject: Subject) -> str:
+    return ", ".join(
+        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]"
+        for i, (_, kind) in enumerate(subject.state.fields)
+    )
+
+
+def _defined(name: str, text: str, subject: Subject) -> Callable[..., Any]:
     scope: dict[str, Any] = {
         "__name__": __name__, "State": subject.state.cls, "Motion": Motion, "friction_trial": friction_trial,
         "friction_commit": friction_commit, "NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
         "POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
         "LARGEST": LARGEST,
     }  # fmt: skip
-    return defined("advanced", text, scope)
+    return defined(name, text, scope)

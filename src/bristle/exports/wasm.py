@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import reduce
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.tunable import tunable_of
-from bristle.exports.types import REAL, Array, Struct, Type
+from bristle.exports.types import REAL, Array, Struct, Type, type_of
 from bristle.exports.wasm_binary import (
     CALL,
     END,
@@ -44,10 +46,12 @@ from bristle.exports.wasm_binary import (
     vector,
 )
 from bristle.exports.wasm_code import Code
+from bristle.friction import unvaried
 
-__all__ = ["Module", "module_of", "wasm_files"]
+__all__ = ["Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
 PAGE, FIRST = 65536, 8
+VARYING = frozenset({"place", "rise"})  # of the parameters that kernels receive: what a slot makes vary
 TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
 
@@ -69,6 +73,8 @@ class Module:
         Address of what lasts of the plant; 0 without one.
     parameters : int
         Address of the first parameter: what lies before it changes from step to step.
+    still : list of (int, float)
+        What to put where, so that nothing varies with the place, the load and so on.
     """
 
     binary: bytes
@@ -77,6 +83,7 @@ class Module:
     contact: int
     body: int
     parameters: int
+    still: list[tuple[int, float]]
 
 
 class _Memory:
@@ -125,7 +132,10 @@ class _Memory:
         return load if kind == REAL else load + bytes(TRUNCATE_32 if self.integer == I32 else TRUNCATE_64)
 
 
-def module_of(subject: Subject, plant: Model | None = None, *, choices: bool = False) -> Module:
+def module_of(
+    subject: Subject, plant: Model | None = None, *, choices: bool = False,
+    others: Mapping[str, Callable[[Builder], Function]] | None = None,
+) -> Module:  # fmt: skip
     """Return a friction model as a module of WebAssembly.
 
     Parameters
@@ -136,17 +146,20 @@ def module_of(subject: Subject, plant: Model | None = None, *, choices: bool = F
         A plant that a second function, ``step``, moves against this friction.
     choices : bool
         Whether what is one of several names may be changed as numbers may: to its place among the names.
+    others : mapping of str to callable, optional
+        By name, what builds further functions of the contact: their numbers are called ``x`` and ``dt``.
     """
     builder = Builder()
     cycle, core = cycle_of(subject, builder), None if plant is None else core_of(subject, plant, builder)
-    roots = [cycle.entry] if core is None else [cycle.entry, core.entry]
-    unit = cycle.unit if core is None else pruned(builder.unit, roots)
+    roots = {"advance": cycle.entry} if core is None else {"advance": cycle.entry, "step": core.entry}
+    roots |= {name: build(builder) for name, build in (others or {}).items()}
+    unit = pruned(builder.unit, list(roots.values()))
     layout = _Memory(unit)
     size = max(subject.memory_size, 1)
     places = {"lasting": layout.add(cycle.begin), "memory": layout.add(np.zeros(size))}
-    begins = (
-        [places] if core is None else [places, {"lasting": layout.add(core.begin), "memory": layout.add([0] * size)}]
-    )
+    begins = dict.fromkeys(roots, places)
+    if core is not None:
+        begins["step"] = {"lasting": layout.add(core.begin), "memory": layout.add([0] * size)}
     parameters = 8 * len(layout.numbers)
     layout.place("p", subject.model, subject.parameters, choices=choices)
     if plant is not None and core is not None:
@@ -154,23 +167,64 @@ def module_of(subject: Subject, plant: Model | None = None, *, choices: bool = F
     addresses = _places(subject.model, layout.addresses["p"], choices=choices)
     if plant is not None:
         addresses |= _places(plant, layout.addresses["q"])
-    binary = _binary(unit, [_entry(root, layout, begin) for root, begin in zip(roots, begins, strict=True)], layout)
-    body = begins[1]["lasting"] if core is not None else 0
-    return Module(binary, places["lasting"], addresses, places["memory"], body, parameters)
+    binary = _binary(unit, {name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
+    body = begins["step"]["lasting"] if core is not None else 0
+    still = _still(subject.model, layout.addresses["p"])
+    return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
 
 
-def _binary(unit: Unit, entries: list[bytes], layout: _Memory) -> bytes:
+class Part(NamedTuple):
+    """A function of a module of several: its function of the tree, what lasts of it at first, and its model."""
+
+    entry: Function
+    begin: np.ndarray
+    model: Model
+
+
+def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
+    """Return a module with an exported function for each part, and the addresses of what lasts and of parameters.
+
+    Parameters
+    ----------
+    builder : Builder
+        What built the functions, whose arguments are among ``lasting``, ``x``, ``dt`` and ``p``.
+    parts : mapping of str to Part
+        By the name that is exported.
+    """
+    layout = _Memory(pruned(builder.unit, [part.entry for part in parts.values()]))
+    begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
+    entries, addresses = {}, {}
+    for name, part in parts.items():
+        kind = type_of(part.model.parameters)
+        assert isinstance(kind, Struct)
+        layout.place("p", part.model, kind)
+        entries[name] = _entry(part.entry, layout, begins[name])
+        addresses[name] = begins[name] | {"places": _places(part.model, layout.addresses["p"])}
+    return _binary(layout.unit, entries, layout), addresses
+
+
+def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[int, float]]:
+    """Return where the coefficients of what varies are, and their values where nothing does."""
+    values = unvaried(model).parameters
+    return [
+        (address, float(reduce(getattr, path, values)))
+        for path, address in addresses.items() if not VARYING.isdisjoint(path)
+    ]  # fmt: skip
+
+
+def _binary(unit: Unit, entries: dict[str, bytes], layout: _Memory) -> bytes:
     """Return the module of some functions, with an exported one for each entry."""
     types, integer = Types(), layout.integer
     numbers = {id(function): number for number, function in enumerate(unit.functions)}
-    bodies = [Code(function, numbers, types, integer).body() for function in unit.functions] + entries
+    bodies = [Code(function, numbers, types, integer).body() for function in unit.functions]
+    bodies += entries.values()
     kinds = [
         types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer))
         for f in unit.functions
     ] + [types.index([F64, F64], [F64])] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
-    names = zip(("advance", "step"), range(len(unit.functions), len(kinds)), strict=False)
+    names = zip(entries, range(len(unit.functions), len(kinds)), strict=True)
     exports = [_export("memory", 2, 0), *(_export(name, 0, number) for name, number in names)]
     return b"".join([
         b"\0asm\1\0\0\0",

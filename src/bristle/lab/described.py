@@ -14,23 +14,25 @@ from markupsafe import escape
 from bristle.core.contracts import Model
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
-from bristle.exports.cycle import OVERFLOW, REFUSED, STATE
+from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.subject import Subject, subject_of
-from bristle.exports.wasm import module_of
+from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
 from bristle.friction import MODELS, base_of
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
+from bristle.lab.elements import elements_of
+from bristle.lab.passivity import passivity_of, release_of
 from bristle.lab.scales import Scales, pulled_by, scales_of
 from bristle.lab.sliders import slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["described", "example_named", "walks_of"]
+__all__ = ["body_described", "described", "example_named", "packed", "walks_of"]
 
-UNITS = {"position": "length", "velocity": "length/time", "force": "force"}
+UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
 
 def example_named(name: str) -> Model:
@@ -69,20 +71,38 @@ def described(
     subject = subject_of(model)
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
-    module = module_of(subject, plant, choices=True)
     walks = stored().get(model.name) if not named else None
-    return {
+    module, facts = _module(subject, plant)
+    return facts | {
         "name": named or model.name, "model": model.name, "description": model.component.description,
-        "kind": model.kind, "code": _packed(module.binary), "size": len(module.binary),
-        "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
-        "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
         "variables": _variables(model, module.places, scales, uncertainty or {}),
         "pull": _variables(plant, module.places, scales, {}),
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),
+        "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
-        "scales": scales._asdict(), "head": _head(model), "fastest": fastest,
+        "scales": scales._asdict(), "head": _head(model), "fastest": fastest, "mass": mass,
         "varies": bool(variations_of(model.component)),
         "walks": walks or walked(subject, plant, scales, SHORT),
+    }  # fmt: skip
+
+
+def body_described(model: Model) -> dict[str, Any]:
+    """Return what a page knows of a friction model that only a mass in a loop has."""
+    subject = subject_of(model)
+    module, facts = _module(subject, pulled_by(scales_of(subject), model))
+    values = {name: value for name, value in model.values.items() if name in module.places}
+    return facts | {"values": {name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()}}
+
+
+def _module(subject: Subject, plant: Model) -> tuple[Module, dict[str, Any]]:
+    """Return the module of a friction model, and what is known of it."""
+    further = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
+    module = module_of(subject, plant, choices=True, others=further)
+    return module, {
+        "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
+        "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
+        "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
+        "elements": elements_of(subject.model, subject.memory_size), "still": module.still,
     }  # fmt: skip
 
 
@@ -108,7 +128,7 @@ def _variables(
     return rows
 
 
-def _packed(content: bytes) -> str:
+def packed(content: bytes) -> str:
     """Return bytes as text: deflated, without a head, and in base 64."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
     return base64.b64encode(packer.compress(content) + packer.flush()).decode("ascii")

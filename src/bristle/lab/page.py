@@ -11,15 +11,20 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from markupsafe import Markup
 
 from bristle.core.contracts import Model
 from bristle.exports.rendering import version
 from bristle.friction import MODELS
-from bristle.lab.described import described, example_named
+from bristle.lab.described import described, example_named, packed
+from bristle.lab.loop import loop_described
+from bristle.lab.presets import presets
 
 if TYPE_CHECKING:
     import jinja2
+
+    from bristle.lab.replay import Replay
 
 __all__ = ["FIRST", "MARK", "lab_page", "policy"]
 
@@ -27,12 +32,15 @@ MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
-SCRIPTS, STYLES = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "lab.js"), ("lab.css",)
+SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
+SCRIPTS = ("paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "tracking.js", "lab.js")
+STYLES = ("lab.css",)
 
 
 def lab_page(
     model: Model | None = None, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
     mass: float | None = None, fastest: float = 0.0, source: str = "", provenance: Mapping[str, str] | None = None,
+    replay: Replay | None = None,
 ) -> str:  # fmt: skip
     """Return the page: every friction model with the values of its example, and one with values of its own.
 
@@ -50,6 +58,8 @@ def lab_page(
         The file that it is from.
     provenance : mapping of str to str, optional
         What the page was made from.
+    replay : Replay, optional
+        A recorded motion that models of the same kind of axis can be led along.
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     own = (
@@ -59,20 +69,37 @@ def lab_page(
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
-    script, style = _joined(SCRIPTS), _joined(STYLES)
+    shared, script, style = _joined(SHARED), _joined(SCRIPTS), _joined(STYLES)
+    data = {
+        "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
+        "presets": presets(),
+    }  # fmt: skip
     return _environment().get_template("lab.html").render(
-        mark=Markup(MARK), policy=policy([script], [style]), style=Markup(style), script=Markup(script),
-        data=Markup(_json({"models": models, "first": first})), provenance=dict(provenance or {}), version=version(),
+        mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
+        script=Markup(script), data=Markup(_json(data)), provenance=dict(provenance or {}), version=version(),
     )  # fmt: skip
 
 
+def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
+    """Return a recorded motion as the page unpacks it: columns of numbers, the position as moves in steps."""
+    if replay is None:
+        return None
+    moves = np.diff(replay.steps, prepend=0.0)
+    columns = [replay.time.astype("<f8"), moves.astype("<i4"), replay.friction.astype("<f4")]
+    return {
+        "code": packed(b"".join(column.tobytes() for column in columns)), "count": replay.time.size,
+        "step": replay.step, "begins": list(replay.begins), "depth": replay.depth, "hasInertia": replay.has_inertia,
+        "kind": kind,
+    }  # fmt: skip
+
+
 def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
-    """Return what the page may do: run these scripts and their modules, use these styles, and nothing else."""
+    """Return what the page may do: run these scripts and their modules, by a worker too, use these styles."""
     script = " ".join(_hash(text) for text in scripts)
     style = " ".join(_hash(text) for text in styles)
     return (
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
-        "base-uri 'none'; form-action 'none'"
+        "worker-src blob:; base-uri 'none'; form-action 'none'"
     )
 
 

@@ -98,6 +98,23 @@ function setting(name, symbol, unit, description, value, low, high, logarithmic 
     whole: false, fixed: false, interval: null, sliders: [{ low, high, logarithmic, to_zero: false, endless: false }] };
 }
 
+// The loop: stiff beside the contact, where no mass is known; numbers of the paper where its rig is chosen by a preset.
+function loopSettings(model) {
+  const { reach, speed, force } = model.scales, { paper } = data.loop, gain = 150, { units } = model;
+  const mass = model.mass ?? round(2 * force / (reach * gain * gain)), amplitude = round(2.8 * reach);
+  const bodies = ["this model, with the values of the start", "the rig of the paper"];
+  return [
+    { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === data.loop.rig.kind ? bodies : bodies.slice(0, 1) },
+    setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass that the law moves", mass, mass / 100, 100 * mass),
+    setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the law, and its K₁", gain, 10, 400),
+    setting("loop_K_2", "<i>K</i><sub>2</sub>", `${units.velocity}²`, "switching gain of the law", 0, 0, 10 * paper.K_2, false),
+    setting("loop_g", "<i>g</i>", "1/s", "bandwidth of the observer", paper.g, 1, 400),
+    setting("loop_A", "<i>A</i>", units.position, "amplitude of the motion", amplitude, reach / 20, 200 * reach),
+    setting("loop_f", "<i>f</i>", "Hz", "frequency of the motion", paper.frequency, 0.05, 20),
+    setting("loop_resolution", "<i>δ</i>", units.position, "count of the encoder", round(reach / 20), reach / 1000, reach),
+  ];
+}
+
 function settingsOf(model) {
   const { reach, speed } = model.scales, amplitude = PRESETS.triangle.amplitude * reach;
   const [m, k, v] = ["M", "k", "v_e"].map((name) => model.pull.find((variable) => variable.name === name));
@@ -105,6 +122,8 @@ function settingsOf(model) {
   return [
     setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
     setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
+    ...loopSettings(model),
+    setting("zoom", "<i>n</i>", "", "how many times the time is enlarged around the moment", 1, 1, 1000),
     setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),
     setting("time", "<i>t</i><sub>end</sub>", "s", "how long it is pulled", round(150 * natural), 5 * natural, 2000 * natural),

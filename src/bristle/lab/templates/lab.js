@@ -11,6 +11,7 @@ let kept = "", waiting = 0, restTook = 0, shown = {};
 
 const lab = {
   model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
+  recorded: data.replay && recordedMotion(data.replay),
   setAll(values) {
     for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
   },
@@ -23,7 +24,8 @@ const lab = {
 
 function drawNow() {
   loopView(lab, byId("loop"), byId("loop-reading"));
-  if (lab.model.stack) planeView(lab, byId("plane"), byId("plane-reading"));
+  const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
+  if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
 }
 
 function drawRest() {
@@ -31,6 +33,8 @@ function drawRest() {
   waiting = 0;
   speedView(lab, byId("speed"), byId("speed-reading"));
   pulledView(lab, byId("pulled"), byId("pulled-reading"));
+  verdictView(lab, byId("verdicts"));
+  track(lab);
   restTook = performance.now() - before;
 }
 
@@ -58,6 +62,8 @@ function showAll() {
   lab.setAll(lab.values);
   for (const { name } of allVariables()) shown[name].forEach((each, i) => each.show(lab.values[name][i]));
   byId("moment").value = Math.round(1000 * lab.moment);
+  byId("view-record").hidden = lab.preset !== "log";
+  byId("path-settings").hidden = lab.preset === "log";
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", String(button.value === lab.preset));
   tellBroken();
   draw();
@@ -108,7 +114,7 @@ function buildCards() {
 function stateText() {
   const changed = new URLSearchParams();
   if (lab.model !== usual) changed.set("model", lab.model.name);
-  if (lab.preset !== "triangle") changed.set("path", lab.preset);
+  if (lab.preset !== usualPath()) changed.set("path", lab.preset);
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
   for (const { name } of allVariables()) {
     const values = lab.values[name];
@@ -140,7 +146,7 @@ async function go(text) {
   const wanted = new URLSearchParams(text);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
   await show(model);
-  aim(wanted.get("path") in PRESETS ? wanted.get("path") : "triangle");
+  aim(wanted.get("path") in PRESETS ? wanted.get("path") : usualPath());
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
   for (const variable of allVariables()) {
@@ -171,14 +177,24 @@ async function show(model) {
   lab.moment = 1;
   byId("model").value = String(data.models.indexOf(model));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
-  byId("view-plane").hidden = !model.stack;
+  byId("view-plane").hidden = !model.stack && !model.elements;
+  byId("plane-title").textContent = `What the ${model.stack ? "operator remembers" : "elements remember"}`;
+  byId("plane").setAttribute("aria-label", model.stack
+    ? "Preisach plane with the staircase between relays that are up and relays that are down"
+    : "What each element keeps, as a bar between the lines at which it slips");
   byId("python").disabled = !model.head.python;
+  for (const button of byId("presets").children) button.hidden = button.value === "log" && !canReplay();
   buildCards();
 }
 
+function canReplay() { return Boolean(lab.recorded) && data.replay.kind === lab.model.kind; }
+
+function usualPath() { return canReplay() && lab.model === usual ? "log" : "triangle"; }
+
 // Move the contact along another path, which begins with an amplitude of its own.
 function aim(preset) {
-  lab.preset = preset;
+  lab.preset = preset === "log" && !canReplay() ? "triangle" : preset;
+  preset = lab.preset;
   lab.moment = 1;
   lab.first.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
   lab.values.amplitude = [...lab.first.amplitude];
@@ -264,7 +280,31 @@ async function selfTest() {
   byId("selftest").textContent = `${differ} of ${of} differ`;
 }
 
+function offerFiles() {
+  const draw = { loop: drawNow, record: drawNow, plane: drawNow, speed: drawRest, pulled: drawRest, track: () => drawTracked(lab), circle: () => drawTracked(lab) };
+  for (const canvas of document.querySelectorAll("canvas")) {
+    const name = () => `${lab.model.model.replaceAll("+", "_")}_${canvas.id}`, title = canvas.closest("section").querySelector("h2");
+    const buttons = ["SVG", "PNG"].map((kind) => element("button", { type: "button", text: kind, "aria-label": `${title.textContent}, ${canvas.id}, as ${kind}`,
+      onclick: () => download(canvas, kind, name(), draw[canvas.id]) }));
+    canvas.after(element("div", { class: "files" }, ...buttons));
+  }
+}
+
+function offerFigures() {
+  byId("figure").append(...data.presets.map(({ word }, i) => element("option", { value: i, text: word })));
+  byId("figure").addEventListener("change", async (event) => {
+    const preset = data.presets[event.target.value];
+    event.target.value = "";
+    if (!preset) return;
+    await go(preset.state);
+    keep();
+    say(`${preset.word}.`);
+  });
+}
+
 function listen() {
+  offerFiles();
+  offerFigures();
   byId("model").append(...data.models.map(({ name }, i) => element("option", { value: i, text: name })));
   byId("model").addEventListener("change", async (event) => {
     const preset = lab.preset;
@@ -278,7 +318,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model); aim("triangle"); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model); aim(usualPath()); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));

@@ -1,3 +1,4 @@
+"use strict";
 // The paths that a contact is moved along, and what is read off them.
 
 // In each preset, where the contact turns, over the amplitude; the amplitude over the distance of pre-sliding.
@@ -7,6 +8,7 @@ const PRESETS = {
   minor: { word: "Minor loop", turns: [0, 1, -1, 0.6, -0.2, 0.6, 1], amplitude: 1, closes: [3, 5] },
   presliding: { word: "Pre-sliding", turns: [0, 1, -1, 1, -1, 1], amplitude: 0.4 },
   drawn: { word: "Draw", turns: null, amplitude: 5 },
+  log: { word: "Log", turns: [0], amplitude: 5 }, // only where one is on the page
 };
 const SAMPLES = 20000;
 
@@ -43,6 +45,16 @@ function lossBetween(x, force, first, last) {
   let work = 0;
   for (let k = first + 1; k <= last; k++) work += force[k] * (x[k] - x[k - 1]);
   return work;
+}
+
+// Root mean square of a difference, and of the first of both.
+function misfit(measured, forces) {
+  let difference = 0, whole = 0;
+  for (let k = 0; k < measured.length; k++) {
+    difference += (measured[k] - forces[k]) ** 2;
+    whole += measured[k] ** 2;
+  }
+  return { rms: Math.sqrt(difference / measured.length), share: Math.sqrt(difference / whole) };
 }
 
 function extent(values, first = 0) {
@@ -117,8 +129,12 @@ function product(factors, values) {
   return factors.reduce((whole, factor) => whole * (values[factor] ? values[factor][0] : Number(factor)), 1);
 }
 
+function met({ left, sign, right }, values) {
+  return HOLDS[sign](product(left, values), product(right, values));
+}
+
 function broken(model, values) {
-  return model.conditions.filter(({ left, sign, right }) => !HOLDS[sign](product(left, values), product(right, values)));
+  return model.conditions.filter((condition) => !met(condition, values));
 }
 
 // Shares that add up to one again after one of them was moved: the others keep their proportions.

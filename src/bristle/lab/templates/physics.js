@@ -16,14 +16,40 @@ async function compiled(bytes) {
 async function loaded(model) {
   const packed = Uint8Array.from(atob(model.code), (letter) => letter.charCodeAt(0));
   const instance = new WebAssembly.Instance(await compiled(inflated(packed, model.size)));
-  const { memory, advance, step } = instance.exports;
+  const { memory, advance, step, rest, release } = instance.exports;
   const numbers = new Float64Array(memory.buffer);
   const virgin = numbers.slice(0, model.parameters / 8);
   const lasting = model.lasting / 8, contact = model.contact / 8, body = model.body / 8;
   return {
-    model,
+    model, advance, rest, release,
+    begin() { numbers.set(virgin); },
+    // What lasts of the contact, to come back to.
+    kept(into = new Float64Array(body - lasting)) {
+      into.set(numbers.subarray(lasting, body));
+      return into;
+    },
+    back(kept) { numbers.set(kept, lasting); },
+    // The mass, put somewhere at a velocity and pushed.
+    put(x, v) {
+      numbers[body] = x;
+      numbers[body + 1] = v;
+    },
+    push(effort, dt) { return step(effort, dt); },
+    get x() { return numbers[body]; },
+    // Nothing varies with the place, the load and so on, until parameters are set again.
+    hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
     set(name, values) {
       for (const place of model.places[name] ?? []) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
+    },
+    // Forces along a recorded motion, whose steps are of several lengths and which begins anew where a stretch does.
+    along({ t, x, begins }, moment = -1, look = () => {}) {
+      const forces = new Float64Array(x.length), starts = new Set(begins);
+      for (let k = 0; k < x.length; k++) {
+        if (starts.has(k)) numbers.set(virgin);
+        forces[k] = advance(x[k], starts.has(k) ? 1 : t[k] - t[k - 1]);
+        if (k === moment) look(this.remembered());
+      }
+      return forces;
     },
     // Forces along positions; element 0 is 0, and the contact begins anew. At some sample it may be looked at.
     forces(x, dt, moment = -1, look = () => {}) {
@@ -46,13 +72,23 @@ async function loaded(model) {
       return motion;
     },
     get overflow() { return numbers[lasting + model.overflow] !== 0; },
-    // What an operator with turning points remembers, the present input last; nothing of other models.
+    // What an operator with turning points remembers, the present input last, or what elements do; else nothing.
     remembered() {
+      if (model.elements) return [...numbers.subarray(contact, contact + model.elements.numbers)];
       if (!model.stack) return null;
       const depth = numbers[lasting + model.stack.depth];
       return [...numbers.subarray(contact, contact + depth), numbers[lasting + model.stack.z]];
     },
   };
+}
+
+// A recorded motion: times, positions, what was measured, and where stretches begin.
+function recordedMotion({ code, count, step, begins }) {
+  const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 16 * count).buffer;
+  const t = new Float64Array(bytes, 0, count), moves = new Int32Array(bytes, 8 * count, count), x = new Float64Array(count);
+  let place = 0;
+  moves.forEach((move, k) => { x[k] = step * (place += move); });
+  return { t, x, measured: Float64Array.from(new Float32Array(bytes, 12 * count, count)), begins };
 }
 
 // Corners of the staircase between relays that are up and relays that are down, from the line of the virgin contact
@@ -62,6 +98,12 @@ function staircase(remembered) {
   const corners = inputs.slice(1).map((input, i) => [Math.max(input, inputs[i]), Math.min(input, inputs[i])]);
   const last = inputs[inputs.length - 1];
   return [...corners, [last, last]];
+}
+
+// The least and the largest that each element keeps before it slips.
+function limitsOf({ limits, numbers }, values) {
+  const at = (names, i) => names.reduce((whole, name) => whole * (values[name][i] ?? values[name][0]), 1);
+  return Array.from({ length: numbers }, (_, i) => limits.map(({ times, over }, side) => (2 * side - 1) * at(times, i) / at(over, i)));
 }
 
 // --- the walks that show that the same bits come out ----------------------------------------------------------------

@@ -4,7 +4,7 @@ function colours() {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
-    ghost: colour("ghost"), shade: colour("shade"), size: parseFloat(style.fontSize) };
+    ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), size: parseFloat(style.fontSize) };
 }
 
 function roundStep(rough) {
@@ -155,8 +155,19 @@ const sizes = new WeakMap();
 // Have a canvas measured before it is drawn next: not at each drawing, which would lay out the page anew.
 function resized(canvas) { sizes.delete(canvas); }
 
+// What is drawn onto a canvas next goes elsewhere, until it is drawn.
+let elsewhere = null;
+
+function drawnOnto(canvas, context, draw) {
+  elsewhere = { canvas, context };
+  try { draw(); } finally { elsewhere = null; }
+}
+
 // A context of a canvas as large as it is shown, wiped.
 function wiped(canvas) {
+  if (elsewhere?.canvas === canvas) {
+    return { context: elsewhere.context, area: { left: 0, top: 0, width: canvas.clientWidth, height: canvas.clientHeight } };
+  }
   if (!sizes.has(canvas)) sizes.set(canvas, [window.devicePixelRatio || 1, canvas.clientWidth, canvas.clientHeight]);
   const [ratio, width, height] = sizes.get(canvas);
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {

@@ -15,7 +15,13 @@ function pathOf(lab) {
   return lab.path;
 }
 
+// What a path gives with the present parameters.
+function forcesAlong(lab, path, moment = -1, look = undefined) {
+  return path.recorded ? lab.contact.along(path.recorded, moment, look) : lab.contact.forces(path.x, path.dt, moment, look);
+}
+
 function newPath(lab) {
+  if (lab.preset === "log") return { x: lab.recorded.x, at: [], length: 0, recorded: lab.recorded };
   const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
   const turns = preset.turns ?? lab.turns;
   const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
@@ -30,10 +36,11 @@ function loopView(lab, canvas, reading) {
   const last = path.x.length - 1, moment = Math.round(last * lab.moment);
   let remembered = null;
   const before = ghostOf(lab, path);
-  const forces = lab.contact.forces(path.x, path.dt, moment, (inputs) => { remembered = inputs; });
+  const forces = forcesAlong(lab, path, moment, (inputs) => { remembered = inputs; });
   const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
-  const amplitude = valueOf(lab, "amplitude"), [left, right] = axis(-amplitude, amplitude);
-  const [bottom, top] = axis(Math.min(low, lowBefore), Math.max(high, highBefore));
+  const amplitude = valueOf(lab, "amplitude"), [left, right] = path.recorded ? axis(...extent(path.x)) : axis(-amplitude, amplitude);
+  const [least, most] = path.recorded ? extent(path.recorded.measured) : [low, high];
+  const [bottom, top] = axis(Math.min(low, lowBefore, least), Math.max(high, highBefore, most));
   const { context, area } = wiped(canvas);
   const frame = new Frame(context, area, { word: "position", unit: units.position, low: left, high: right },
     { word: "friction force", unit: units.force, low: bottom, high: top }, theme);
@@ -42,14 +49,17 @@ function loopView(lab, canvas, reading) {
   if (moment < last) frame.curve(path.x, forces, { colour: theme.rule, width: 1.5, first: moment });
   const closing = closingOf(lab, path, forces, high - low);
   frame.curve(path.x, forces, { colour: closing && !closing.closes ? theme.alert : theme.accent, width: 2.2, last: moment });
+  if (path.recorded) frame.curve(path.x, path.recorded.measured, { colour: theme.measured, width: 1 });
   frame.dot(path.x[moment], forces[moment], theme.ink);
   lab.frame = frame;
   lab.remembered = remembered;
+  if (path.recorded) recordView(lab, path.recorded, forces, moment);
   tell(reading, loopWords(lab, path, forces, closing), Boolean(closing && !closing.closes) || lab.contact.overflow);
 }
 
 function loopWords(lab, path, forces, closing) {
   const { units } = lab.model, [low, high] = extent(forces), at = path.at, turns = at.length;
+  if (path.recorded) return recordWords(lab, path.recorded, forces);
   const words = [`Force from ${told(low, units.force)} to ${told(high, units.force)}`];
   if (["triangle", "presliding"].includes(lab.preset)) {
     words.push(`the last loop takes ${told(lossBetween(path.x, forces, at[turns - 3], at[turns - 1]), "J")}`);
@@ -76,10 +86,35 @@ function ghostOf(lab, path) {
   const key = pathKey(lab);
   if (lab.ghost?.key !== key) {
     lab.setAll(lab.first);
-    lab.ghost = { key, forces: lab.contact.forces(path.x, path.dt) };
+    lab.ghost = { key, forces: forcesAlong(lab, path) };
     lab.setAll(lab.values);
   }
   return lab.ghost.forces;
+}
+
+function recordWords(lab, recorded, forces) {
+  const { units } = lab.model, { rms, share } = misfit(recorded.measured, forces), { depth, hasInertia } = data.replay;
+  const words = [`Thin what was measured, wide the model: they differ by ${told(rms, units.force)} root mean square, ${withDigits(100 * share, 3)} % of the friction`];
+  if (!hasInertia) words.push("the inertia is not known, and what was measured is all of the effort");
+  if (depth > 0) words.push(`turns of less than ${told(depth, units.position)} are left out`);
+  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, lab.ghost.forces).rms, units.force)}`);
+  return `${words.join("; ")}.`;
+}
+
+// Both forces over time, of a part of the record around the moment.
+function recordView(lab, { t, measured }, forces, moment) {
+  const theme = lab.theme, { units } = lab.model, canvas = document.getElementById("record");
+  const wide = (t[t.length - 1] - t[0]) / valueOf(lab, "zoom"), from = Math.max(t[0], Math.min(t[t.length - 1] - wide, t[moment] - wide / 2));
+  const first = Math.max(0, t.findIndex((time) => time >= from) - 1), beyond = t.findIndex((time) => time > from + wide);
+  const last = beyond < 0 ? t.length - 1 : beyond, part = (values) => extent(values.subarray(first, last + 1));
+  const [low, high] = part(measured), [least, most] = part(forces), { context, area } = wiped(canvas);
+  const [bottom, top] = axis(Math.min(low, least), Math.max(high, most));
+  const frame = new Frame(context, area, { word: "time", unit: "s", low: from, high: from + wide },
+    { word: "friction", unit: units.force, low: bottom, high: top }, theme);
+  frame.axes();
+  frame.curve(t, forces, { colour: theme.accent, width: 2.2, first, last });
+  frame.curve(t, measured, { colour: theme.measured, width: 1, first, last });
+  frame.dot(t[moment], forces[moment], theme.ink);
 }
 
 function speedView(lab, canvas, reading) {
@@ -143,6 +178,35 @@ function planeView(lab, canvas, reading) {
   frame.dot(input, input, theme.ink);
   const points = lab.remembered.length - 1;
   tell(reading, `Relays in the shaded part are up. ${points} turning point${points === 1 ? "" : "s"} remembered; the input is ${told(input, units.position)}.`, false);
+}
+
+function elementsView(lab, canvas, reading) {
+  const theme = lab.theme, { elements } = lab.model, kept = lab.remembered, limits = limitsOf(elements, lab.values);
+  const [low, high] = axis(Math.min(...limits.map(([least]) => least)), Math.max(...limits.map(([, most]) => most)));
+  const { context, area } = wiped(canvas), count = kept.length;
+  const frame = new Frame(context, area, { word: "element", unit: "", low: 0.5, high: count + 0.5 },
+    { word: elements.word, unit: elements.unit, low, high }, theme);
+  frame.xTicks = frame.xTicks.filter(Number.isInteger);
+  frame.axes();
+  let full = 0;
+  kept.forEach((value, i) => {
+    const [left, right] = [i + 0.7, i + 1.3].map((each) => frame.across(each)), [least, most] = limits[i];
+    const isFull = value >= most * (1 - 1e-9) || value <= least * (1 - 1e-9);
+    full += isFull;
+    context.fillStyle = isFull ? theme.accent : theme.ghost;
+    context.fillRect(left, Math.min(frame.up(0), frame.up(value)), right - left, Math.abs(frame.up(value) - frame.up(0)));
+    for (const limit of [least, most]) frame.curve([i + 0.65, i + 1.35], [limit, limit], { colour: theme.ink, width: 1.5 });
+  });
+  tell(reading, `Bars: what each element keeps; lines: where it slips at rest. ${full} of ${count} ${full === 1 ? "is" : "are"} there.`, false);
+}
+
+// Whether it drifts, closes and is passive: with a mark, so that colour does not say it alone.
+function verdictView(lab, list) {
+  const lines = verdicts(lab.model, judged(lab.contact, lab.values));
+  lab.setAll(lab.values);
+  const html = lines.map(({ asked, passed, text }) =>
+    `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
+  if (list.innerHTML !== html) list.innerHTML = html;
 }
 
 // How far the plane is shown: as far as the input went, kept while it only gets less.

@@ -1,0 +1,125 @@
+"""What a page looks at to tell whether friction can give back more than it was given.
+
+Where a bound is known that no parameter moves, or one condition decides, that is said; for bristles the least viscous
+coefficient is searched, by a function of the module, as `bristle.certificates.passive` searches it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bristle.core.contracts import Model
+from bristle.core.kernel import kernel
+from bristle.exports.build import Builder
+from bristle.exports.scope import defined
+from bristle.exports.subject import Subject
+from bristle.exports.tree import Function
+from bristle.exports.types import REAL
+from bristle.friction import (
+    bouc_wen,
+    coulomb,
+    coulomb_viscous,
+    dahl,
+    elastoplastic,
+    gms,
+    lugre,
+    maxwell_slip,
+    preisach_lugre,
+    reformed_dahl,
+    stribeck,
+    viscous,
+)
+from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.preisach_lugre import slip_law
+from bristle.friction.slip_law import slip
+
+__all__ = ["inner_of", "passivity_of", "release_of"]
+
+SIDES = {"forward": "_pos", "backward": "_neg"}
+ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
+CONDITIONS = {
+    bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
+    gms.Parameters: (
+        ["F_C"], ">=", ["F_S"],
+        "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
+    ),
+}  # fmt: skip
+NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}
+TEXT = """
+def release(x, dt, p):
+    if x > 0.0:
+        return of_bristles(x, dt, {forward}{inner})
+    return of_bristles(-x, dt, {backward}{inner})
+"""
+
+
+@kernel
+def of_lugre(v, q, p):
+    """Return the viscous coefficient that bristles with the force `q` along the motion ask for at a speed."""
+    share = q / stribeck_force(v, p)
+    return micro_damping(v, p) * (share - 1.0) - q * share / v
+
+
+@kernel
+def of_elastoplastic(v, q, p):
+    """Return the same for bristles of constant micro-damping."""
+    share = q / stribeck_force(v, p)
+    return p.sigma_1 * (share - 1.0) - q * share / v
+
+
+@kernel
+def of_preisach_lugre(v, q, p):
+    """Return the same for a slip law."""
+    share = slip(q / stribeck_force(v, p), slip_law(p))
+    return micro_damping(v, p) * (share - 1.0) - q * share / v
+
+
+BRISTLES = {
+    lugre.Parameters: of_lugre, elastoplastic.Parameters: of_elastoplastic,
+    preisach_lugre.Parameters: of_preisach_lugre,
+}  # fmt: skip
+
+
+def passivity_of(model: Model) -> dict[str, Any] | None:
+    """Return what decides whether a model is passive, by direction; None where no condition is known."""
+    names, inner = model.component.variables, type(inner_of(model.parameters)[0])
+    sided = any(name.endswith(tuple(SIDES.values())) for name in names)
+
+    def named(name: str, side: str) -> str:
+        return name + side if name + side in names else name
+
+    sides = list(SIDES.values()) if sided else [""]
+    damping = "sigma_2" if named("sigma_2", sides[0]) in names else "F_v"
+    viscous_named = damping if named(damping, sides[0]) in names else ""
+    rows: dict[str, Any] = {"present": [named(viscous_named, side) if viscous_named else "" for side in sides]}
+    if inner in BRISTLES:
+        scales = ("F_S", "v_S", "sigma_1")
+        return rows | {"bristles": [{name: named(name, side) for name in scales} for side in sides]}
+    if inner in NEVER:
+        return rows | {"never": NEVER[inner]}
+    if inner in CONDITIONS:
+        left, sign, right, because = CONDITIONS[inner]
+        pairs = [([named(n, side) for n in left], sign, [named(n, side) for n in right]) for side in sides]
+        return rows | {"conditions": [dict(zip(("left", "sign", "right"), pair, strict=True)) for pair in pairs],
+                       "because": because}  # fmt: skip
+    return rows if inner in [module.Parameters for module in ALWAYS] else None
+
+
+def release_of(subject: Subject) -> dict[str, Callable[[Builder], Function]]:
+    """Return what builds the function of the module in which the least viscous coefficient is searched."""
+    inner, path = inner_of(subject.model.parameters)
+    if type(inner) not in BRISTLES:
+        return {}
+    sides = {side: f"p.{side}" if side in subject.model.parameters._fields else "p" for side in SIDES}
+    text = TEXT.format(inner=path, **sides)
+    function = defined("release", text, {"__name__": __name__, "of_bristles": BRISTLES[type(inner)]})
+    return {"release": lambda builder: builder.function(function, [REAL, REAL, subject.parameters])}
+
+
+def inner_of(p: Any) -> tuple[Any, str]:
+    """Return the parameters of one direction, inside of layers that vary it, and how they are reached from there."""
+    p, path = getattr(p, "forward", p), ""
+    while "inner" in p._fields:
+        p, path = p.inner, path + ".inner"
+    return p, path

@@ -1,0 +1,187 @@
+// Whether the friction of these values drifts, closes its loops and is passive: what `bristle check` asks, asked of the
+// module itself. The contact is moved so slowly that neither viscosity nor micro-damping shows.
+
+const CREEP = 1e-15, LONGEST = 1e3, RESOLUTION = 200, SETTLED = 1e-3, MOST_STEPS = 20000; // [m/s or rad/s], [m or rad]
+const RIPPLE = [0.3, 0.6], CYCLES = 100, DRIFT_ALLOWED = 1e-6, LOADED = 0.85, BACK = 0.5, GAP_ALLOWED = 1e-3;
+const DECADES = [-6, 12], ZOOMS = 20;
+
+// Numbers from one to another by equal factors.
+function byFactors(first, last, count) {
+  return Array.from({ length: count }, (_, i) => first * (last / first) ** (i / (count - 1)));
+}
+
+function moveTo(contact, place, to) {
+  contact.advance(to, Math.abs(to - place) / CREEP);
+  return to;
+}
+
+// The largest force that the contact holds on one side; infinite where it grows with the position for ever.
+function slidToTheEnd(contact, side) {
+  contact.begin();
+  contact.advance(0, 1);
+  let place = 0;
+  for (const reach of byFactors(1e-12, LONGEST, 100)) place = moveTo(contact, place, side * reach);
+  const before = contact.rest(side * 0, 0);
+  moveTo(contact, place, 2 * place);
+  const after = contact.rest(side * 0, 0);
+  return Math.abs(after - before) <= SETTLED * Math.abs(after) ? after : side * Infinity;
+}
+
+// What a contact holds at rest, and over what distance a virgin one builds up half of it.
+function holdingOf(contact) {
+  const forward = slidToTheEnd(contact, 1), backward = slidToTheEnd(contact, -1), half = 0.5 * (forward - backward);
+  const level = (share) => 0.5 * (forward + backward) + share * half;
+  const holding = { half, level, breaksAway: half > 0 && half < Infinity, distance: 0 };
+  contact.begin();
+  contact.advance(0, 1);
+  if (!holding.breaksAway || contact.rest(0, 0) >= level(0.5)) return holding;
+  let place = 0;
+  for (const reach of byFactors(1e-15, LONGEST, 400)) {
+    place = moveTo(contact, place, reach);
+    if (contact.rest(0, 0) >= level(0.5)) return { ...holding, distance: reach };
+  }
+  return holding;
+}
+
+// A virgin contact led from force to force, or from place to place.
+class Led {
+  constructor(contact, holding) {
+    Object.assign(this, { contact, step: holding.distance / RESOLUTION, place: 0, kept: contact.kept() });
+    contact.begin();
+    contact.advance(0, 1);
+  }
+
+  to(place) {
+    const start = this.place, count = Math.ceil(Math.min(Math.max(Math.abs(place - start) / this.step, 1), MOST_STEPS));
+    for (let k = 1; k <= count; k++) this.place = moveTo(this.contact, this.place, k < count ? start + (place - start) * (k / count) : place);
+  }
+
+  // False where the force is not reached.
+  toForce(target) {
+    const side = this.contact.rest(0, 0) < target ? 1 : this.contact.rest(-0, 0) > target ? -1 : 0;
+    for (let k = 0; k < MOST_STEPS && side !== 0; k++) {
+      const start = this.place, beyond = (place) => {
+        this.place = moveTo(this.contact, start, place);
+        return side * (this.contact.rest(side * 0, 0) - target) >= 0;
+      };
+      this.contact.kept(this.kept);
+      if (!beyond(start + side * this.step)) continue;
+      // The force lies within this step: its place is closed in by halves.
+      let low = 0, high = this.step;
+      for (let i = 0; i < 52; i++) {
+        const middle = 0.5 * (low + high);
+        this.contact.back(this.kept);
+        if (beyond(start + side * middle)) high = middle; else low = middle;
+      }
+      this.contact.back(this.kept);
+      beyond(start + side * high);
+      return true;
+    }
+    return side === 0;
+  }
+}
+
+// How far the contact walks in a cycle of a force that never breaks it away, and how far it may.
+function driftOf(contact, holding) {
+  if (!holding.breaksAway) return null;
+  if (holding.distance === 0) return { moved: 0, allowed: 0, passed: true };
+  const led = new Led(contact, holding), [low, high] = RIPPLE.map(holding.level);
+  if (!led.toForce(high)) return null;
+  const allowed = DRIFT_ALLOWED * Math.abs(led.place);
+  let moved = 0;
+  for (let k = 0; k < CYCLES; k++) {
+    const start = led.place, before = moved;
+    led.toForce(low);
+    led.toForce(high);
+    moved = led.place - start;
+    if (Math.abs(moved - before) <= 1e-5 * Math.abs(moved) || Math.abs(moved) <= 1e-3 * allowed) break;
+  }
+  return { moved, allowed, passed: Math.abs(moved) <= allowed };
+}
+
+// What is missing of the force on return to where a loop began, over break-away.
+function closureOf(contact, holding) {
+  if (!holding.breaksAway || holding.distance === 0) return null;
+  const scout = new Led(contact, holding);
+  if (!scout.toForce(holding.level(LOADED))) return null;
+  const led = new Led(contact, holding), end = scout.place;
+  led.to(end);
+  const loaded = contact.rest(0, 0);
+  led.to((1 - BACK) * end);
+  led.to(end);
+  const missing = (contact.rest(0, 0) - loaded) / holding.half;
+  return { missing, passed: Math.abs(missing) <= GAP_ALLOWED };
+}
+
+// The least viscous coefficient at which bristles of one direction never give power back: the highest of a landscape
+// over speeds and forces, from each peak of a grid by grids that close in.
+function demandedBy(contact, way, { F_S, v_S, sigma_1 }) {
+  if (sigma_1 === 0) return 0;
+  const speedOf = (decade) => way * v_S * 10 ** decade;
+  const [from, to] = DECADES, decades = Array.from({ length: 91 }, (_, i) => from + (to - from) * i / 90);
+  const forces = Array.from({ length: 41 }, (_, i) => -F_S + 2 * F_S * i / 40);
+  const highest = (speed, decade) => forces.reduce((best, q) => {
+    const height = contact.release(speed, q);
+    return height > best[0] ? [height, decade, q] : best;
+  }, [-Infinity, decade, 0]);
+  const best = decades.map((decade) => highest(speedOf(decade), decade));
+  const crest = (i) => best[i]?.[0] ?? -Infinity;
+  const peaks = best.filter(([height], i) => height >= crest(i - 1) && height >= crest(i + 1));
+  const summits = peaks.map((peak) => {
+    let [height, decade, q] = peak, across = (to - from) / 90, up = F_S / 20;
+    for (let zoom = 0; zoom < ZOOMS; zoom++, across *= 0.4, up *= 0.4) {
+      const [x, y] = [decade, q];
+      for (let i = -4; i <= 4; i++) {
+        const near = Math.min(Math.max(x + i * across / 4, from), to), speed = speedOf(near);
+        for (let j = -4; j <= 4; j++) {
+          const force = Math.min(Math.max(y + j * up / 4, -F_S), F_S), higher = contact.release(speed, force);
+          if (higher > height) [height, decade, q] = [higher, near, force];
+        }
+      }
+    }
+    return height;
+  });
+  return Math.max(0, ...summits);
+}
+
+// The viscous coefficient that there is and the least one that makes friction passive, of the worse direction.
+function passivityOf(contact, values) {
+  const known = contact.model.passive;
+  if (!known) return null;
+  const numbers = (names) => Object.fromEntries(Object.entries(names).map(([word, name]) => [word, values[name][0]]));
+  const sides = known.present.map((name, i) => {
+    const present = name ? values[name][0] : 0;
+    const holds = known.conditions ? met(known.conditions[i], values) : !known.never;
+    const needed = known.bristles ? demandedBy(contact, i === 0 ? 1 : -1, numbers(known.bristles[i])) : holds ? 0 : Infinity;
+    return { present, needed, passed: present >= needed * (1 - 1e-9) };
+  });
+  return sides.reduce((worst, side) => (side.present - side.needed < worst.present - worst.needed ? side : worst));
+}
+
+// All three; null where a question does not apply, or nothing decides it.
+function judged(contact, values) {
+  contact.hold();
+  const holding = holdingOf(contact);
+  return { holding, drift: driftOf(contact, holding), closure: closureOf(contact, holding), passive: passivityOf(contact, values) };
+}
+
+// --- in words ----------------------------------------------------------------------------------------------------------
+
+// Three lines: what is asked, whether it is so (null where nothing can be said), and by how much not.
+function verdicts(model, { holding, drift, closure, passive }) {
+  const lines = [], say = (asked, passed, text) => lines.push({ asked, passed, text });
+  const resting = holding.breaksAway ? "the force is not reached" : "it has no break-away force";
+  if (!drift) say("Drift", null, `not asked: ${resting}`);
+  else if (drift.passed) say("Drift", true, "it stays where it is put");
+  else say("Drift", false, `it walks ${told(Math.abs(drift.moved), model.units.position)} in each cycle of a force between ${RIPPLE.join(" and ")} of break-away`);
+  if (!closure) say("Closure", null, "not asked: no force builds up over a distance");
+  else if (closure.passed) say("Closure", true, "minor loops come back to the force they left");
+  else say("Closure", false, `on return, ${withDigits(100 * Math.abs(closure.missing), 3)} % of break-away is missing`);
+  const coefficient = (value) => `${withDigits(value, 4)}\u00a0${model.units.damping}`;
+  if (!passive) say("Passivity", null, "no condition is known for this model");
+  else if (passive.needed === Infinity) say("Passivity", false, `${model.passive.because ?? model.passive.never}; no viscous coefficient makes up for that`);
+  else if (!passive.passed) say("Passivity", false, `bristles that let go at speed give energy back: needed are ${coefficient(passive.needed)}, there are ${coefficient(passive.present)}`);
+  else if (passive.needed > 0) say("Passivity", true, `the viscous coefficient is ${coefficient(passive.present - passive.needed)} above what is needed`);
+  else say("Passivity", true, "it gives back no more than it was given");
+  return lines;
+}

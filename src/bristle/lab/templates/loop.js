@@ -1,0 +1,84 @@
+// A mass with friction follows a motion in a loop with an encoder and a delay: what a law alone, with friction fed
+// forward, with an observer, and with both leaves of the error. It runs in a worker where the host lets it.
+
+const CUTOFF = 400, LAYER = 2e-5, NOISE = 0.08, SUBSTEPS = 2; // [Hz], [m/s or rad/s], of a count, steps of a sample
+const WAYS = { none: "sliding", model: "sliding", observer: "observer", both: "observer" };
+
+// Laws and encoder, ready to run. A law reads what it is told from what lasts of it.
+async function loadedParts(loop) {
+  const packed = Uint8Array.from(atob(loop.code), (letter) => letter.charCodeAt(0));
+  const { exports } = new WebAssembly.Instance(await compiled(inflated(packed, loop.size)));
+  const numbers = new Float64Array(exports.memory.buffer), virgin = numbers.slice();
+  const at = Object.fromEntries(Object.entries(loop.parts).map(([name, { lasting }]) => [name, lasting / 8]));
+  return {
+    begin(values) {
+      numbers.set(virgin);
+      for (const { places } of Object.values(loop.parts)) {
+        for (const [name, value] of Object.entries(values)) for (const [place] of places[name] ?? []) numbers[place / 8] = value;
+      }
+    },
+    sense(x, dt) { return exports.sense(x, dt); },
+    command(law, desired, measured, dt) {
+      numbers.set(desired, at[law] + 1);
+      return exports[law](measured, dt);
+    },
+  };
+}
+
+// What a friction model says is to be fed forward along a motion, from each sample to the next; at rest, the mean of
+// what holds on either side.
+function fedForward(contact, places, dt) {
+  const forces = new Float64Array(places.length - 1);
+  contact.begin();
+  contact.advance(places[0], dt);
+  for (let k = 0; k < forces.length; k++) {
+    const rests = places[k + 1] === places[k], back = rests ? contact.rest(-0, 0) : 0, force = contact.advance(places[k + 1], dt);
+    forces[k] = rests ? 0.5 * (force + back) : force;
+  }
+  return forces;
+}
+
+// Where the mass goes at each sample, and where it is read to be.
+function followed(parts, body, law, desired, told, { dt, delay, count, values }) {
+  const x = new Float64Array(count), read = new Float64Array(count), commands = new Float64Array(count);
+  parts.begin(values);
+  body.begin();
+  body.put(desired.x[0], desired.v[0]);
+  for (let k = 0; k < count; k++) {
+    x[k] = body.x;
+    read[k] = parts.sense(x[k], dt);
+    commands[k] = parts.command(law, [desired.x[k], desired.v[k], desired.a[k], told ? told[k] : 0], read[k], dt);
+    const applied = k >= delay ? commands[k - delay] : 0;
+    for (let i = 0; i < SUBSTEPS; i++) body.push(applied, dt / SUBSTEPS);
+  }
+  return { x, read };
+}
+
+function sineOf(amplitude, frequency, count, dt, phase) {
+  const w = 2 * Math.PI * frequency, x = new Float64Array(count), v = new Float64Array(count), a = new Float64Array(count);
+  for (let k = 0; k < count; k++) {
+    x[k] = amplitude * Math.sin(w * k * dt + phase);
+    v[k] = amplitude * w * Math.cos(w * k * dt + phase);
+    a[k] = -w * w * x[k];
+  }
+  return { x, v, a };
+}
+
+// Two periods by all four ways, of which the second is shown; for the circle the other axis by two ways.
+async function tracked({ loop, model, values, body, bodyValues, settings }) {
+  const [parts, contact, mass] = [await loadedParts(loop), await loaded(model), await loaded(body)];
+  const { M, gain, K_2, g, resolution, A, f } = settings, { delay } = loop, dt = Math.min(loop.sampleTime, 1 / (500 * f));
+  for (const [name, list] of Object.entries(values)) contact.set(name, list);
+  for (const [name, list] of Object.entries({ ...bodyValues, M: [M], k: [0], v_e: [0] })) mass.set(name, list);
+  const period = Math.round(1 / (f * dt)), count = 2 * period;
+  const setup = { dt, delay, count, values: { J: M, lambda_: gain, K_1: gain, K_2, phi: LAYER, cutoff: CUTOFF, g, resolution, noise: NOISE * resolution } };
+  const axisAlong = (phase, ways) => {
+    const desired = sineOf(A, f, count + delay + 1, dt, phase), told = fedForward(contact, desired.x, dt).subarray(delay);
+    return Object.fromEntries(ways.map((way) => {
+      const { x } = followed(parts, mass, WAYS[way], desired, way === "model" || way === "both" ? told : null, setup);
+      return [way, x.map((place, k) => desired.x[k] - place).slice(period)];
+    }));
+  };
+  const errors = axisAlong(0, Object.keys(WAYS)), across = axisAlong(Math.PI / 2, ["none", "both"]);
+  return { dt, period, errors, across };
+}

@@ -1,0 +1,107 @@
+// The loop beside the page: asked for when something moved, drawn when it is there. One question at a time.
+
+const WORDS = { none: "the law alone", model: "friction fed forward", observer: "an observer", both: "both" };
+const SHARE = 0.25; // of the radius, that the largest error of the circle is drawn with
+const asked = { worker: null, key: "", busy: false, next: null, found: null };
+
+// A worker of the shared script; null where the host forbids one, and the page computes it itself.
+function newWorker(answer) {
+  try {
+    const code = [byId("shared").textContent, "onmessage = async ({ data }) => postMessage(await tracked(data));"];
+    const worker = new Worker(URL.createObjectURL(new Blob(code, { type: "text/javascript" })));
+    worker.onmessage = ({ data: found }) => answer(found);
+    worker.onerror = () => {
+      asked.worker = "none";
+      answer(null);
+    };
+    return worker;
+  } catch { return "none"; }
+}
+
+function loopSetup(lab) {
+  const value = (name) => lab.values[`loop_${name}`][0], names = ["M", "gain", "K_2", "g", "resolution", "A", "f"];
+  const own = (values) => Object.fromEntries(lab.model.variables.map(({ name }) => [name, values[name]]));
+  const isRig = value("body") === 1, body = isRig ? data.loop.rig : lab.model;
+  return { loop: data.loop, model: lab.model, values: own(lab.values), body, bodyValues: isRig ? body.values : own(lab.first),
+    settings: Object.fromEntries(names.map((name) => [name, value(name)])) };
+}
+
+function track(lab) {
+  const setup = loopSetup(lab), key = JSON.stringify([lab.model.name, lab.values.loop_body, setup.values, setup.settings]);
+  if (key === asked.key && asked.found) return drawTracked(lab);
+  if (key === asked.key) return null;
+  asked.key = key;
+  asked.next = setup;
+  return ask(lab);
+}
+
+async function ask(lab) {
+  if (asked.busy || !asked.next) return;
+  const setup = asked.next, answer = (found) => {
+    asked.busy = false;
+    if (found) {
+      Object.assign(asked, { found, next: asked.next === setup ? null : asked.next });
+      drawTracked(lab);
+    }
+    ask(lab);
+  };
+  asked.busy = true;
+  asked.worker ??= newWorker(answer);
+  if (asked.worker === "none") return setTimeout(async () => answer(await tracked(setup)), 0);
+  asked.worker.onmessage = ({ data: found }) => answer(found);
+  return asked.worker.postMessage(setup);
+}
+
+function widthOf(values) {
+  const [low, high] = extent(values);
+  return high - low;
+}
+
+function drawTracked(lab) {
+  trackView(lab, byId("track"), byId("track-reading"));
+  circleView(lab, byId("circle"), byId("circle-reading"));
+}
+
+function trackView(lab, canvas, reading) {
+  const { errors, dt, period } = asked.found, theme = lab.theme, { units } = lab.model;
+  const t = Float64Array.from({ length: period }, (_, k) => k * dt), { context, area } = wiped(canvas);
+  const ends = Object.values(errors).map((error) => extent(error));
+  const [bottom, top] = axis(Math.min(...ends.map(([low]) => low)), Math.max(...ends.map(([, high]) => high)));
+  const frame = new Frame(context, area, { word: "time", unit: "s", low: 0, high: period * dt },
+    { word: "following error", unit: units.position, low: bottom, high: top }, theme);
+  frame.axes();
+  const looks = { none: { colour: theme.ghost, width: 2.2 }, model: { colour: theme.accent, width: 1.8 },
+    observer: { colour: theme.measured, width: 1.8, dash: [7, 4] }, both: { colour: theme.ink, width: 1.4 } };
+  for (const [way, look] of Object.entries(looks)) frame.curve(t, errors[way], look);
+  const told_ = Object.entries(errors).map(([way, error]) => `${WORDS[way]} ${told(widthOf(error), units.position)}`);
+  tell(reading, `Error peak to peak, of the second period: grey ${told_[0]}; blue ${told_[1]}; dashed ${told_[2]}; thin and dark ${told_[3]}.`, false);
+}
+
+function circleView(lab, canvas, reading) {
+  const { errors, across, dt, period } = asked.found, theme = lab.theme, { units } = lab.model, radius = valueOf(lab, "loop_A");
+  const turn = 2 * Math.PI * valueOf(lab, "loop_f") * dt, from = period, round = (k) => [Math.cos(turn * (from + k)), Math.sin(turn * (from + k))];
+  const radial = (way) => errors[way].map((error, k) => {
+    const [c, s] = round(k);
+    return Math.hypot(radius * c - across[way][k], radius * s - error) - radius;
+  });
+  const deviations = { none: radial("none"), both: radial("both") };
+  const largest = Math.max(...extent(deviations.none).map(Math.abs), Number.MIN_VALUE), times = SHARE * radius / largest;
+  const [low, high] = axis(-(1 + SHARE) * radius, (1 + SHARE) * radius, 0), { context, area } = wiped(canvas);
+  const side = Math.min(area.width, area.height), frame = new Frame(context, { ...area, left: (area.width - side) / 2, width: side },
+    { word: "one axis", unit: units.position, low, high }, { word: "the other", unit: units.position, low, high }, theme);
+  frame.axes();
+  const ring = (deviation, look) => {
+    const x = new Float64Array(period), y = new Float64Array(period);
+    for (let k = 0; k < period; k++) {
+      const [c, s] = round(k), r = radius + times * (deviation ? deviation[k] : 0);
+      x[k] = r * c;
+      y[k] = r * s;
+    }
+    frame.curve(x, y, look);
+  };
+  ring(null, { colour: theme.rule, width: 1.5 });
+  ring(deviations.none, { colour: theme.ghost, width: 2.2 });
+  ring(deviations.both, { colour: theme.accent, width: 1.8 });
+  const size = (way) => told(Math.max(...extent(deviations[way]).map(Math.abs)), units.position);
+  tell(reading, `A circle of two such axes, errors ${withDigits(times, 2)} times as large: grey the law alone, off by up to ${size("none")}; blue with observer and friction fed forward, up to ${size("both")}.`, false);
+}

@@ -1,0 +1,33 @@
+"""The page in Firefox, where there is one: the bits of Python, the loop in its worker, and no complaint."""
+
+import shutil
+
+import pytest
+from tests.lab.firefox import firefox
+
+from bristle.friction import MODELS
+from bristle.lab import lab_page
+from bristle.lab.described import example_named
+
+pytestmark = pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
+WAIT = """
+return (async () => {
+  const ready = () => %s;
+  for (let k = 0; k < 600 && !ready(); k++) await new Promise((done) => setTimeout(done, 50));
+  return ready();
+})();
+"""
+
+
+def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
+    page = tmp_path / "lab.html"
+    page.write_text(lab_page(example_named("gms"), source="model.toml"), encoding="utf-8")
+    with firefox(tmp_path / "profile") as tab:
+        tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
+        assert tab.run(WAIT % "/differ/.test(document.getElementById('selftest').textContent)")
+        told = tab.run("return document.getElementById('selftest').textContent;")
+        assert told == f"0 of {21 * len(MODELS) + 5} differ"
+        assert tab.run(WAIT % "/peak to peak/.test(document.getElementById('track-reading').textContent)")
+        assert tab.run("return document.getElementById('verdicts').children.length;") == 3
+        assert tab.complaints("lab.html") == []
+        assert tab.complaints("Content-Security-Policy") == []
