@@ -23,6 +23,7 @@ CODES = {
     "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
     "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
     "gravity": "missing_gravity", "load": "missing_load", "temperature": "missing_temperature",
+    "transmitted": "missing_transmitted",
 }  # fmt: skip
 """The code of each cause."""
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
