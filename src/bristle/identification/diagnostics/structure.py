@@ -26,6 +26,7 @@ CODES = {
     "transmitted": "missing_transmitted",
 }  # fmt: skip
 """The code of each cause."""
+LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
@@ -66,10 +67,15 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
-    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names."""
+    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names.
+
+    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden.
+    """
     causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
     names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
-    return tuple(dict.fromkeys(name for name in names if name))
+    named = [name for name in names if name]
+    damped = [name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]
+    return tuple(dict.fromkeys([*named, *damped]))
 
 
 def _with_presliding(fit: Fit) -> Fit:
