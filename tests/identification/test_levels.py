@@ -76,13 +76,14 @@ def test_the_model_that_is_named_leaves_nothing():
 
 @pytest.mark.parametrize("share", [truth.SHARE, 0.0])
 def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch):
-    monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
+    monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
     axis = read_axis(ARM)
-    found = identify(Log.from_columns(truth.log(share=share), axis=axis), "all", axis=axis, draws=0)
+    log = Log.from_columns(truth.log(share=share, seconds=10.0), axis=axis)
+    found = identify(log, "all", axis=axis, draws=0, blocks=2)
     names = [fit.name for fit in found.fits]
     if share:
         assert names[0] == "coulomb_viscous+transmitted"
-        plain = next(fit for fit in found.fits if fit.name == "coulomb_viscous")
+        plain = next(fit for fit in found.fits if fit.name == "coulomb")
         assert held_out(plain) > 2.0 * held_out(found.best)
     else:
         assert not any("transmitted" in name for name in names)

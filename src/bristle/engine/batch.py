@@ -84,8 +84,8 @@ def run_batch(
     InputError
         If the numbers of models, efforts and starts disagree, or the models are not of one component.
     """
-    check_integrator(integrator, friction[0])
     batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
+    check_integrator(integrator, batch.friction.model)
     if integrator == "efim":
         # In lanes a block is as wide as they are; one by one it is a share of the work, so that no core waits.
         width = max(min(LANES, -(-batch.count // cores)), 1)

@@ -241,12 +241,15 @@ def law_of(variant: Variant) -> Law:
         NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
     )
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
-    p: Any = Parameters(
-        controller.parameters, float(variant.run.effort_limit), fed.mass,
-        NoCompensator() if friction is None else friction.parameters, shape,
-    )  # fmt: skip
+    compensator = NoCompensator() if friction is None else friction.parameters
+    p: Parameters | PlacedParameters = Parameters(
+        controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape
+    )
     if fed.place or carried is not fed:
-        p = PlacedParameters(*p, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
+        p = PlacedParameters(
+            p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass,
+            carried.place or NoPlace(),
+        )  # fmt: skip
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
              "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
