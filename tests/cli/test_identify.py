@@ -37,7 +37,7 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     assert found.code == 0
     assert written_in("run") == {
         "model.toml", "summary.json", "report.html", "drive_table.csv", "axis.toml", "friction_curve.csv",
-        "draws.parquet", "traces.parquet",
+        "draws.parquet", "traces.parquet", "experiment.toml",
     }  # fmt: skip
     assert Path("run/axis.toml").read_bytes() == Path("axis.toml").read_bytes()
     assert json.loads(Path("run/summary.json").read_text()) == found.data
@@ -256,3 +256,41 @@ def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):
 
 def test_the_help_says_how_many_draws_there_may_be(bristle):
     assert "0, or 20 to" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
+
+
+def next_command(found):
+    """The command that the last line on the error stream names, as a person would type it."""
+    line = next(line for line in found.err.splitlines() if "next: " in line)
+    return shlex.split(line[line.index("bristle run") :])[1:]
+
+
+def test_the_next_step_runs_as_it_is_named(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
+    command = next_command(found)
+    assert command[:2] == ["run", str(Path("run/experiment.toml"))]
+    ran = bristle(*command, "--json")
+    assert ran.code == 0, ran.err
+    errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
+    assert list(errors) == ["as_it_is", "fed_forward", "compensated"]
+    assert errors["compensated"] < 0.5 * errors["fed_forward"] < 0.5 * errors["as_it_is"]
+    assert bristle("design", "run/experiment.toml", "--json").code == 0
+    law = ["--law", "run/experiment.toml", "--variant", "compensated"]
+    assert bristle("export", *law, "--to", "c", "--out", "law").code == 0
+
+
+def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
+    lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
+    Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
+    found = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")
+    assert "fill in controller.k_p and controller.k_v in" in found.err
+    command = next_command(found)
+    refused = bristle(*command)
+    assert refused.code == 2
+    assert "controller.k_p: is still to be filled in" in refused.err
+    file = Path("run/experiment.toml")
+    filled = re.sub(r'"\?"( +# [^\n]*such as )("[^"]+")', r"\2\1\2", file.read_text())
+    file.write_text(filled)
+    ran = bristle(*command, "--json")
+    assert ran.code == 0, ran.err
+    errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
+    assert errors["compensated"] < errors["as_it_is"]

@@ -43,16 +43,25 @@ LAWS = {
                                                 estimator="tracking_observer", cutoff=200.0),
 }  # fmt: skip
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
+RISEN = br.friction.find("lugre+transmitted")(**STIFF, sigma_1=52430.0, sigma_2=4737.4, c_T=0.4)
+TOOTHED = {"M": M, "g_sin": 3e5, "g_cos": 4.0, "motor_turn": 5e-6, **dict.fromkeys(("motor_1_cos", "motor_1_sin"), 3.0)}
+TOOTHED_PLANT = br.plants.find("inertia+gravity+cogging", TOOTHED)(**TOOTHED)
+LINK = br.plants.find("inertia+gravity", ["g_cos"])(M=2.0 * M, g_sin=3e5, g_cos=4.0)
 FED = {
     "nothing": (Feedforward(), 1, 30.0),
     "desired": (PAPER, 1, np.inf),
     "measured": (replace(PAPER, along="measured", rate_limit=2e4), 0, np.inf),
     "all": (Feedforward(friction=LUGRE, mass=M, limit=45.0, conditioning=2e-6), 3, 80.0),
 }
+CARRYING = {
+    "link": (Feedforward(friction=RISEN, carries=LINK), 2, np.inf),
+    "toothed": (Feedforward(mass=M, plant=TOOTHED_PLANT, friction=RISEN, carries=TOOTHED_PLANT), 1, np.inf),
+    "toothed_measured": (Feedforward(plant=TOOTHED_PLANT, friction=RISEN, carries=LINK, along="measured"), 2, 90.0),
+}
 
 
 def variant_of(controller, fed, name="loop"):
-    feedforward, delay, limit = FED[fed]
+    feedforward, delay, limit = (FED | CARRYING)[fed]
     return Variant(
         name, inertia(M=M), LUGRE, LAWS[controller], encoder(resolution=1.25e-7, noise=2e-7, seed=3),
         varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]), feedforward,
@@ -60,7 +69,7 @@ def variant_of(controller, fed, name="loop"):
     )  # fmt: skip
 
 
-CASES = [(controller, fed) for controller in LAWS for fed in FED]
+CASES = [(controller, fed) for controller in LAWS for fed in FED] + [("cascade", fed) for fed in CARRYING]
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +173,7 @@ def built(folder, main, *flags):
     return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("fed", FED)
+@pytest.mark.parametrize("fed", FED | CARRYING)
 def test_the_self_test_knows_the_bits_and_the_example_runs(exported, fed):
     folder = exported[0] / f"cascade_{fed}"
     ran = built(folder, f"cascade_{fed}_selftest.c", "-fsanitize=undefined")
@@ -209,7 +218,10 @@ def test_a_variant_is_exported_from_python(tmp_path):
     [
         ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
         ({"start": Start(position=1e-6)}, "away from the reference"),
-        ({"feedforward": Feedforward(plant=br.plants.with_terms(inertia, gravity=True)(M=M, g_sin=2.0))}, "gravity"),
+        (
+            {"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))},
+            "more than inertia",
+        ),
     ],
 )
 def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):

@@ -127,6 +127,9 @@ def gallery(names=PLAIN, many=None):
         "error_over_level": lambda: figures.error_over_level(
             [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65, other: 0.4}, "Level [N]", "Error [µm]"
         ),
+        "errors_by_loop": lambda: figures.errors_by_loop(
+            {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {one: 1.46}, "Error [µm]"
+        ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
         "fitted": lambda: figures.fitted(best),

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 from tests.simulation import transmitted_truth as truth
 
-from bristle import identify
+import bristle.identification.request as request
+from bristle import friction, identify
 from bristle.core import InputError
 from bristle.files.axis import read_axis
+from bristle.friction.next_model import model_with
 from bristle.logs.log import Log
+from bristle.report.messages import message
 
 COLUMNS = {"time": {"column": "t", "unit": "s"}}
 ARM = {
@@ -48,6 +51,47 @@ def test_where_friction_is_constant_the_slot_loses_nothing():
     assert errors["coulomb_viscous+transmitted"] < 1.02 * errors["coulomb_viscous"]
     slot = next(fit for fit in found.fits if "+" in fit.name)
     assert abs(slot.friction.values["c_T"]) < 0.005
+
+
+def said_of(columns, model="coulomb_viscous"):
+    best = identified(columns, ARM, model).best
+    return {one.code: one for one in best.diagnostics}
+
+
+def test_a_gear_is_named_by_what_its_friction_follows():
+    said = said_of(truth.log())
+    assert said["structure"].numbers["causes"][0] == "transmitted"
+    assert said["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
+    assert "`coulomb_viscous+transmitted`" in message(said["missing_transmitted"])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_gear_is_not_named_where_friction_is_constant(seed):
+    assert "structure" not in said_of(truth.log(share=0.0, seed=seed))
+
+
+def test_the_model_that_is_named_leaves_nothing():
+    assert "structure" not in said_of(truth.log(), "coulomb_viscous+transmitted")
+
+
+@pytest.mark.parametrize("share", [truth.SHARE, 0.0])
+def test_all_models_include_the_gear_where_the_log_shows_one(share, monkeypatch):
+    monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
+    axis = read_axis(ARM)
+    log = Log.from_columns(truth.log(share=share, seconds=10.0), axis=axis)
+    found = identify(log, "all", axis=axis, draws=0, blocks=2)
+    names = [fit.name for fit in found.fits]
+    if share:
+        assert names[0] == "coulomb_viscous+transmitted"
+        plain = next(fit for fit in found.fits if fit.name == "coulomb")
+        assert held_out(plain) > 2.0 * held_out(found.best)
+    else:
+        assert not any("transmitted" in name for name in names)
+
+
+def test_elements_are_not_sent_to_a_slot_that_they_cannot_have():
+    assert model_with("transmitted", friction.maxwell_slip(**friction.maxwell_slip.example)) == ""
+    assert model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
 
 
 def test_cogging_and_friction_that_ripples_are_told_apart():

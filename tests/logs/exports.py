@@ -346,6 +346,31 @@ def sinumerik_changes(folder: Path, m: Motion) -> Path:
     return _written(folder / "changes.xml", "\n".join(parts), "utf-8")
 
 
+ENCODER = "/Nck/!SD/nckServoDataActPos1stEnc64 [u1{} 1]"
+
+
+def sinumerik_text(folder: Path, m: Motion) -> Path:
+    """Columns named by their addresses, commas between them."""
+    rows = [f"time [s],{ENCODER.format(';')},/DriveVsa/Force r80 [u1; 1]"]
+    rows += [f"{decimal(t, 6)},{x},{f}" for t, x, f in zip(m.time_us, mm(m.position_um), newton(m.torque), strict=True)]
+    return _written(folder / "trace.csv", "\n".join(rows) + "\n", "utf-8")
+
+
+def sinumerik_plus(folder: Path, m: Motion) -> Path:
+    """A plus before each address, no time but the interval above, German numbers."""
+    rows = ["SINUMERIK Operate", "Sampling time [ms];1", f"+{ENCODER.format(',')};+/DriveVsa/Force r80 [u1, 1]"]
+    rows += [f"{x};{f}" for x, f in zip(mm(m.position_um, comma=True), newton(m.torque, comma=True), strict=True)]
+    return _written(folder / "trace.csv", "\r\n".join(rows) + "\r\n", "cp1252")
+
+
+def sinumerik_slow(folder: Path, m: Motion) -> Path:
+    """A signal of the drive at half the rate, empty in between, in quotes."""
+    rows = [f'"Time [s]";"{ENCODER.format(",")}";"/DriveVsa/Force r80 [u1, 1]"']
+    cells = zip(m.time_us, mm(m.position_um), newton(m.torque), strict=True)
+    rows += [f"{decimal(t, 6)};{x};{f if i % 2 == 0 else ''}" for i, (t, x, f) in enumerate(cells)]
+    return _written(folder / "trace.csv", "\n".join(rows) + "\n", "utf-8")
+
+
 def epics_dates(folder: Path, m: Motion) -> Path:
     start = datetime.datetime(2025, 3, 14, 9, 31, 12)
     lines = []
@@ -413,6 +438,9 @@ EXPORTS = {
     "SINUMERIK": Export(sinumerik, exact=False),
     "SINUMERIK, no names": Export(sinumerik_unnamed),
     "SINUMERIK, changes": Export(sinumerik_changes),
+    "SINUMERIK, text": Export(sinumerik_text, UNIT | FORCE),
+    "SINUMERIK, text without time": Export(sinumerik_plus, UNIT | FORCE),
+    "SINUMERIK, text, slow": Export(sinumerik_slow, UNIT | FORCE, exact=False),
     "EPICS, dates": Export(epics_dates, UNIT | FORCE),
     "EPICS, seconds": Export(epics_seconds, UNIT | FORCE),
     "EPICS, states": Export(epics_states, UNIT | FORCE),

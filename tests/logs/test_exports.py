@@ -7,9 +7,11 @@ import pytest
 from tests.logs.binary_exports import BINARY
 from tests.logs.exports import EXPORTS, RATED, motion
 
+from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log, summarize
+from bristle.logs.readers import read_table
 
 ALL = EXPORTS | BINARY
 MOTION = motion()
@@ -117,3 +119,29 @@ def test_what_is_to_be_filled_in_says_where(tmp_path):
     text = propose_axis(counts).text
     assert 'lead = "10 mm" under [transmission]' in text
     assert 'counts_per_rev = 8192 and side = "motor"' in text
+
+
+@pytest.mark.parametrize("name", [name for name in EXPORTS if name.startswith("SINUMERIK")])
+def test_a_trace_of_a_sinumerik_is_called_one(tmp_path, name):
+    path = EXPORTS[name].write(tmp_path, motion(0.5))
+    assert read_table(path).format.startswith("SINUMERIK trace")
+
+
+CANDUMPS = {
+    "log": "(1436509052.{0:06d}) vcan0 {1:03X}#{2:016X}",
+    "for the eye": "  can0  {1:03X}   [8]  11 22 33 44 55 66 77 {3:02X}",
+    "dated, extended": " (2024-03-14 09:31:12.{0:06d})  can1  TX - -  18FF{1:04X}   [4]  00 01 02 {3:02X}",
+    "flexible rate": "(0.{0:06d}) can0 {1:03X}##1{2:016X}",
+}
+
+
+@pytest.mark.parametrize("name", CANDUMPS)
+def test_frames_of_a_bus_are_refused_by_name_with_what_decodes_them(name):
+    lines = [CANDUMPS[name].format(i, 0x100 + i % 7, 7919 * i, i % 256) for i in range(300)]
+    with pytest.raises(InputError, match=r"candump.*DBC.*cantools or asammdf"):
+        read_log("\n".join(lines).encode())
+
+
+def test_a_table_of_hexadecimal_names_is_no_bus():
+    rows = ["t 123#1 456#2"] + [f"{0.001 * i:.3f} {i % 9} {i % 5}" for i in range(100)]
+    assert len(read_table("\n".join(rows).encode()).columns) == 3

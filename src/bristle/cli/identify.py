@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -101,9 +102,9 @@ def identify(
     and fits all parameters to that. Where the axis file names the columns input and output, hysteresis operators are
     identified.
 
-    Writes model.toml, drive_table.csv, summary.json and report.html into DIR, and beside them what other programs and
-    bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then, marked unfinished, and exit code
-    130.
+    Writes model.toml, drive_table.csv, summary.json, report.html and, for bristle run, experiment.toml into DIR, and
+    beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
+    marked unfinished, and exit code 130.
     """
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves
@@ -136,6 +137,7 @@ def _identify_friction(
     from bristle.logs import read_log
     from bristle.report.figure_files import figure_files
     from bristle.workflow import identify as identified
+    from bristle.workflow.outcome import EXPERIMENT
 
     with (
         results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
@@ -158,9 +160,18 @@ def _identify_friction(
         show_identification(identification, outcome.simulation, outcome.following)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+        complain(_next_step(outcome.following_experiment(out).missing, out / EXPERIMENT))
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
+
+
+def _next_step(missing: tuple[str, ...], file: Path) -> str:
+    """Return what to type next, where the loop is known, or what to fill in first."""
+    loop = file.parent.with_name(f"{file.parent.name}_loop")
+    command = shlex.join(["bristle", "run", str(file), "--out", str(loop)])
+    first = f"fill in {' and '.join(missing)} in {file}, then " if missing else ""
+    return f"next: {first}{command}"
 
 
 def _models(text: str) -> list[Any]:

@@ -158,7 +158,7 @@ class Run:
 
 @guarded(
     **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")), friction=optional(model("friction")),
-    along=among(*ALONG), plant=optional(model("plant")),
+    along=among(*ALONG), plant=optional(model("plant")), carries=optional(model("plant")),
 )  # fmt: skip
 @dataclass(frozen=True)
 class Feedforward:
@@ -185,6 +185,9 @@ class Feedforward:
         `digest` of the friction that the compensator was identified on, where that is known; "" otherwise.
     plant : Model or None
         A plant whose gravity and cogging are fed forward along the desired trajectory.
+    carries : Model or None
+        A plant whose effort along the desired trajectory passes through the friction, where that rises with it, fed
+        forward or not; where not given, what is fed forward does.
     """
 
     mass: float = 0.0
@@ -198,6 +201,7 @@ class Feedforward:
     along: Literal["desired", "measured"] = "desired"
     fitted_to: str = ""
     plant: Model | None = None
+    carries: Model | None = None
 
 
 @guarded(**of_variables(LEARNING, whole_ones=("trials",)))

@@ -15,7 +15,7 @@ from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
 from bristle.engine import lanes
-from bristle.engine.checks import FRICTION, STEPS
+from bristle.engine.checks import FRICTION, STEPS, check_integrator
 from bristle.engine.compilation import compiled, driver, is_interpreted
 from bristle.engine.entry_points import OUT_SIZE, MechanismVectors
 from bristle.engine.instance import Instance
@@ -85,6 +85,7 @@ def run_batch(
         If the numbers of models, efforts and starts disagree, or the models are not of one component.
     """
     batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
+    check_integrator(integrator, batch.friction.model)
     if integrator == "efim":
         # In lanes a block is as wide as they are; one by one it is a share of the work, so that no core waits.
         width = max(min(LANES, -(-batch.count // cores)), 1)

@@ -59,13 +59,17 @@ class Controller(NamedTuple):
 
 
 class Compensation(NamedTuple):
-    """A friction model that is fed forward along the measured motion; `shape` is that of `Compensate`."""
+    """A friction model that is fed forward along the measured motion; `shape` is that of `Compensate`.
+
+    `transmitted` is the effort that the desired motion passes on to the load at each sample.
+    """
 
     compensate: Compensate
     parameters: Vector
     state: Vector
     memory: Vector
     shape: Vector
+    transmitted: Vector
 
 
 class Sensor(NamedTuple):
@@ -146,8 +150,9 @@ def closed_loop(
     for k in range(count):
         measured = sensor.sense(sensor.parameters, sensor.state, sensor.reading[0], dt)
         fed = compensation.compensate(
-            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured, dt
-        )
+            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured,
+            compensation.transmitted[k], dt,
+        )  # fmt: skip
         command = controller.control(
             controller.parameters, controller.state, reference[k], reference[count + k], reference[2 * count + k],
             reference[3 * count + k] + fed, measured, signals.injected[k], sampling.limit, dt,

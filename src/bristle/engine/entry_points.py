@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion, Reference
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
     friction_commit,
     friction_trial,
@@ -74,8 +74,8 @@ Substeps = Callable[[MechanismVectors, float, float, float, int], float]
 # A controller at one sample: (parameters, state, position, velocity, acceleration and effort of the reference,
 # measured, injected, limit, dt).
 Control = Callable[[Vector, Vector, float, float, float, float, float, float, float, float], float]
-# Friction that is fed forward at one sample: (parameters, state, memory, shape, measured, dt).
-Compensate = Callable[[Vector, Vector, Vector, Vector, float, float], float]
+# Friction that is fed forward at one sample: (parameters, state, memory, shape, measured, transmitted, dt).
+Compensate = Callable[[Vector, Vector, Vector, Vector, float, float, float], float]
 # The same along a desired motion: (parameters, state, memory, shape, v, x, transmitted, dt, effort).
 CompensateAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
 # A sensor at one sample: (parameters, state, x, dt).
@@ -194,10 +194,10 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def compensate_at(p_vector, state_vector, memory, shape, measured, dt):
+    def compensate_at(p_vector, state_vector, memory, shape, measured, transmitted, dt):
         v = (measured - shape[5]) / dt
         effort, s = compensate(
-            load(state_vector), memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED),
+            load(state_vector), memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted),
             shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]), unpack(p_vector),
         )  # fmt: skip
         store(s, state_vector)
@@ -228,7 +228,7 @@ def make_compensate_along(parameters: Structure, state: Structure) -> Callable[.
     return compensate_along
 
 
-def compensate_nothing(p_vector, state_vector, memory, shape, measured, dt):
+def compensate_nothing(p_vector, state_vector, memory, shape, measured, transmitted, dt):
     """Feed nothing forward."""
     return 0.0
 

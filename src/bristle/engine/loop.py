@@ -16,7 +16,7 @@ from bristle.core.status import Status
 from bristle.core.tabular import Tabular
 from bristle.core.variable import Kind, Variable
 from bristle.engine import drivers, entry_points
-from bristle.engine.checks import FRICTION, PLACE, SPEED, STATE, STEPS, check_run
+from bristle.engine.checks import FRICTION, PLACE, SPEED, STATE, STEPS, check_integrator, check_run
 from bristle.engine.compilation import compiled, driver
 from bristle.engine.drivers import Compensation, Controller, Driven, Sampling, Sensor, Signals
 from bristle.engine.entry_points import Compensate, Control, MechanismVectors, Sense, Substeps
@@ -95,12 +95,16 @@ class LoopTrace(Trace):
 
 
 class Compensator(NamedTuple):
-    """A friction model that is fed forward along the measured motion, and what was before the first sample."""
+    """A friction model that is fed forward along the measured motion, and what was before the first sample.
+
+    `transmitted` is the effort that the desired motion passes on to the load at each sample; none where not given.
+    """
 
     friction: Model
     shape: Shape
     state: Any = None
     memory: np.ndarray | None = None
+    transmitted: np.ndarray | None = None
 
 
 class _Mechanism:
@@ -111,6 +115,7 @@ class _Mechanism:
         integrator: str = "efim",
     ) -> None:  # fmt: skip
         has_screw = table is not None or plant.component.screw is not None
+        check_integrator(integrator, friction)
         friction = through_screw(plant, friction, table) if has_screw else friction
         self.plant, self.friction = Instance(plant), Instance(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
@@ -293,7 +298,7 @@ def run_closed_loop(
             Controller(
                 _entry("control", control, Control, entry_points.make_control), control.parameters, control.state
             ),
-            _compensation(compensator, started),
+            _compensation(compensator, started, count),
             Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
             mechanism.driven,
             Signals(reference.ravel(), extra, unseen),
@@ -318,18 +323,20 @@ def _begun(
     return component.resume(state, reference, measured, effort, dt, p)
 
 
-def _compensation(compensator: Compensator | None, measured: float) -> Compensation:
+def _compensation(compensator: Compensator | None, measured: float, count: int) -> Compensation:
     """Return the compensator of a loop; `measured` is the position at the first sample."""
     if compensator is None:
         empty = np.zeros(0)
         entry = compiled("compensate_nothing", lambda: entry_points.compensate_nothing, Compensate)
-        return Compensation(entry, empty, empty, empty, empty)
+        return Compensation(entry, empty, empty, empty, empty, np.zeros(count))
     part = Instance(compensator.friction)
     part.begin(compensator.state)
     entry = _entry("compensate", part, Compensate, entry_points.make_compensate)
     memory = memory_of(compensator.friction, compensator.memory)
     shape = np.array((*compensator.shape, measured, 0.0))
-    return Compensation(entry, part.parameters, part.state, memory, shape)
+    transmitted = np.zeros(count) if compensator.transmitted is None else compensator.transmitted
+    check_run(count, transmitted=transmitted)
+    return Compensation(entry, part.parameters, part.state, memory, shape, transmitted)
 
 
 def _entry(name: str, part: Instance, kind: Any, make: Any) -> Any:

@@ -29,7 +29,7 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.motion import NOTHING_TRANSMITTED, Motion
+from bristle.core.motion import Motion
 from bristle.core.once import once
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
@@ -106,7 +106,7 @@ def pulled_trial(state, memory, motion, dt, p):
     force, move = friction_trial(
         state,
         memory,
-        Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, NOTHING_TRANSMITTED),
+        Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, motion.transmitted / p.arm),
         dt,
         p.table,
     )
@@ -126,7 +126,6 @@ dispatch.register("friction", Pulled, {"trial": pulled_trial, "commit": pulled_c
 def trial(state, memory, motion, dt, p):
     """Return the mean torque [N*m] against the motor at a mean velocity, and how both sides move."""
     own, behind = memory[: p.motor_memory], memory[p.motor_memory :]
-    force, motor = friction_trial(state.motor, own, motion, dt, p.motor)
     pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
     half = 0.5 * dt / p.M
     start = Start(state.v, 1.0 + half * (0.5 * p.k * dt + p.d), 0.0)
@@ -137,10 +136,14 @@ def trial(state, memory, motion, dt, p):
             v_next = 0.0
     elif state.v * v_next < 0.0 and is_set_valued(state.table, behind, state.x, 0.0, dt, pulled):
         v, v_next = 0.5 * state.v, 0.0
-        _, table = evaluate(state.table, behind, v, state.x, 0.0, dt, pulled)
+        _, table = evaluate(state.table, behind, v, state.x, (v - state.v) / half, dt, pulled)
     turned = dt * (motion.v - v)
+    pull = screw_force(state.twist, turned, dt, p)
+    # What the friction of the motor leaves turns the motor itself, and pulls at the screw.
+    passed = Motion(motion.v, motion.x, motion.load, motion.temperature, motion.transmitted + pull)
+    force, motor = friction_trial(state.motor, own, passed, dt, p.motor)
     move = Move(state.x + dt * v, v_next, state.twist + turned, motor, table)
-    return force + screw_force(state.twist, turned, dt, p), move
+    return force + pull, move
 
 
 @kernel

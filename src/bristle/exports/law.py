@@ -20,7 +20,6 @@ from bristle.core.contracts import (
     NOMINAL_LOAD,
     NOMINAL_TEMPERATURE,
     NOT_KNOWN,
-    NOTHING_TRANSMITTED,
     Model,
     Motion,
     Reference,
@@ -30,11 +29,12 @@ from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
+from bristle.exports.law_load import loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
-from bristle.plants.terms import terms_of
+from bristle.plants.terms import effort_at, gravity_at
 
 __all__ = ["Fed", "Inputs", "Law", "law_of"]
 
@@ -68,6 +68,23 @@ class Parameters(NamedTuple):
     shape: Shape
 
 
+class PlacedParameters(NamedTuple):
+    """The same, where what is fed forward or carried depends on the place, or more is carried than fed forward."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+    place: Any
+    carried_mass: float
+    carried_place: Any
+
+
+class NoPlace(NamedTuple):
+    """Stands where no effort depends on the place."""
+
+
 @kernel
 def led(fed, memory, place, transmitted, dt, shape, p):
     """Return a compensator that was led to a place [m or rad], in a step of `dt` [s]."""
@@ -92,16 +109,16 @@ BEFORE_THE_FIRST = """
         for i in range({delay}):
             fed = led(fed, memory, place_ahead[i], {to_come}, dt, p.shape, p.friction)"""
 ALONG_DESIRED = """
-    planned = {inertia}
-    fed = led(fed, memory, place_ahead[{delay}], planned, dt, p.shape, p.friction)
+    planned = {planned}
+    fed = led(fed, memory, place_ahead[{delay}], {carried}, dt, p.shape, p.friction)
     planned = planned + fed.effort
     told = planned"""
 ALONG_MEASURED = """
-    planned = {inertia}
-    fed = led(fed, memory, measured, NOTHING_TRANSMITTED, dt, p.shape, p.friction)
+    planned = {planned}
+    fed = led(fed, memory, measured, {carried}, dt, p.shape, p.friction)
     told = planned + fed.effort"""
 NO_FRICTION = """
-    planned = {inertia}
+    planned = {planned}
     told = planned"""
 CONTROLLED = """
     controller = lasting.controller
@@ -165,7 +182,7 @@ class Law:
     inputs: tuple[str, ...]
     samples_ahead: int
     lasting: Lasting
-    p: Parameters
+    p: Parameters | PlacedParameters
     memory: np.ndarray
 
     @property
@@ -213,8 +230,9 @@ def law_of(variant: Variant) -> Law:
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     along_desired = friction is not None and feedforward.along == "desired"
     inputs = [*ALWAYS]
-    inputs += ["place_ahead"] if along_desired else []
-    inputs += ["acceleration_ahead"] if feedforward.mass else []
+    fed, carried = loads_of(feedforward)
+    inputs += ["place_ahead"] if along_desired or fed.place or carried.place else []
+    inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
     text = _text(arguments, variant)
     state, memory = _compensator(variant)
@@ -223,10 +241,15 @@ def law_of(variant: Variant) -> Law:
         NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
     )
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
-    p = Parameters(
-        controller.parameters, float(variant.run.effort_limit), float(feedforward.mass),
-        NoCompensator() if friction is None else friction.parameters, shape,
-    )  # fmt: skip
+    compensator = NoCompensator() if friction is None else friction.parameters
+    p: Parameters | PlacedParameters = Parameters(
+        controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape
+    )
+    if fed.place or carried is not fed:
+        p = PlacedParameters(
+            p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass,
+            carried.place or NoPlace(),
+        )  # fmt: skip
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
              "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
@@ -256,10 +279,6 @@ def _check(variant: Variant) -> None:
     ):
         if has:
             raise InputError(f"{reason}: it is not exported", path=f"{variant.name}.{name}")
-    plant = variant.feedforward.plant
-    if plant is not None and terms_of(plant) is not None:
-        raise InputError("feeds gravity and cogging forward, which is not exported", path=f"{variant.name}.feedforward",
-                         mend="Take plant out of the feedforward, and add their effort on the target")  # fmt: skip
 
 
 def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
@@ -278,17 +297,19 @@ def _text(arguments: Sequence[str], variant: Variant) -> str:
     """Return the source of the law."""
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
-    now = f"acceleration_ahead[{delay - 1}]" if delay else "acceleration"
-    inertia = f"inertial({now}, acceleration_ahead[{delay}], p.mass)" if feedforward.mass else "0.0"
-    before = "(acceleration_ahead[i - 1] if i > 0 else acceleration)"
-    to_come = f"inertial({before}, acceleration_ahead[i], p.mass)" if feedforward.mass else "0.0"
+    fed, carried = loads_of(feedforward)
+    before = str(delay - 1) if delay else ""
+    planned = fed.text(before, str(delay))
+    passed = "planned" if carried is fed else carried.text(before, str(delay))
     text = HEAD.format(arguments=", ".join(arguments))
     if feedforward.friction is None:
-        text += NO_FRICTION.format(inertia=inertia)
+        text += NO_FRICTION.format(planned=planned)
     else:
         text += AT_FIRST.format(begins="position" if along_desired else "measured")
+        to_come = carried.text("i - 1", "i")
         text += BEFORE_THE_FIRST.format(delay=delay, to_come=to_come) if along_desired and delay else ""
-        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(inertia=inertia, delay=delay)
+        along = ALONG_DESIRED if along_desired else ALONG_MEASURED
+        text += along.format(planned=planned, carried=passed, delay=delay)
     return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
 
 
@@ -296,7 +317,7 @@ def _defined(text: str, component: Any) -> Callable[..., Any]:
     scope: dict[str, Any] = {
         "__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "led": led, "inertial": inertial,
         "law": law, "start": component.start, "resume": component.resume, "NOT_KNOWN": NOT_KNOWN,
-        "NOTHING_TRANSMITTED": NOTHING_TRANSMITTED,
+        "effort_at": effort_at, "gravity_at": gravity_at,
     }  # fmt: skip
     return defined("command", text, scope)
 

@@ -10,10 +10,12 @@ from bristle.controllers.feedforward import Shape
 from bristle.core.variable import unit_of
 from bristle.exports.described import Source, parameter_table, plain
 from bristle.exports.law import Inputs, Law
+from bristle.exports.law_load import loads_of
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import version
 from bristle.exports.subject import subject_of
 from bristle.exports.walk import SCALES, Walk, walk_of
+from bristle.friction.level import rises_with_effort
 
 __all__ = ["PER_VELOCITY", "law_facts", "law_walk"]
 
@@ -75,8 +77,11 @@ def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
 def _fed(law: Law) -> list[str]:
     """Return what is fed forward, a line each."""
     feedforward, kind = law.variant.feedforward, law.variant.controller.kind
+    fed, carried = loads_of(feedforward)
     lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
     lines = lines if feedforward.mass else []
+    if fed.place:
+        lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
     if feedforward.friction is not None:
         shape = [
             f", {name} {value:g}" for name, value in law.p.shape._asdict().items()
@@ -84,4 +89,7 @@ def _fed(law: Law) -> list[str]:
         ]  # fmt: skip
         friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
         lines.append(friction + "".join(shape))
+        if rises_with_effort(feedforward.friction):
+            passing = "what is fed forward beside it" if carried is fed else feedforward.carries.name
+            lines.append(f"its level rises with the effort that passes on along the desired motion: that of {passing}")
     return [plain(line) for line in lines] or ["nothing"]

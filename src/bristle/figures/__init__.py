@@ -21,6 +21,7 @@ from bristle.figures.error_budget import error_budget
 from bristle.figures.error_distribution import error_distribution
 from bristle.figures.error_over_count import error_over_count
 from bristle.figures.error_over_level import error_over_level
+from bristle.figures.errors_by_loop import errors_by_loop
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.first_page import first_page
@@ -68,6 +69,7 @@ __all__ = [
     "error_distribution",
     "error_over_count",
     "error_over_level",
+    "errors_by_loop",
     "everett_surface",
     "expected",
     "figure_file",

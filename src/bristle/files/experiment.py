@@ -13,6 +13,7 @@ from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.files.components import check_keys, check_schema, table_at
+from bristle.files.fill_in import refuse_open
 from bristle.files.sources import Sources
 from bristle.files.toml import read_toml
 from bristle.files.variant import SECTIONS, Tables, variant_from
@@ -74,6 +75,7 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
         With key, value and what is allowed there.
     """
     _refuse_contact(data, source)
+    refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)
     name = data.get("name", source.stem)

@@ -1,4 +1,4 @@
-"""What stands in a proposed axis file where a person has to say what a log cannot tell."""
+"""What stands in a proposed file where a person has to say what a log cannot tell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _open_in(tables: Any, path: str) -> Iterator[str]:
 
 
 def refuse_open(tables: Mapping[str, Any]) -> None:
-    """Refuse an axis file in which something is still to be filled in.
+    """Refuse a file in which something is still to be filled in.
 
     Raises
     ------

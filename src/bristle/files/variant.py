@@ -20,6 +20,7 @@ from bristle.files.model import kind_at
 from bristle.files.run import run_from
 from bristle.files.sources import Sources
 from bristle.friction import MODELS
+from bristle.friction.level import rises_with_effort
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
 from bristle.references import REFERENCES
@@ -192,15 +193,22 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
         for name, variable in FEEDFORWARD.items()
         if name in entries
     }
-    compensator, fitted_to = None, ""
+    compensator, fitted_to, carries = None, "", None
     if friction != "none":
-        compensator, fitted_to = (
-            sources.friction(friction, kind, full_path)[1],
+        (identified, compensator), fitted_to = (
+            sources.friction(friction, kind, full_path),
             sources.fitted_to(friction, full_path),
         )
+        carries = _carried(compensator, identified or plant)
     return Feedforward(
-        friction=compensator, along=along, fitted_to=fitted_to, plant=plant if own == "own" else None, **values
-    )
+        friction=compensator, along=along, fitted_to=fitted_to, plant=plant if own == "own" else None, carries=carries,
+        **values,
+    )  # fmt: skip
+
+
+def _carried(compensator: Model, plant: Model) -> Model | None:
+    """Return the plant whose effort passes through a compensator that asks for it, as it was identified with it."""
+    return plant if rises_with_effort(compensator) and plant.component.inverse is not None else None
 
 
 def _learning(tables: Tables, kind: Kind) -> Learning | None:

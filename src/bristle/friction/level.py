@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, sin
@@ -27,7 +27,7 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen"]
+__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort"]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -107,6 +107,11 @@ def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
 def has_level(model: FrictionModel) -> bool:
     """Return whether a model has a level of sliding friction; of one that has none, these slots change nothing."""
     return bool(_dry_and_viscous(model)[0])
+
+
+def rises_with_effort(friction: Model) -> bool:
+    """Return whether the level of a friction model rises with the effort that passes on to the load."""
+    return TRANSMITTED in friction.component.variables.values()
 
 
 def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.friction import MODELS, base_of, is_static, with_slots
+from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import directional, variations_of
 
 __all__ = ["SLOT_OF", "model_with"]
 
 SLOT_OF = {
     "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple", "load": "load",
-    "temperature": "temperature",
+    "temperature": "temperature", "transmitted": "transmitted",
 }  # fmt: skip
 """The slot that has what a cause needs."""
 
@@ -41,7 +42,16 @@ def _falls(component: FrictionModel) -> bool:
     )
 
 
+def _takes(base: FrictionModel, slot: str) -> bool:
+    """Return whether a model can have a slot: one that raises a level needs a level, and no elements that share it."""
+    return slot not in LEVELS or (has_level(base) and not any(base.is_array(name) for name in base.variables))
+
+
 def _beside(component: FrictionModel, slot: str) -> str:
     """Return the name of a model with one more slot; empty where it has that one."""
     slots = (*variations_of(component), *(("asymmetry",) if directional(component) else ()))
-    return "" if slot in slots else with_slots(base_of(component), (*slots, slot)).name
+    return (
+        ""
+        if slot in slots or not _takes(base_of(component), slot)
+        else with_slots(base_of(component), (*slots, slot)).name
+    )

@@ -16,7 +16,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
-from bristle.friction.level import TRANSMITTED
+from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
@@ -80,7 +80,7 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
 
 def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np.ndarray | None:
     """Return the effort that passes on to the load along a segment [N or N*m]; None where friction asks for none."""
-    if plant is None or TRANSMITTED not in friction.component.variables.values():
+    if plant is None or not rises_with_effort(friction):
         return None
     return mechanical(plant, segment)
 

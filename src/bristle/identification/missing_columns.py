@@ -34,6 +34,7 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
         "lag": rows.acceleration[:, None] * falls,
         "play": side * np.exp(-np.column_stack([behind, before])),
         "position": np.column_stack([place, place**2, side * place, side * place**2]),
+        "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
         **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
         **{
             name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()

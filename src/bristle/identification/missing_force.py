@@ -55,7 +55,7 @@ AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
 OVERTONE = 0.1  # of the residual without the ripple, that one tells
-ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", "load", "temperature")
+ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", "load", "temperature", "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
 
@@ -67,7 +67,7 @@ class Missing(NamedTuple):
     ----------
     cause : str
         What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``,
-        ``gravity``, ``load``, ``temperature``.
+        ``gravity``, ``load``, ``temperature``, ``transmitted``.
     share : float
         Of the weighted squares of the residual, what it tells on half-cycles that it was not fitted to.
     force : float

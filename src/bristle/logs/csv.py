@@ -15,6 +15,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.archived import is_archived
 from bristle.logs.archived import read as read_archive
+from bristle.logs.buses import refuse_frames
 from bristle.logs.layout import (
     COMMENTS,
     PREAMBLE_LINES,
@@ -52,6 +53,7 @@ UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Wi
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
 _FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
+_ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
 NUMBER_BYTES = 8
 
@@ -87,7 +89,7 @@ def read(data: bytes, request: Request) -> Table:
     above = units_of_labview(lines, layout)
     layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
-        return replace(apart, facts=facts)
+        return replace(apart, facts=facts, format=_program_of(layout) or apart.format)
     numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
     by_number = {
         number: name for number, name in numbers.items() if request.choice.names is not None and request.choice(number)
@@ -111,7 +113,7 @@ def read(data: bytes, request: Request) -> Table:
     return Table(
         columns, units | {layout.names[i]: "s" for i in dates},
         texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
-        format="text", names=names, facts=facts, numbers=by_number,
+        format=_program_of(layout) or "text", names=names, facts=facts, numbers=by_number,
         sample_time=None if any(map(is_time, names)) else period_told(facts),
     )  # fmt: skip
 
@@ -141,11 +143,17 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
 def _special(data: bytes, encoding: str, request: Request) -> Table | None:
     """Return the table of a text file whose channels bring their own times; None where it is of another kind."""
     head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
+    refuse_frames(head, request.source)
     if (scope := head_of(head)) is not None:
         return read_scope(data.decode(encoding).split("\n"), scope, request)
     if is_archived(head):
         return read_archive(data.decode(encoding).split("\n"), request)
     return None
+
+
+def _program_of(layout: Layout) -> str:
+    """Return what wrote a file whose columns have the addresses of a SINUMERIK for names; empty where they have not."""
+    return "SINUMERIK trace, CSV" if any(map(_ADDRESS.match, layout.names)) else ""
 
 
 def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:

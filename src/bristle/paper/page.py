@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
+from bristle.paper.front import paper_front, paper_ruling
 from bristle.paper.reproduced import Reproduced
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
@@ -14,10 +15,11 @@ from bristle.report.table import Table
 __all__ = ["claim_table", "equation_table", "paper_report", "paper_summary"]
 
 TITLE = "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator"
-BANNER = (
-    "The rig in these figures is simulated; nothing here was measured on a machine. It is thirty spring-slider "
-    "elements with Stribeck limits, larger forward than backward, that scatter from reversal to reversal. The "
-    "compensator called identified is of the same kind, eighteen elements without these three; the others are not."
+BANNER = "The rig in these figures is simulated; nothing here was measured on a machine."
+RIG = (
+    "The rig is thirty spring-slider elements with Stribeck limits, larger forward than backward, that scatter from "
+    "reversal to reversal. The compensator called identified is of the same kind, eighteen elements without these "
+    "three; the others are not."
 )
 SIMULATED = "The rig is simulated."
 
@@ -62,6 +64,8 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
         command=command,
         banner=BANNER,
         title=TITLE,
+        rig=RIG,
+        front=paper_front(figures),
         claims=claim_table(figures),
         sections=[_section(figure) for figure in figures],
         equations=equation_table(),
@@ -109,6 +113,7 @@ def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str
     """
     return {
         "paper": TITLE,
+        "verdict": paper_ruling(figures).as_data(),
         "figures": {
             str(figure.number): {
                 "title": figure.words.title,

@@ -37,14 +37,19 @@ __all__ = [
     "COGGING",
     "COLUMNS",
     "GRAVITY",
+    "NOWHERE",
     "TERMS",
     "TURN",
     "TURNS",
+    "Place",
     "Termed",
     "TermedPlant",
     "Terms",
+    "effort_at",
     "effort_of_columns",
     "effort_of_place",
+    "gravity_at",
+    "place_of",
     "terms_in",
     "terms_of",
     "with_terms",
@@ -78,6 +83,20 @@ class Terms(NamedTuple):
     per_column: Annotated[np.ndarray, Variable("force", "effort for one unit of each known column")]
 
 
+class Place(NamedTuple):
+    """Of `Terms` what depends on the place."""
+
+    g_sin: float
+    g_cos: float
+    waves: np.ndarray
+    cosines: np.ndarray
+    sines: np.ndarray
+
+
+NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))
+"""That of a plant without terms."""
+
+
 class Termed(NamedTuple):
     """Parameters of a plant with terms."""
 
@@ -86,9 +105,15 @@ class Termed(NamedTuple):
 
 
 @kernel
+def gravity_at(x, q):
+    """Return the effort [N or N*m] that gravity of a link takes at an angle [rad]."""
+    return q.g_sin * sin(x) + q.g_cos * cos(x) if q.g_sin != 0.0 or q.g_cos != 0.0 else 0.0
+
+
+@kernel
 def effort_at(x, q):
     """Return the effort [N or N*m] that gravity and cogging take at a position [m or rad]."""
-    total = q.g_sin * sin(x) + q.g_cos * cos(x) if q.g_sin != 0.0 or q.g_cos != 0.0 else 0.0
+    total = gravity_at(x, q)
     for i in range(q.waves.size):
         phase = q.waves[i] * x
         total += q.cosines[i] * cos(phase) + q.sines[i] * sin(phase)
@@ -235,6 +260,12 @@ def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
 def terms_of(plant: Model) -> Terms | None:
     """Return the terms of a plant with its values; None where it has none."""
     return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
+
+
+def place_of(plant: Model | None) -> Place:
+    """Return the terms of a plant that depend on the place; `NOWHERE` where it has none."""
+    terms = None if plant is None else terms_of(plant)
+    return NOWHERE if terms is None else Place(*(getattr(terms, name) for name in Place._fields))
 
 
 def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:

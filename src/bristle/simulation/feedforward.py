@@ -9,13 +9,15 @@ import numpy as np
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
 from bristle.core.edge import Amount, amount, array, guarded, instance
+from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD, Feedforward
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
-from bristle.plants.terms import effort_of_place, terms_of
+from bristle.engine.place import effort_along
+from bristle.plants.terms import Termed, place_of, terms_of
 
-__all__ = ["compensator_of", "feedforward_effort", "friction_along"]
+__all__ = ["carried_effort", "compensator_of", "feedforward_effort", "friction_along"]
 
 
 @guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]))
@@ -65,27 +67,59 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
         Effort [N or N*m].
     """
     check_run(position.size, acceleration=acceleration)
-    effort = feedforward.mass * 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1:]))
-    terms = None if feedforward.plant is None else terms_of(feedforward.plant)
-    if terms is not None:
-        effort = effort + effort_of_place(0.5 * (position + np.append(position[1:], position[-1:])), terms)
+    effort = _planned(feedforward, position, acceleration)
     if feedforward.friction is None or feedforward.along == "measured":
         return effort
+    carried = carried_effort(feedforward, position, acceleration, dt)
     steps = np.diff(position) / dt
     state, memory = conditioned(feedforward.friction, feedforward.conditioning)
     return effort + compensation_along(
         feedforward.friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
-        np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=effort, state=state, memory=memory,
+        np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=carried, state=state, memory=memory,
     )  # fmt: skip
 
 
-def compensator_of(feedforward: Feedforward) -> Compensator | None:
-    """Return the compensator that a loop runs along the measured motion; None where there is none."""
+def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
+    """Return the effort [N or N*m] that a desired trajectory passes on to the load, for the step from each sample on.
+
+    It is that of the plant which the feedforward carries; where it tells none, what it feeds forward beside friction.
+    """
+    plant = feedforward.carries
+    if plant is None:
+        return _planned(feedforward, position, acceleration)
+    middle, steps = 0.5 * (position + _next(position)), np.diff(position) / dt
+    inner, p = plant.component, plant.parameters
+    if isinstance(p, Termed):
+        inner, p = inner.inner, p.inner
+    if inner.inverse is None:
+        raise InputError("does not tell what effort a motion takes", path="feedforward.carries", value=plant.name,
+                         allowed="inertia, oscillator",
+                         mend="Leave it out: what is fed forward passes on then")  # fmt: skip
+    effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
+    return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
+
+
+def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) -> Compensator | None:
+    """Return the compensator that a loop runs along the measured motion; None where there is none.
+
+    `carried` is what `carried_effort` returns at each sample of the loop; none where not given.
+    """
     if feedforward.friction is None or feedforward.along == "desired":
         return None
-    return Compensator(
-        feedforward.friction, _shape(feedforward), *conditioned(feedforward.friction, feedforward.conditioning)
-    )
+    state, memory = conditioned(feedforward.friction, feedforward.conditioning)
+    return Compensator(feedforward.friction, _shape(feedforward), state, memory, carried)
+
+
+def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    """Return inertia, gravity and cogging that are fed forward, half way from each sample to the next one."""
+    effort = feedforward.mass * 0.5 * (acceleration + _next(acceleration))
+    if feedforward.plant is None or terms_of(feedforward.plant) is None:
+        return effort
+    return effort + effort_along(0.5 * (position + _next(position)), place_of(feedforward.plant))
+
+
+def _next(signal: np.ndarray) -> np.ndarray:
+    return np.append(signal[1:], signal[-1:])
 
 
 def _shape(feedforward: Feedforward) -> Shape:

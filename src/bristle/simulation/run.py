@@ -18,7 +18,8 @@ from bristle.core.experiment import Effort, Start, Variant
 from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.given import EXPERIMENT
-from bristle.simulation.feedforward import compensator_of, feedforward_effort
+from bristle.friction.level import rises_with_effort
+from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 from bristle.simulation.trials import learn
 
@@ -87,6 +88,19 @@ def _desired(variant: Variant) -> np.ndarray:
     return np.stack((position[:count], velocity[:count], acceleration[:count], effort[run.delay :]))
 
 
+def _carried(variant: Variant) -> np.ndarray | None:
+    """Return the effort that the desired motion passes on, as far ahead as what is fed forward; None if none is asked.
+
+    What is learned on a motion is no part of it: it stands for what nobody knows.
+    """
+    run, feedforward = variant.run, variant.feedforward
+    if feedforward.friction is None or feedforward.along == "desired" or not rises_with_effort(feedforward.friction):
+        return None
+    t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
+    position, _, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
+    return carried_effort(feedforward, position, acceleration, run.sample_time)[run.delay :]
+
+
 def _driven(effort: Effort, motion: np.ndarray, count: int) -> np.ndarray:
     """Return what drives an open loop, in place of what is fed forward; no sample of it is left unsaid."""
     if effort.values.size != count:
@@ -153,7 +167,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         table=_seeded(variant.table, number) if variant.table is not None else None,
         sensor_at=variant.sensor_at,
         steps=run.substeps,
-        compensator=compensator_of(variant.feedforward),
+        compensator=compensator_of(variant.feedforward, _carried(variant)),
         disturbance=variant.disturbance,
         limit=run.effort_limit,
         delay=run.delay,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.axis import Axis
@@ -17,6 +18,7 @@ from bristle.prediction.drive_table import drive_table, steady_curve
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.contracts import Model
+    from bristle.files.experiment_text import NextExperiment
     from bristle.files.results import Results
     from bristle.identification.result import Identification
     from bristle.prediction.following import Following
@@ -24,9 +26,11 @@ if TYPE_CHECKING:
 
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
-__all__ = ["ENTRIES", "Outcome", "outcome_of"]
+__all__ = ["ENTRIES", "EXPERIMENT", "Outcome", "outcome_of"]
 
 ENTRIES = 20  # of the table for the drive
+EXPERIMENT = "experiment.toml"
+"""What the experiment file is called that an identification leaves."""
 
 Progress = Callable[[float, str], None]
 
@@ -101,6 +105,13 @@ class Outcome:
             axis=self.axis,
         )  # fmt: skip
 
+    def following_experiment(self, folder: Path) -> NextExperiment:
+        """Return the experiment file that lies in a folder beside the model: the next step."""
+        from bristle.files.experiment_text import next_experiment
+
+        log, plant = self.identification.log, self.identification.best.plant
+        return next_experiment(plant, self.axis or Axis(kind=log.kind), log, folder, has_axis_file=bool(self.axes))
+
     def write(self, folder: Results, **further: Any) -> None:
         """Write all of it into a folder of results.
 
@@ -122,6 +133,7 @@ class Outcome:
         )  # fmt: skip
         for number, text in enumerate(self.axes, 1):
             folder.write("axis.toml" if number == 1 else f"axis_{number}.toml", text)
+        folder.write(EXPERIMENT, self.following_experiment(folder.path).text)
         if self.table:
             folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
         if best.resampling is not None:

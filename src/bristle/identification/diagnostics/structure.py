@@ -23,8 +23,10 @@ CODES = {
     "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
     "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
     "gravity": "missing_gravity", "load": "missing_load", "temperature": "missing_temperature",
+    "transmitted": "missing_transmitted",
 }  # fmt: skip
 """The code of each cause."""
+LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
@@ -65,10 +67,15 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
-    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names."""
+    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names.
+
+    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden.
+    """
     causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
     names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
-    return tuple(dict.fromkeys(name for name in names if name))
+    named = [name for name in names if name]
+    damped = [name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]
+    return tuple(dict.fromkeys([*named, *damped]))
 
 
 def _with_presliding(fit: Fit) -> Fit:

@@ -130,4 +130,10 @@ STRUCTURE: dict[str, Sentence] = {
         "this model changes with the temperature already",
         "friction changes with the temperature",
     ),
+    "missing_transmitted": _missing(
+        "friction rises with the effort that passes on to the load, as in a gear: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model either rises with it already, or has no level of its own that could",
+        "friction rises with the effort that passes on to the load",
+    ),
 }

@@ -1,0 +1,127 @@
+"""The experiment file that follows from an identification: the axis in its loop, without and with compensation."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.variable import unit_of
+from bristle.files.fill_in import FILL_IN
+from bristle.logs.log import Log
+
+__all__ = ["NextExperiment", "next_experiment"]
+
+CYCLES = 4  # of a sine, where the log has no reference
+RESTING = 1e-9  # of the range: slower is no motion
+SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
+# A loop to begin with, where nobody has told one: its speed is bounded by the sampling and by what most axes bear.
+FASTEST, OF_SAMPLING, FOR_POSITION = 2.0 * math.pi * 20.0, 0.1, 0.25  # [rad/s], of 1/sample time, of the velocity loop
+HEAD = """\
+# What was identified here, in its loop: as it is, with inertia and gravity fed forward, and with friction as well.
+# Simulate it: bristle run {name}; its margins: bristle design {name}
+"""
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """An experiment file, and which of its keys are to be filled in before it runs."""
+
+    text: str
+    missing: tuple[str, ...]
+
+
+def next_experiment(plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool) -> NextExperiment:
+    """Return the experiment file that lies beside the model file of an axis.
+
+    Parameters
+    ----------
+    plant : Model
+        The identified plant.
+    axis : Axis
+        Its controller, where it has one, and its encoder are those of the loop; else gains are to be filled in.
+    log : Log
+        Its reference is followed, where it has one without gaps, else a sine of its range and speed.
+    folder : Path
+        Where the file will lie.
+    has_axis_file : bool
+        Whether the axis file lies beside it.
+    """
+    missing = () if axis.controller is not None else ("controller.k_p", "controller.k_v")
+    parts = [
+        HEAD.format(name="experiment.toml"),
+        f"schema = 1\nname = {json.dumps((axis.name or 'the axis') + ', without and with compensation')}\n",
+        '[axis]\nfile = "axis.toml"\n' if has_axis_file else f'kind = "{plant.kind}"\n',
+        '[friction]\nfile = "model.toml"           # with the plant\n',
+        "" if axis.controller is not None else _open_loop(plant, log),
+        *_motion(log, folder),
+        *_variants(plant, axis),
+    ]
+    if not has_axis_file:  # the kind stands above all tables
+        parts[1], parts[2] = parts[1] + parts[2], ""
+    return NextExperiment("\n".join(part for part in parts if part), missing)
+
+
+def _open_loop(plant: Model, log: Log) -> str:
+    """Return the controller of an axis whose loop nobody told, with a beginning that its inertia and sampling bear."""
+    fast = min(FASTEST, OF_SAMPLING / log.sample_time)
+    k_p, k_v = FOR_POSITION * fast, plant.values["M"] * fast
+    unit = unit_of("force*time/length", plant.kind)
+    return (
+        "# The axis file tells no [controller]: write its gains here, or there and take this table out.\n"
+        '[controller]\nmodel = "cascade"\n'
+        f'k_p = "{FILL_IN}"                     # gain of the position loop, such as "{k_p:.3g} 1/s"\n'
+        f'k_v = "{FILL_IN}"                     # gain of the velocity loop, such as "{k_v:.3g} {unit}"\n'
+    )
+
+
+def _motion(log: Log, folder: Path) -> tuple[str, str]:
+    """Return what is followed, and for how long: the reference of the log, or a sine like its motion."""
+    file = _named_from(log, folder)
+    if file and log.reference is not None and len(log.segments) == 1:
+        settle = min(SETTLE_SHARE * log.sample_time * log.reference.values.size, SETTLE_MAX)
+        told = '[reference]\nmodel = "recorded"            # the reference of the log\n'
+        judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
+        return f"{told}file = {json.dumps(file)}\n", judged
+    position, unit = log.position.values, unit_of("length", log.kind)
+    low, high = float(position.min()), float(position.max())
+    speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))
+    amplitude = 0.5 * (high - low)
+    frequency = max(speed, RESTING * amplitude) / (2.0 * math.pi * amplitude)
+    reference = (
+        "# A sine of the range and speed of the log: write the motion of the machine instead.\n"
+        f'[reference]\nmodel = "sine"\namplitude = "{amplitude:.4g} {unit}"\n'
+        f'offset = "{0.5 * (low + high):.4g} {unit}"\n'
+        f'frequency = "{frequency:.3g} Hz"\n'
+    )
+    duration, settle = CYCLES / frequency, 1.0 / frequency
+    run = f'[run]\nduration = "{duration:.4g} s"\nsample_time = "{log.sample_time:.9g} s"\nsettle = "{settle:.3g} s"\n'
+    return reference, run
+
+
+def _named_from(log: Log, folder: Path) -> str:
+    """Return the file of a log as it is named from a folder; empty where it is no file."""
+    try:
+        found = log.source.is_file()
+        return Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if found else ""
+    except (OSError, ValueError):  # on Windows, another drive
+        return ""
+
+
+def _variants(plant: Model, axis: Axis) -> tuple[str, ...]:
+    """Return the variants: as it is, with what the motion takes, and with friction as well."""
+    known = {} if axis.controller is None else axis.controller.values
+    mass = "" if "J" in known else f'mass = "{plant.values["M"]:.6g} {unit_of("mass", plant.kind)}", '
+    follows = "k_ff = 1.0\n" if axis.controller is None or "k_ff" in known else ""
+    fed = f'{mass}plant = "own"'
+    return (
+        "[compare.as_it_is]\n",
+        f"[compare.fed_forward.controller]\n{follows}feedforward = {{ {fed} }}\n",
+        f'[compare.compensated.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
+    )

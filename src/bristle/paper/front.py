@@ -1,0 +1,170 @@
+"""The first page of the paper's report: which of its claims hold here, with numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from bristle.core.typography import number
+from bristle.paper.errata import ERRATA
+from bristle.paper.following import IN_PAPER
+from bristle.paper.reproduced import Reproduced, percent
+from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, with_spread
+from bristle.report.front import Front, Ruling, about, answered, length_text
+from bristle.report.page import Picture, picture
+
+__all__ = ["paper_front", "paper_ruling"]
+
+HEADING = "The source paper, rebuilt figure by figure"
+HOLDS, SHOWN = ("found",), ("shown",)
+STANDS = {
+    "found": "hold",
+    "found in part": "hold in part",
+    "reproduced by calibration": "hold by a calibration only",
+    "refuted": "do not hold",
+}
+"""How claims stand."""
+CLAIMS = {
+    1: "LuGre does not come back",
+    2: "LuGre drifts",
+    3: "the contact does not",
+    4: "the sum below the staircase",
+    5: "hysteresis before break-away",
+    6: "two numbers replace a plane",
+    8: "break-away near 7\u00a0µm",
+    9: "wiping-out of the contact",
+    10: "that of the model",
+    11: "the table follows more closely",
+    12: "53\u00a0% less error",
+    13: "a narrower error",
+    14: "no excessive effort",
+}
+"""The claims in short, by figure."""
+BESIDE = {
+    "lugre": "LuGre", "gate": "the same with a gate", "identified": "a model, identified",
+    "observer": "an observer, no model", "observer_feedforward": "both",
+}  # fmt: skip
+"""What else runs in the loop of the paper, and what it is."""
+FOLLOWING, EFFORT = 12, 14  # figures
+
+
+def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
+    """Return how many claims of the paper hold here, and which do not, or not as it says.
+
+    Parameters
+    ----------
+    figures : sequence of Reproduced
+        The figures that were rebuilt.
+    """
+    tested = [figure for figure in figures if figure.verdict not in SHOWN]
+    if not tested:
+        return Ruling("with_care", "Nothing was claimed that could be tested")
+    held = [figure for figure in tested if figure.verdict in HOLDS]
+    groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
+    reasons = [f"{words}: {_named(group)}" for words, group in groups.items() if group]
+    level = "usable" if len(held) == len(tested) else "with_care" if held else "no"
+    some = f"{len(held)} of {len(tested)}" if len(tested) > 1 else "Its claim" if held else "Its claim does not"
+    words = f"{some} claims of the paper hold here" if len(tested) > 1 else f"{some} {'holds' if held else 'hold'} here"
+    return Ruling(level, words, tuple(reasons))
+
+
+def _named(figures: Sequence[Reproduced]) -> str:
+    """Return claims in short, each with its figure."""
+    return ", ".join(f"{CLAIMS[figure.number]} ({figure.number})" for figure in figures)
+
+
+def paper_front(figures: Sequence[Reproduced]) -> Front:
+    """Return the first page of the figures that were rebuilt.
+
+    Parameters
+    ----------
+    figures : sequence of Reproduced
+        The figures.
+    """
+    ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
+    loop, effort = by_number.get(FOLLOWING), by_number.get(EFFORT)
+    kinds = Counter(erratum.kind for erratum in ERRATA)
+    wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
+    answers = answered(
+        _quality(loop) if loop else [figure.found[0].rstrip(".") for figure in figures[:3]],
+        ["its experiments, to be changed: `bristle paper --write DIR`, then `bristle run DIR/set_a.toml`"],
+        _cost(effort) if effort else ["its figure 14 tells: `bristle paper`"],
+        [
+            "the rig is of another structure than the compensators of the paper: thirty elements that scatter",
+            f"{len(ERRATA)} remarks on what is printed, each with a test: {wrong}",
+        ],
+        [
+            "what you have changed: `bristle paper --from DIR`",
+            "your own axis: `bristle identify log.csv --axis axis.toml --model all`",
+        ],
+    )  # fmt: skip
+    facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
+    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(loop), "claims", ALL_HOLD)
+
+
+ALL_HOLD = "Each claim comes out with nothing chosen for it."
+
+
+def _quality(loop: Reproduced) -> list[str]:
+    """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
+    errors = {name: _error(loop.numbers, name) for name in (BEFORE, PRINTED, CALIBRATED)}
+    here = PRINTED if errors[PRINTED] else CALIBRATED
+    paper = " to ".join(f"{1e6 * IN_PAPER[name]:.2f}\u00a0µm" for name in (BEFORE, CALIBRATED))
+    lines = [
+        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[here]} with {NAMES[here]}; "
+        f"the paper: {paper}",
+        f"that is {_less(loop.numbers['peak_to_peak'], here)} less; the paper: {_less(IN_PAPER, CALIBRATED)}",
+    ]  # fmt: skip
+    sound = loop.numbers.get("at_sound_margins", {})
+    if BEFORE in sound:
+        told = {name: _peak_of(sound[name]) for name in (BEFORE, *BESIDE) if name in sound}
+        each = "; ".join(f"{BESIDE.get(name, 'no compensator')} {length_text(value, 'translational')}"
+                         for name, value in told.items())  # fmt: skip
+        lines.append(f"in a loop of sound margins: {each}")
+    return lines
+
+
+def _less(errors: Mapping[str, float], name: str) -> str:
+    return percent(1.0 - errors[name] / errors[BEFORE], 1.0)
+
+
+def _cost(effort: Reproduced) -> list[str]:
+    """Return the effort of the loop, without and with what is fed forward."""
+    rms = {name: value for name, value in effort.numbers["rms"].items() if name in NAMES}
+    told = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
+    return [f"effort, root mean square: {told}"]
+
+
+def _error(numbers: Mapping[str, Any], name: str) -> str:
+    if name not in numbers["peak_to_peak"]:
+        return ""
+    spread = numbers["peak_to_peak_spread"].get(name, 0.0)
+    return f"{with_spread(1e6 * numbers['peak_to_peak'][name], 1e6 * spread, 0.01)}\u00a0µm"
+
+
+def _peak_of(loop: Mapping[str, Any]) -> float:
+    return float(loop["following_error"]["peak_to_peak"])
+
+
+def _picture(loop: Reproduced | None) -> Picture | None:
+    """Return the following error of each loop beside what the paper tells; None where the loop was not rebuilt."""
+    if loop is None:
+        return None
+    from bristle.figures import errors_by_loop
+
+    peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
+    names = {name: NAMES.get(name, BESIDE.get(name, name)) for name in peaks}
+    of_paper = {names[name]: 1e6 * value for name, value in IN_PAPER.items() if name in names}
+    best = min(peaks, key=peaks.get)
+    alternative = "Following error of each loop, peak to peak, beside what the paper tells"
+    told = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
+    return picture(
+        "paper-first",
+        lambda: errors_by_loop(
+            {names[name]: 1e6 * value for name, value in peaks.items()},
+            {names[name]: 1e6 * value for name, value in spreads.items()}, of_paper,
+            "Following error [µm], peak to peak",
+        ),
+        alternative, told, file="figure-00", published=f"{told} The rig is simulated.",
+    )  # fmt: skip

@@ -1,0 +1,74 @@
+"""The first page of the paper's report: which claims hold, told by what came out."""
+
+import pytest
+from matplotlib.figure import Figure
+from tests.report.pages import Page
+
+from bristle.core.content import NOWHERE
+from bristle.paper.front import CLAIMS, paper_front, paper_ruling
+from bristle.paper.page import paper_report, paper_summary
+from bristle.paper.reproduce import FIGURES
+from bristle.paper.reproduced import Reproduced
+from bristle.report.front import QUESTIONS
+
+NONE, PRINTED, PAPER = "none", "printed", "paper"
+
+
+def rebuilt(number, verdict, **numbers):
+    return Reproduced(number, verdict, [f"It came out as {number}."], Figure, NOWHERE, numbers)
+
+
+def loop(verdict="found in part"):
+    return rebuilt(
+        12, verdict, peak_to_peak={NONE: 1.472e-6, PRINTED: 0.613e-6, PAPER: 0.69e-6},
+        peak_to_peak_spread={NONE: 0.04e-6, PRINTED: 0.01e-6, PAPER: 0.01e-6},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "level", "words"),
+    [
+        (("found", "found"), "usable", "2 of 2 claims"),
+        (("found", "shown", "refuted"), "with_care", "1 of 2 claims"),
+        (("refuted", "found in part"), "no", "0 of 2 claims"),
+        (("found",), "usable", "Its claim holds"),
+        (("refuted",), "no", "Its claim does not hold"),
+        (("shown",), "with_care", "Nothing was claimed"),
+    ],
+)
+def test_the_verdict_counts_the_claims_that_hold(verdicts, level, words):
+    ruling = paper_ruling([rebuilt(number, verdict) for number, verdict in enumerate(verdicts, 1)])
+    assert ruling.level == level
+    assert ruling.words.startswith(words)
+    assert len(ruling.reasons) == len(set(verdicts) - {"shown"})
+
+
+def test_each_claim_is_told_with_its_figure_by_how_it_stands():
+    reasons = paper_ruling([rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]).reasons
+    assert reasons == ("hold: LuGre does not come back (1), the contact does not (3)", "do not hold: LuGre drifts (2)")
+
+
+def test_each_claim_that_can_be_tested_has_its_words():
+    assert set(CLAIMS) == set(FIGURES) - {7}
+
+
+def test_the_errors_of_the_loop_stand_beside_those_of_the_paper():
+    answers = dict(paper_front([loop()]).answers)
+    assert list(answers) == list(QUESTIONS)
+    good = " ".join(answers[QUESTIONS[0]]).replace("\u00a0", " ")
+    for told in ("1.472 ± 0.040 µm", "0.613 ± 0.010 µm", "1.46 µm to 0.69 µm", "58 % less; the paper: 53 %"):
+        assert told in good
+
+
+def test_without_the_loop_what_was_found_is_told():
+    front = paper_front([rebuilt(3, "found")])
+    assert front.figure is None
+    assert dict(front.answers)[QUESTIONS[0]] == ["It came out as 3"]
+
+
+def test_the_page_begins_with_it_and_json_has_it():
+    figures = [rebuilt(1, "found"), loop()]
+    page = Page(paper_report(figures, command="bristle paper", provenance={}))
+    assert "1 of 2 claims of the paper hold here" in page.words
+    assert page.words.index("1 of 2 claims") < page.words.index("Its claims")
+    assert paper_summary(figures, provenance={})["verdict"]["level"] == "with_care"

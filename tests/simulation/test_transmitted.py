@@ -1,0 +1,134 @@
+"""Friction that rises with what passes on to the load: fed forward, in loops, behind a screw, in experiment files."""
+
+import numpy as np
+import pytest
+from tests.simulation import transmitted_truth as truth
+
+import bristle as br
+from bristle.core import InputError
+from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.engine import run_batch, run_open_loop
+from bristle.files import read_experiment
+from bristle.simulation import simulate
+from bristle.simulation.feedforward import feedforward_effort
+
+DT = 1e-3
+ARM = br.plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)
+PLAIN = {"F_C": truth.F_C, "F_v": truth.F_V}
+GEARED = br.friction.find("coulomb_viscous+transmitted")(kind="rotational", **PLAIN, c_T=truth.SHARE)
+LEVEL = br.friction.coulomb_viscous(kind="rotational", **PLAIN)
+
+
+def test_what_a_law_feeds_forward_by_itself_passes_the_gear_as_well():
+    _, q, v, a = truth.swing(2.0, 1)
+    alone = feedforward_effort(Feedforward(friction=GEARED, carries=ARM), q, a, DT)
+    load = truth.J * a + truth.GRAVITY * np.sin(q)
+    friction, moving = truth.effort(q, v, a) - load, np.abs(v) > 0.05
+    assert np.max(np.abs(alone - friction)[moving]) < 0.01 * np.max(np.abs(friction))
+
+
+def test_without_a_plant_what_is_fed_forward_passes():
+    _, q, _, a = truth.swing(2.0, 1)
+    fed = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED), q, a, DT)
+    known = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED, carries=ARM), q, a, DT)
+    assert fed == pytest.approx(known, abs=1e-15)
+
+
+def test_a_plant_that_does_not_tell_its_effort_is_refused():
+    screw = br.plants.ball_screw(**br.plants.ball_screw.example)
+    with pytest.raises(InputError, match="what effort"):
+        feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
+
+
+def followed(**fed):
+    """Root mean square of the following error of an arm [rad]."""
+    variant = Variant(
+        "arm", ARM, GEARED, br.controllers.cascade(kind="rotational", k_p=15.0, k_v=1.0, k_i=2.0, k_ff=1.0),
+        br.sensors.encoder(kind="rotational", resolution=1e-6),
+        br.references.sine(kind="rotational", amplitude=0.9, frequency=0.4),
+        Feedforward(mass=truth.J, plant=ARM, **fed), Run(duration=5.0, sample_time=DT, delay=1, settle=0.5),
+    )  # fmt: skip
+    return simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
+
+
+@pytest.mark.parametrize("along", ["desired", "measured"])
+def test_a_loop_follows_better_by_it_along_either_motion(along):
+    without, with_it = (followed(friction=model, along=along) for model in (LEVEL, GEARED))
+    assert 2.0 * with_it < without < followed()
+
+
+def test_what_passes_along_the_measured_motion_is_that_of_the_plant_which_is_named():
+    with_it = followed(friction=GEARED, along="measured", carries=ARM)
+    assert with_it == pytest.approx(followed(friction=GEARED, along="measured"), rel=1e-6)
+    assert with_it < 0.9 * followed(
+        friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9)
+    )
+
+
+J, M, LEAD, TORQUE = 2e-3, 50.0, 0.02, 3.0
+ARM_OF_SCREW = LEAD / (2.0 * np.pi)
+
+
+def turned_by(motor, table):
+    """Angle of the motor of a stiff screw after a second under a constant torque [rad]."""
+    plant = br.plants.ball_screw(kind="rotational", J=J, M=M, lead=LEAD, k=1e9, d=1e4)
+    trace = run_open_loop(plant, motor, np.full(1001, TORQUE), DT, steps=4, table=table)
+    return trace.motor_position[1000]
+
+
+def test_the_friction_of_a_motor_rises_with_all_that_it_turns_and_pulls():
+    motor = br.friction.find("coulomb+transmitted")(kind="rotational", F_C=0.4, c_T=0.25)
+    load = (TORQUE - 0.4) / 1.25
+    expected = 0.5 * load / (J + M * ARM_OF_SCREW**2)
+    assert turned_by(motor, br.friction.viscous(F_v=0.0)) == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_friction_of_a_table_rises_with_what_moves_it():
+    table = br.friction.find("coulomb+transmitted")(F_C=100.0, c_T=0.25)
+    expected = 0.5 * (TORQUE - 100.0 * ARM_OF_SCREW) / (J + 1.25 * M * ARM_OF_SCREW**2)
+    assert turned_by(br.friction.viscous(kind="rotational", F_v=0.0), table) == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("run", [run_open_loop, run_batch])
+def test_a_step_that_does_not_solve_for_it_is_refused(run):
+    with pytest.raises(InputError, match="passes on"):
+        run(ARM, GEARED, np.zeros(5), DT, integrator="semi_implicit")
+
+
+EXPERIMENT = """
+schema = 1
+kind = "rotational"
+[plant]
+model = "inertia+gravity"
+M = 0.05
+g_sin = 2.0
+[friction]
+model = "coulomb_viscous+transmitted"
+F_C = 0.15
+F_v = 0.05
+c_T = 0.25
+[controller]
+model = "cascade"
+k_p = 15.0
+k_v = 1.0
+[controller.feedforward.friction]
+model = "{model}"
+F_C = 0.15
+F_v = 0.05
+{share}
+[reference]
+model = "sine"
+amplitude = 0.9
+frequency = 0.4
+[run]
+duration = 1.0
+sample_time = 1e-3
+"""
+
+
+def test_an_experiment_file_knows_what_passes_without_being_told():
+    risen = EXPERIMENT.format(model="coulomb_viscous+transmitted", share="c_T = 0.25").encode()
+    plain = EXPERIMENT.format(model="coulomb_viscous", share="").encode()
+    carries, nothing = (read_experiment(text).variants[0].feedforward.carries for text in (risen, plain))
+    assert carries == ARM
+    assert nothing is None
