@@ -24,6 +24,7 @@ from bristle.files.components import (
     parameters_in,
     table_at,
 )
+from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.toml import read_toml
 from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
@@ -277,15 +278,16 @@ def kind_at(value: Any, path: str) -> Kind:
 
 
 def friction_from(
-    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False
-) -> Model:
+    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False,
+    read_operator: OperatorRead | None = None,
+) -> Model:  # fmt: skip
     """Return the friction model of a table, by name or from a user's own file.
 
     Parameters
     ----------
     table : object
         ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted; and
-        the parameters.
+        the parameters, of which ``kernel`` may name an operator.
     kind : {"translational", "rotational"}
         Kind of axis.
     folder : Path
@@ -296,13 +298,15 @@ def friction_from(
         Whether the conditions between values are asked for.
     allow_code : bool
         Whether a user's own file may run without having been allowed before.
+    read_operator : callable, optional
+        What reads the file of an operator; by default from `folder`.
 
     Raises
     ------
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    entries = table_at(table, path)
+    entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
     if "model" in entries and "file" in entries:
         raise InputError("has both a model and a file", path=path, mend="Keep one of them")
     component = _user_model(entries, folder, path, allow_code) if "file" in entries else _own_model(entries, path)
