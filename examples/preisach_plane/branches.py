@@ -1,4 +1,4 @@
-"""First-order reversal branches of the virtual rig, as a bench would record them: branches.csv, and all of record.csv."""
+"""First-order reversal branches of the virtual rig, as a bench would record them: branches.csv and record.csv."""
 
 import csv
 import sys

@@ -87,9 +87,7 @@ def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  
     contact = friction.find("preisach_contact")(kernel=operator, offset=offset)
     assert in_python.variants[1].feedforward.friction == contact
     simulated = simulate(in_python)
-    assert {
-        name: variant.following_error.peak_to_peak for name, variant in simulated.variants.items()
-    } == error
+    assert {name: variant.following_error.peak_to_peak for name, variant in simulated.variants.items()} == error
     # What enters the loop is the operator alone, at the desired position of each sample.
     position, acceleration, dt = along_desired(in_python.variants[1])
     effort = feedforward_effort(Feedforward(friction=contact), position, acceleration, dt)
@@ -119,7 +117,8 @@ def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, 
     capsys.readouterr()
     summary = json.loads(Path("results/summary.json").read_text())
     found = {name: data["following_error"]["peak_to_peak"] for name, data in summary["variants"].items()}
-    told = {row[0]: float(row[1]) for row in re.findall(r"^\| `(\w+)` \|.*\| ([\d.]+) ± [\d.]+ \|$", page, re.MULTILINE)}
+    rows = re.findall(r"^\| `(\w+)` \|.*\| ([\d.]+) ± [\d.]+ \|$", page, re.MULTILINE)
+    told = {name: float(error) for name, error in rows}
     assert told.keys() == found.keys()
     assert {name: round(1e6 * value, 2) for name, value in found.items()} == told
 

@@ -210,7 +210,8 @@ class FrictionModel(Component):
             raise InputError("has no kernel that an operator could take the place of", path=path, value=operator.name)
         factory, (inner, *further) = made_by
         component, values = inner.over(operator, path)
-        return factory(component, *further), values
+        outer: Any = factory(component, *further)
+        return outer, values
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
