@@ -11,6 +11,7 @@ from bristle.core.mathematics import direction
 from bristle.exports import proof
 from bristle.exports.proof import compiler
 from bristle.files.user_model import load_model_file
+from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
 from bristle.testing.contract import pure_trial, same_bits_exported
@@ -39,6 +40,24 @@ FIRST = {(kernel, TRANSITIONS[number % len(TRANSITIONS)]) for number, kernel in 
 def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
     model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
     assert [check for check in check_model(model) if not check.passed] == []
+
+
+OVER_OPERATORS = [f"{name}+{operator}" for name in ("preisach_contact", "preisach_lugre") for operator in REACHES]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*OVER_OPERATORS, "preisach_contact+everett_table+asymmetry"])
+def test_a_model_over_an_operator_meets_it(name):
+    checks = check_model(friction.find(name))
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == len(CHECKS)
+
+
+@pytest.mark.parametrize("name", OVER_OPERATORS)
+def test_a_model_over_an_operator_leaves_memory_alone_and_has_the_bits_in_c(name):
+    checks = check_model(friction.find(name), checks=(pure_trial, same_bits_exported))
+    assert [check for check in checks if not check.passed] == []
+    assert [check.applies for check in checks] == [True, compiler() is not None]
 
 
 class State(NamedTuple):

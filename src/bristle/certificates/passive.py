@@ -56,7 +56,7 @@ from bristle.friction import (
     viscous,
 )
 from bristle.friction.lugre import micro_damping, stribeck_force
-from bristle.friction.preisach_lugre import slip_law
+from bristle.friction.preisach_lugre import OverStops, slip_law
 from bristle.friction.slip_law import slip
 from bristle.friction.slots import Slotted
 from bristle.friction.variation import Varied
@@ -209,6 +209,14 @@ def _(p: Any) -> Damping:
 @damping_of.register(lugre.Parameters)
 def _(p: Any) -> Damping:
     return _of_bristles(p, lambda q, G: q / G)
+
+
+@damping_of.register(OverStops)
+def _(p: Any) -> Damping | None:
+    if damping_of(p.operator) is None:
+        return None
+    law = slip_law(p.own)
+    return _of_bristles(p.own, lambda q, G: slip(q / G, law))
 
 
 @damping_of.register(preisach_lugre.Parameters)

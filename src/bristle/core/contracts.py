@@ -157,6 +157,7 @@ class HysteresisOperator(Component):
 
     family: ClassVar[str] = "hysteresis"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
+    optional: ClassVar[tuple[str, ...]] = ("measure",)
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin operator, shape (memory_size,)."""
@@ -195,6 +196,22 @@ class FrictionModel(Component):
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
     optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival", "trial_sided")
+
+    def over(self, operator: Model, path: str = "kernel") -> tuple[FrictionModel, dict[str, Any]]:
+        """Return this model with a hysteresis operator in place of its kernel, and the values that are then given.
+
+        Raises
+        ------
+        InputError
+            If the model has no kernel, or the operator cannot be one.
+        """
+        made_by = self._made_by()
+        if made_by is None:
+            raise InputError("has no kernel that an operator could take the place of", path=path, value=operator.name)
+        factory, (inner, *further) = made_by
+        component, values = inner.over(operator, path)
+        outer: Any = factory(component, *further)
+        return outer, values
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -328,6 +345,8 @@ def make_model(
     from bristle.core import units
 
     prefix = f"{path}." if path else ""
+    if isinstance(component, FrictionModel) and isinstance(values.get("kernel"), Model):
+        component, values, kind = _over_operator(component, values, kind, prefix)
     variables = component.variables
     for name in values:
         if name not in variables:
@@ -358,3 +377,19 @@ def make_model(
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)
+
+
+def _over_operator(
+    component: FrictionModel, values: Mapping[str, Any], kind: Kind | None, prefix: str
+) -> tuple[FrictionModel, dict[str, Any], Kind]:
+    """Return a friction model over the operator that is given for its kernel, with the values of both."""
+    path, operator = f"{prefix}kernel", values["kernel"]
+    if kind is not None and kind != operator.kind:
+        raise InputError(f"is {operator.kind}, and this friction is {kind}", path=path, value=operator.name,
+                         mend="Take an operator of the same kind of axis")  # fmt: skip
+    composed, fixed = component.over(operator, path)
+    for name in fixed:
+        if name in values and name != "kernel":
+            raise InputError("is told by the operator", path=f"{prefix}{name}", value=values[name],
+                             mend=f"Leave {name} out")  # fmt: skip
+    return composed, {name: value for name, value in values.items() if name != "kernel"} | fixed, operator.kind

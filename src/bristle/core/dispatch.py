@@ -29,6 +29,7 @@ __all__ = [
     "implementation_of",
     "is_dispatch",
     "operator_commit",
+    "operator_measure",
     "operator_trial",
     "plant_port",
     "plant_rate",
@@ -72,6 +73,11 @@ def operator_trial(state, memory, u, p):
 def operator_commit(state, memory, move, p):
     """Call ``commit`` of the hysteresis operator with parameters `p`."""
     return _functions["hysteresis", "commit", type(p)](state, memory, move, p)
+
+
+def operator_measure(p):
+    """Return the measure of the hysteresis operator with parameters `p`, by its Everett function."""
+    return _functions["hysteresis", "measure", type(p)](p)
 
 
 def everett(alpha, beta, q):
@@ -162,6 +168,7 @@ def sensor_step(state, x, dt, p):
 _DISPATCHERS = {
     operator_trial: ("hysteresis", "trial"),
     operator_commit: ("hysteresis", "commit"),
+    operator_measure: ("hysteresis", "measure"),
     everett: ("everett", "value"),
     everett_slope: ("everett", "slope"),
     virgin_curve: ("everett", "virgin"),

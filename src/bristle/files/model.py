@@ -24,6 +24,7 @@ from bristle.files.components import (
     parameters_in,
     table_at,
 )
+from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.toml import read_toml
 from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
@@ -37,6 +38,7 @@ __all__ = ["FITTED_TO", "TREATMENT", "ModelFile", "friction_from", "read_model",
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"
 
+LONG_LIST = 256
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 # What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
 BESIDES = {"s", "lag"}
@@ -113,6 +115,7 @@ def write_model(
 
     target = Path(path)
     document = tomlkit.document()
+    tables: dict[str, str] = {}
     document.add("schema", tomlkit.item(1))
     document.add("kind", tomlkit.item(friction.kind))
     if provenance:
@@ -120,8 +123,8 @@ def write_model(
     if treatment:
         document.add("treatment", _treatment_table(treatment, friction.kind))
     if plant is not None:
-        document.add("plant", _table(plant, {"model": plant.name}))
-    document.add("friction", _table(friction, _name_of(friction, target.parent)))
+        document.add("plant", _table(plant, {"model": plant.name}, tables))
+    document.add("friction", _table(friction, _name_of(friction, target.parent), tables))
     uncertain = [estimate for estimate in estimates if estimate.std is not None or estimate.status != "identified"]
     if uncertain:
         uncertainty = tomlkit.table(is_super_table=True)
@@ -133,7 +136,10 @@ def write_model(
         document.add("uncertainty", uncertainty)
     if bands is not None:
         document.add("bands", bands_table(bands))
-    target.write_bytes(tomlkit.dumps(document).encode("utf-8", "backslashreplace"))
+    text = tomlkit.dumps(document)
+    for mark, numbers in tables.items():
+        text = text.replace(f'"{mark}"', numbers, 1)
+    target.write_bytes(text.encode("utf-8", "backslashreplace"))
 
 
 def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
@@ -151,7 +157,11 @@ def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
     return table
 
 
-def _table(model: Model, head: Mapping[str, Any]) -> Table:
+def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Table:
+    """Return a model as a table; of a long list a mark, and the list as text in `tables`.
+
+    The library would take minutes for the numbers of a Preisach plane.
+    """
     import tomlkit
 
     table = tomlkit.table()
@@ -160,6 +170,9 @@ def _table(model: Model, head: Mapping[str, Any]) -> Table:
     for name, value in model.values.items():
         variable = model.component.variables[name]
         plain = value.tolist() if hasattr(value, "tolist") else value
+        if isinstance(plain, list) and len(plain) > LONG_LIST:
+            mark = f"numbers {len(tables)} of {model.name}"
+            plain, tables[mark] = mark, f"[{', '.join(map(repr, plain))}]"
         item = tomlkit.item(plain)
         item.comment(f"{variable.unit(model.kind)}: {' '.join(variable.description.split())}")
         table.add(key_of(name), item)
@@ -277,15 +290,16 @@ def kind_at(value: Any, path: str) -> Kind:
 
 
 def friction_from(
-    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False
-) -> Model:
+    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False,
+    read_operator: OperatorRead | None = None,
+) -> Model:  # fmt: skip
     """Return the friction model of a table, by name or from a user's own file.
 
     Parameters
     ----------
     table : object
         ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted; and
-        the parameters.
+        the parameters, of which ``kernel`` may name an operator.
     kind : {"translational", "rotational"}
         Kind of axis.
     folder : Path
@@ -296,13 +310,15 @@ def friction_from(
         Whether the conditions between values are asked for.
     allow_code : bool
         Whether a user's own file may run without having been allowed before.
+    read_operator : callable, optional
+        What reads the file of an operator; by default from `folder`.
 
     Raises
     ------
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    entries = table_at(table, path)
+    entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
     component = _user_model(entries, folder, path, allow_code) if "file" in entries else _own_model(entries, path)
     beside = ("file", "slots") if "file" in entries else ("model",)
     values = parameters_in(entries, component, path, beside=beside)

@@ -14,8 +14,10 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
+from bristle.files.kernel import contact_over
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
+from bristle.files.operator import OperatorFile, holds_operator, read_operator
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Described, component_in, origins_of_code
 from bristle.friction import base_of
@@ -57,14 +59,23 @@ class Sources:
         return self._once(("axis", self._file(file, path)), path, read_axis)
 
     def model(self, file: Any, path: str) -> ModelFile:
-        """Return the identified model in a file."""
+        """Return the identified model in a file; of an operator, that of a contact which is one on the position."""
 
         def read(content: Content) -> ModelFile:
+            if holds_operator(content):
+                described = read_operator(content)
+                table, kind = contact_over(described), described.operator.kind
+                friction = friction_from(table, kind=kind, folder=self.folder, path="operator")
+                return ModelFile(None, friction, {"provenance": described.provenance})
             file = read_model(content, allow_code=self.allow_code)
             self._note_code(base_of(file.friction.component))
             return file
 
         return self._once(("model", self._file(file, path)), path, read)
+
+    def operator(self, file: Any, path: str) -> OperatorFile:
+        """Return the hysteresis operator in a file."""
+        return self._once(("operator", self._file(file, path)), path, read_operator)
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
         """Return the log in a file, or the motion."""
@@ -85,7 +96,10 @@ class Sources:
         entries = table_at(table, path)
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
-            model = friction_from(entries, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code)
+            model = friction_from(
+                entries, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code,
+                read_operator=self.operator,
+            )  # fmt: skip
             self._note_code(base_of(model.component))
             return None, model
         described = self.model(file, f"{path}.file")

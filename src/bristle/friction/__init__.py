@@ -27,6 +27,7 @@ from bristle.friction.level import risen
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.operator_kernel import REACHES, TakesOperator, over_operator
 from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
@@ -36,6 +37,7 @@ from bristle.friction.stribeck import MODEL as stribeck
 from bristle.friction.stribeck_free import MODEL as stribeck_free
 from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
+from bristle.hysteresis import OPERATORS
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model
@@ -109,9 +111,20 @@ def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction
     """
     if len(set(slots)) < len(slots):
         raise InputError("has a slot twice", path=path, value="+".join(["", *slots]), mend="Write each slot once")
+    operators = [slot for slot in slots if slot in REACHES]
+    if operators:
+        model, slots = _over(model, operators, path), [slot for slot in slots if slot not in REACHES]
     for slot in slots:
         if slot not in SLOTS:
             raise InputError(
                 "no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{known_slot}" for known_slot in SLOTS)
             )
     return slotted(varied(risen(model, slots), slots), asymmetry="asymmetry" in slots)
+
+
+def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionModel:
+    """Return a friction model over an operator, by its name."""
+    if not isinstance(model, TakesOperator) or len(names) > 1:
+        raise InputError("takes one operator at most, and that of preisach_lugre or preisach_contact", path=path,
+                         value="+".join([model.name, *names]))  # fmt: skip
+    return over_operator(model, OPERATORS[names[0]])

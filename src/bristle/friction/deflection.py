@@ -59,11 +59,11 @@ class Stroke(NamedTuple):
 
 
 @kernel
-def deflect(stack, memory, dx, side, G, law, q, scale):
+def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     """Return the `Deflection` while the body moves by `dx` [m or rad] in the direction `side`.
 
     `G` [N or N*m] is the force in sliding at this velocity, `law` the slip law, `q` the measure of the operator, and
-    `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `TOLERANCE` of that is not
+    `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `smallest` [m or rad] is not
     remembered.
     """
     inverse = side / G
@@ -77,7 +77,7 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
     else:
         done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
-    if change == 0.0 or (abs(change) <= TOLERANCE * scale and change * stack.side < 0.0):
+    if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
         return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
     return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
 

@@ -68,6 +68,10 @@ class EnclosingModel(FrictionModel):
         """The parameters that have a default value: a range and a pitch must be given."""
         return self.inner.defaults | {name: 0.0 for name in self.own if name not in self.without_default}
 
+    def initial_state(self, parameters: Any) -> Any:
+        """Return the virgin state of the model inside."""
+        return self.inner.initial_state(parameters.inner)
+
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
         return name not in self.own and self.inner.is_array(name)

@@ -4,7 +4,8 @@ r"""The Preisach operator on the position: the hysteresis friction compensator o
 
 Every motion deflects the contact and none of it slips, so that it is a model of pre-sliding: what `preisach_lugre` is
 below the force at which sliding sets in. It has no Stribeck effect and no break-away; for gross sliding take that one.
-The force is the mean over a step, of a long one by parts.
+The force is the mean over a step, of a long one by parts. ``kernel`` takes a hysteresis operator too, measured or
+identified, which then stands for ``s`` and ``f_p``.
 
 References
 ----------
@@ -13,12 +14,13 @@ References
 .. [2] I. D. Mayergoyz, "Mathematical Models of Hysteresis", Springer, 1991. doi:10.1007/978-1-4612-3028-1
 """
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel
+from bristle.core.dispatch import operator_measure, operator_trial
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.friction.deflection import TOLERANCE, mean_output
+from bristle.friction.operator_kernel import Form, Lean, Lengths, TakesOperator, leaning, slide
 from bristle.friction.quantities import ReversalStiffness, ViscousCoefficient
 from bristle.hysteresis.everett import KERNELS, ClosedForm
 from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
@@ -37,6 +39,28 @@ class Parameters(NamedTuple):
     capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
 
 
+class Damped(NamedTuple):
+    """Parameters besides those of the kernel."""
+
+    sigma_2: ViscousCoefficient = 0.0
+
+
+class OverTurningPoints(NamedTuple):
+    """Parameters over an operator with turning points."""
+
+    operator: Any
+    own: Damped
+    lengths: Lengths
+
+
+class OverStops(NamedTuple):
+    """Parameters over stops in parallel."""
+
+    operator: Any
+    own: Damped
+    lengths: Lengths
+
+
 @kernel
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
@@ -44,6 +68,29 @@ def trial(state, memory, motion, dt, p):
     scale = p.f_p / p.s
     f, move = stack_trial(state, memory, state.z + motion.v * dt, TOLERANCE * scale, q)
     return mean_output(state, memory, move.z, f, q, scale) + p.sigma_2 * motion.v, move
+
+
+@kernel
+def trial_over_turning_points(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step, and the move, over an operator with turning points."""
+    f, move = operator_trial(state, memory, state.z + motion.v * dt, p.operator)
+    q = operator_measure(p.operator)
+    return mean_output(state, memory, move.z, f, q, p.lengths.turn) + p.own.sigma_2 * motion.v, move
+
+
+@kernel
+def trial_over_stops(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step, and the move, over stops in parallel."""
+    u = state.z + motion.v * dt
+    f, _ = operator_trial(state, memory, u, p.operator)
+    stack, q = leaning(state, memory, p.operator)
+    return mean_output(stack, memory, u, f, q, p.lengths.turn) + p.own.sigma_2 * motion.v, Lean(u, f)
+
+
+@kernel
+def commit_over_stops(state, memory, move, p):
+    """Return the state after the step; every slider follows the position."""
+    return slide(state, memory, move, p.operator)
 
 
 @kernel
@@ -57,7 +104,7 @@ def memory_size(p: Parameters) -> int:
     return stack_size(p.capacity)
 
 
-MODEL = FrictionModel(
+MODEL = TakesOperator(
     name="preisach_contact",
     description="a Preisach operator on the position: hysteresis with non-local memory, without gross sliding",
     Parameters=Parameters,
@@ -67,4 +114,7 @@ MODEL = FrictionModel(
     memory_size=memory_size,
     reference="doi:10.1007/978-1-4612-3028-1",
     example={"s": 1e7, "f_p": 28.0, "sigma_2": 200.0},
+    own=Damped,
+    turning=Form(OverTurningPoints, Stack, trial_over_turning_points, commit),
+    stops=Form(OverStops, Lean, trial_over_stops, commit_over_stops),
 )

@@ -19,7 +19,8 @@ a Preisach operator (`bristle.hysteresis.preisach`) on the deflection :math:`z`.
 In sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v` for each of them, as in LuGre. The operator must be
 able to give more than it is asked for, :math:`f_p > F_S`; else the deflection grows without bound while the body
 slides. With ``dahl_masing`` of exponent 2 it is bounded by :math:`f_p F_S/(s(f_p - F_S))`. Differences between the
-directions of motion are those of sliding: the operator is one and the same for both.
+directions of motion are those of sliding: the operator is one and the same for both. ``kernel`` takes a hysteresis
+operator too, measured or identified, which then stands for ``s`` and ``f_p``.
 
 References
 ----------
@@ -33,15 +34,17 @@ References
 """
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.contracts import Relation
+from bristle.core.dispatch import operator_measure
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.friction.branchwise import Contact, deflection_rate, piece_at
 from bristle.friction.deflection import TOLERANCE, deflect
 from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.operator_kernel import Form, Lean, Lengths, TakesOperator, leaning, slide
 from bristle.friction.quantities import (
     CoulombForceAboveZero,
     FadingVelocity,
@@ -58,6 +61,9 @@ from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_co
 
 TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
+TRANSITION = Variable("1", "how slip sets in", choices=TRANSITIONS)
+EXPONENT = Variable("1", "exponent of the transition leuven", min=1.0, max=50.0)
+GATE = Variable("1", "share of the force in sliding below which elastoplastic does not slip", min=0.0, max=0.999)
 
 
 class Parameters(NamedTuple):
@@ -75,13 +81,40 @@ class Parameters(NamedTuple):
     v_d: FadingVelocity = math.inf
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
     exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
-    transition: Annotated[int, Variable("1", "how slip sets in", choices=TRANSITIONS)] = ELASTOPLASTIC
-    n: Annotated[float, Variable("1", "exponent of the transition leuven", min=1.0, max=50.0)] = 2.0
-    rho: Annotated[
-        float,
-        Variable("1", "share of the force in sliding below which elastoplastic does not slip", min=0.0, max=0.999),
-    ] = 0.9
+    transition: Annotated[int, TRANSITION] = ELASTOPLASTIC
+    n: Annotated[float, EXPONENT] = 2.0
+    rho: Annotated[float, GATE] = 0.9
     capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
+
+
+class Sliding(NamedTuple):
+    """Parameters besides those of the kernel."""
+
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
+    sigma_1: MicroDamping = 0.0
+    sigma_2: ViscousCoefficient = 0.0
+    v_d: FadingVelocity = math.inf
+    transition: Annotated[int, TRANSITION] = ELASTOPLASTIC
+    n: Annotated[float, EXPONENT] = 2.0
+    rho: Annotated[float, GATE] = 0.9
+
+
+class OverTurningPoints(NamedTuple):
+    """Parameters over an operator with turning points."""
+
+    operator: Any
+    own: Sliding
+    lengths: Lengths
+
+
+class OverStops(NamedTuple):
+    """Parameters over stops in parallel."""
+
+    operator: Any
+    own: Sliding
+    lengths: Lengths
 
 
 SATURATION_ABOVE_STATIC = Relation(
@@ -110,9 +143,44 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
-    deflected = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, p.f_p / p.s)
+    scale = p.f_p / p.s
+    deflected = deflect(
+        state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, scale, TOLERANCE * scale
+    )
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
     return deflected.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, deflected.move
+
+
+@kernel
+def deflected_over(stack, memory, q, v, dt, p):
+    """Return the mean force [N or N*m] over a step, and the move, of a measure `q` that is not in closed form."""
+    own = p.own
+    deflected = deflect(
+        stack, memory, v * dt, direction(v), stribeck_force(v, own), slip_law(own), q, p.lengths.turn,
+        p.lengths.smallest,
+    )  # fmt: skip
+    z_dot = deflected.change / dt if dt > 0.0 else 0.0
+    return deflected.mean + micro_damping(v, own) * z_dot + own.sigma_2 * v, deflected.move
+
+
+@kernel
+def trial_over_turning_points(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step, and the move, over an operator with turning points."""
+    return deflected_over(state, memory, operator_measure(p.operator), motion.v, dt, p)
+
+
+@kernel
+def trial_over_stops(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step, and the move, over stops in parallel."""
+    stack, q = leaning(state, memory, p.operator)
+    force, move = deflected_over(stack, memory, q, motion.v, dt, p)
+    return force, Lean(move.z, move.f)
+
+
+@kernel
+def commit_over_stops(state, memory, move, p):
+    """Return the state after the step; every slider follows the deflection."""
+    return slide(state, memory, move, p.operator)
 
 
 @kernel
@@ -150,7 +218,7 @@ def memory_size(p: Parameters) -> int:
     return stack_size(p.capacity)
 
 
-MODEL = FrictionModel(
+MODEL = TakesOperator(
     name="preisach_lugre",
     description="bristles with the non-local memory of a Preisach operator; closes its loops, does not drift",
     Parameters=Parameters,
@@ -164,4 +232,10 @@ MODEL = FrictionModel(
     relations=(STATIC_ABOVE_COULOMB, SATURATION_ABOVE_STATIC, SATURATION_WELL_ABOVE_STATIC),
     reference="doi:10.1109/9.847103",
     example={"s": 1e7, "f_p": 33.6, "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_1": 1e3, "sigma_2": 800.0},
+    own=Sliding,
+    turning=Form(OverTurningPoints, Stack, trial_over_turning_points, commit),
+    stops=Form(OverStops, Lean, trial_over_stops, commit_over_stops),
+    own_relations=(STATIC_ABOVE_COULOMB,),
+    exceeded="F_S",
+    example_over={"F_C": 3.0, "F_S": 4.0},
 )

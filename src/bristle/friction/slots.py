@@ -154,6 +154,10 @@ class SlottedModel(FrictionModel):
         inner = self.inner.defaults
         return {key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0}
 
+    def initial_state(self, parameters: Any) -> Any:
+        """Return the virgin state of the model inside."""
+        return self.inner.initial_state(parameters.forward)
+
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
         return name in self.inner.variables and self.inner.is_array(name)

@@ -21,7 +21,7 @@ from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.hysteresis.play import played
 
-__all__ = ["MODEL", "SAME_LENGTH", "Move", "Parameters", "State", "commit"]
+__all__ = ["MODEL", "SAME_LENGTH", "Move", "Parameters", "State", "commit", "output"]
 
 
 class Parameters(NamedTuple):
@@ -50,12 +50,18 @@ SAME_LENGTH = Relation(
 
 
 @kernel
-def trial(state, memory, u, p):
-    """Return the force [N or N*m] at the input `u` [m or rad], and the move there."""
+def output(places, u, p):
+    """Return the force [N or N*m] at the input `u` [m or rad] of sliders that were at these places."""
     f = p.spring * u
     for i in range(p.thresholds.size):
-        f += p.weights[i] * (u - played(memory[i], u, p.thresholds[i]))
-    return f, Move(u)
+        f += p.weights[i] * (u - played(places[i], u, p.thresholds[i]))
+    return f
+
+
+@kernel
+def trial(state, memory, u, p):
+    """Return the force [N or N*m] at the input `u` [m or rad], and the move there."""
+    return output(memory, u, p), Move(u)
 
 
 @kernel

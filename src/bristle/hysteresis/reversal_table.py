@@ -114,7 +114,7 @@ def inside(u, q):
     return max(q.reversals[0], min(u, q.reversals[q.reversals.size - 1]))
 
 
-@kernel
+@kernel(inline=False)
 def rising(alpha, beta, q):
     """Return E [N or N*m] of the curves as they are stored, both inputs inside the table."""
     row = row_at(beta, q)
@@ -128,7 +128,7 @@ def rising(alpha, beta, q):
     return stored + (alpha - row.end) / (top - row.end) * (top_value - stored)
 
 
-@kernel
+@kernel(inline=False)
 def by_alpha(alpha, beta, q):
     """Return the derivative of `rising` by alpha [N/m or N*m/rad]."""
     row = row_at(beta, q)
@@ -142,7 +142,7 @@ def by_alpha(alpha, beta, q):
     return (top_value - stored) / (top - row.end) if row.end < top else 0.0
 
 
-@kernel
+@kernel(inline=False)
 def by_beta(alpha, beta, q):
     """Return the derivative of `rising` by -beta [N/m or N*m/rad]."""
     row = row_at(beta, q)

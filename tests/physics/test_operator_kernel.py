@@ -1,0 +1,202 @@
+"""A hysteresis operator as the kernel of a friction model: its bits, its memory, and what cannot be one."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle import friction, hysteresis
+from bristle.core import InputError
+from bristle.core.contracts import make_model
+from bristle.engine import Contact, interpreted
+from bristle.testing import example_of
+
+MODELS = ("preisach_contact", "preisach_lugre")
+TABLES = ("everett_table", "reversal_table", "preisach_grid", "prandtl_ishlinskii")
+# What compiles in a second or two; the others of the table take a minute and more.
+QUICK = {("preisach_contact", "reversal_table"), ("preisach_contact", "prandtl_ishlinskii")}
+SLIDING = {"F_C": 3.0, "F_S": 4.0, "v_S": 2e-3}
+# So far that the gate of preisach_lugre stays closed: what deflects is all of the motion.
+REACH = {"everett_table": 1e-6, "reversal_table": 1e-6, "preisach_grid": 3e-6, "prandtl_ishlinskii": 2.5e-7}
+
+
+def operator_named(name):
+    component = hysteresis.OPERATORS[name]
+    return component(**component.example)
+
+
+def over(model, operator, **values):
+    own = SLIDING if model == "preisach_lugre" else {}
+    return getattr(friction, model)(kernel=operator, **(own | values))
+
+
+def moved(model, steps, speed=1e-4):
+    """The deflection and the force of the operator inside, after each step."""
+    contact, states = Contact(model), []
+    for step in steps:
+        contact.move(step, speed)
+        states.append(contact.state[:2])
+    return np.array(states).T
+
+
+def walk(reach, count=400):
+    generator = np.random.default_rng(3)
+    turns = reach * generator.uniform(-1.0, 1.0, 12)
+    return np.diff(np.interp(np.linspace(0.0, 12.0, count), np.arange(13), np.concatenate([[0.0], turns])))
+
+
+def along(model, name):
+    """The force of the operator inside along a walk, and that of the operator alone."""
+    operator, steps = operator_named(name), walk(REACH[name])
+    deflection, force = moved(over(model, operator), steps)
+    np.testing.assert_allclose(deflection, np.cumsum(steps), rtol=1e-9, atol=1e-18)
+    assert 2.0 < np.ptp(force) < 7.2
+    return force, br.response(operator, deflection)
+
+
+@pytest.mark.parametrize(
+    ("model", "name"),
+    [
+        pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow)
+        for model in MODELS
+        for name in TABLES
+    ],
+)
+def test_compiled_it_has_the_bits_of_the_operator_alone(model, name):
+    force, alone = along(model, name)
+    assert np.array_equal(force, alone)
+
+
+@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("model", MODELS)
+def test_plain_it_has_the_bits_of_the_operator_alone(model, name):
+    with interpreted():
+        force, alone = along(model, name)
+    assert np.array_equal(force, alone)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_sliding_it_follows_the_operator_as_far_as_the_step_is_solved(name):
+    model = over("preisach_lugre", operator_named(name))
+    with interpreted():
+        deflection, force = moved(model, walk(8e-6, 200))
+        alone = br.response(operator_named(name), deflection)
+    assert np.max(np.abs(deflection)) < 7e-6  # part of the way is slip
+    assert np.max(np.abs(force)) == pytest.approx(4.0, abs=0.1)  # F_S, where it is slow
+    np.testing.assert_allclose(force, alone, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_long_step_has_the_mean_force_of_many_short_ones(name):
+    model = over("preisach_contact", operator_named(name))
+    with interpreted():
+        for way in (5e-6, -8e-6):
+            long, short = Contact(model), Contact(model)
+            long.move(3e-6, 1e-4), short.move(3e-6, 1e-4)
+            assert long.move(way, 1e-4, 1)[0] == pytest.approx(np.mean(short.move(way, 1e-4, 4000)), abs=0.1)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_closed_form_is_the_kernel_of_that_name(model):
+    operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=1e7, f_p=33.0, capacity=64)
+    spelled = {"kernel": "reformed_dahl_exact", "s": 1e7, "f_p": 33.0, "capacity": 64}
+    own = SLIDING if model == "preisach_lugre" else {}
+    assert over(model, operator) == getattr(friction, model)(**spelled, **own)
+
+
+def test_it_stands_by_a_name_and_travels():
+    operator = operator_named("reversal_table")
+    component = friction.find("preisach_contact+asymmetry")
+    model = component(kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0)
+    assert model.name == "preisach_contact+reversal_table+asymmetry"
+    assert friction.find(model.name) is model.component
+    assert pickle.loads(pickle.dumps(model)) == model
+    assert make_model(model.component, model.values, kind=model.kind, validate=True) == model
+    assert np.array_equal(model.kernel_E, operator.E)
+    assert (model.sigma_2_neg, model.offset) == (3.0, 1.0)
+
+
+def test_another_operator_takes_its_place():
+    model = over("preisach_contact", operator_named("reversal_table"), sigma_2=2.0)
+    stops = operator_named("prandtl_ishlinskii")
+    assert model.component(kernel=stops, sigma_2=2.0) == over("preisach_contact", stops, sigma_2=2.0)
+
+
+def test_slots_go_around_it():
+    component = friction.find("preisach_lugre+prandtl_ishlinskii+position+asymmetry")
+    example = example_of(component)
+    with interpreted():
+        force = br.response(example, walk(5e-6).cumsum(), 1e-3)
+    assert np.all(np.isfinite(force))
+    assert np.ptp(force) > 4.0
+
+
+def test_at_rest_it_gives_what_the_virgin_operator_gives():
+    table = operator_named("preisach_grid").with_values(offset=0.5)
+    with interpreted():
+        assert Contact(over("preisach_contact", table)).force(0.0) == 0.5
+        assert Contact(friction.find("preisach_contact+asymmetry")(kernel=table)).force(0.0) == 0.5
+
+
+def test_a_return_below_the_tolerance_of_the_operator_is_not_remembered():
+    smallest = 1e-3 * 2e-5
+    table = operator_named("preisach_grid").with_values(tolerance=1e-3)
+    for name in MODELS:
+        with interpreted():
+            contact = Contact(over(name, table))
+            contact.move(5e-7, 1e-4)
+            before = contact.state
+            contact.move(-0.9 * smallest, 1e-4)
+            assert contact.state[1] == before[1]
+            contact.move(-1.1 * smallest, 1e-4)
+            assert contact.state[1] < before[1]
+
+
+@pytest.mark.parametrize(
+    ("operator", "words"),
+    [
+        (lambda: hysteresis.relay_grid(**hysteresis.relay_grid.example), "gives a staircase"),
+        (lambda: hysteresis.play(r=1e-6), "gives no force from a displacement"),
+        (lambda: hysteresis.inverse_of(operator_named("prandtl_ishlinskii")), "gives no force from a displacement"),
+        (lambda: hysteresis.prandtl_ishlinskii(kind="magnetic", thresholds=[1.0], weights=[1.0]), "is magnetic"),
+        (lambda: hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3), "a tolerance of its own"),
+        (lambda: friction.coulomb(F_C=1.0), "is no hysteresis operator"),
+    ],
+)
+def test_what_is_no_kernel_is_refused_by_name(operator, words):
+    with pytest.raises(InputError, match=words):
+        friction.preisach_contact(kernel=operator())
+
+
+def test_what_the_operator_tells_is_not_given_twice():
+    with pytest.raises(InputError, match="s: is told by the operator"):
+        friction.preisach_contact(kernel=hysteresis.preisach(s=1e7, f_p=30.0), s=1e7)
+    with pytest.raises(InputError, match="has no such parameter"):
+        friction.preisach_contact(kernel=operator_named("reversal_table"), s=1e7)
+
+
+def test_kinds_that_differ_are_refused():
+    stops = hysteresis.prandtl_ishlinskii(kind="rotational", thresholds=[1.0], weights=[1.0])
+    assert friction.preisach_contact(kernel=stops).kind == "rotational"
+    with pytest.raises(InputError, match="is rotational, and this friction is translational"):
+        friction.preisach_contact(kernel=stops, kind="translational")
+
+
+def test_an_operator_must_give_more_than_breaks_away():
+    with pytest.raises(InputError, match="saturation of the operator > F_S"):
+        over("preisach_lugre", operator_named("reversal_table"), F_S=8.1)
+    spring = operator_named("prandtl_ishlinskii")
+    assert over("preisach_lugre", spring, F_S=50.0).F_S == 50.0  # a spring has no saturation
+    with pytest.raises(InputError, match="saturation of the operator > F_S"):
+        over("preisach_lugre", spring.with_values(spring=0.0), F_S=17.1)
+
+
+def test_a_model_without_a_kernel_takes_no_operator():
+    for name in ("lugre", "coulomb+asymmetry"):
+        with pytest.raises(InputError):
+            friction.find(name)(kernel=operator_named("reversal_table"))
+    with pytest.raises(InputError, match="one operator at most"):
+        friction.find("lugre+reversal_table")
+    with pytest.raises(InputError, match="one operator at most"):
+        friction.find("preisach_contact+reversal_table+preisach_grid")
