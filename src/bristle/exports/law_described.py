@@ -80,7 +80,7 @@ def _fed(law: Law) -> list[str]:
     fed, carried = loads_of(feedforward)
     lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
     lines = lines if feedforward.mass else []
-    if fed.place:
+    if fed.place and feedforward.plant is not None:
         lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
     if feedforward.friction is not None:
         shape = [
@@ -90,6 +90,7 @@ def _fed(law: Law) -> list[str]:
         friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
         lines.append(friction + "".join(shape))
         if rises_with_effort(feedforward.friction):
-            passing = "what is fed forward beside it" if carried is fed else feedforward.carries.name
+            plant = None if carried is fed else feedforward.carries
+            passing = "what is fed forward beside it" if plant is None else plant.name
             lines.append(f"its level rises with the effort that passes on along the desired motion: that of {passing}")
     return [plain(line) for line in lines] or ["nothing"]

@@ -86,9 +86,9 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     file = _named_from(log, folder)
     if file and log.reference is not None and len(log.segments) == 1:
         settle = min(SETTLE_SHARE * log.sample_time * log.reference.values.size, SETTLE_MAX)
-        told = '[reference]\nmodel = "recorded"            # the reference of the log\n'
+        head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
         judged = f'[run]\nsettle = "{settle:.3g} s"           # at the start, left out of the statistics\n'
-        return f"{told}file = {json.dumps(file)}\n", judged
+        return f"{head}file = {json.dumps(file)}\n", judged
     position, unit = log.position.values, unit_of("length", log.kind)
     low, high = float(position.min()), float(position.max())
     speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))
@@ -108,17 +108,17 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
 def _named_from(log: Log, folder: Path) -> str:
     """Return the file of a log as it is named from a folder; empty where it is no file."""
     try:
-        found = log.source.is_file()
-        return Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if found else ""
+        is_file = log.source.is_file()
+        return Path(os.path.relpath(log.source.resolve(), folder.resolve())).as_posix() if is_file else ""
     except (OSError, ValueError):  # on Windows, another drive
         return ""
 
 
 def _variants(plant: Model, axis: Axis) -> tuple[str, ...]:
     """Return the variants: as it is, with what the motion takes, and with friction as well."""
-    known = {} if axis.controller is None else axis.controller.values
-    mass = "" if "J" in known else f'mass = "{plant.values["M"]:.6g} {unit_of("mass", plant.kind)}", '
-    follows = "k_ff = 1.0\n" if axis.controller is None or "k_ff" in known else ""
+    gains = {} if axis.controller is None else axis.controller.values
+    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.6g} {unit_of("mass", plant.kind)}", '
+    follows = "k_ff = 1.0\n" if axis.controller is None or "k_ff" in gains else ""
     fed = f'{mass}plant = "own"'
     return (
         "[compare.as_it_is]\n",

@@ -34,7 +34,7 @@ CLAIMS = {
     6: "two numbers replace a plane",
     8: "break-away near 7\u00a0µm",
     9: "wiping-out of the contact",
-    10: "that of the model",
+    10: "wiping-out of the model",
     11: "the table follows more closely",
     12: "53\u00a0% less error",
     13: "a narrower error",
