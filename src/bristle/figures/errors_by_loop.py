@@ -31,22 +31,23 @@ def errors_by_loop(
         What stands at the axis.
     """
     names = shortened_apart(list(errors), LONGEST, style.AT_AXES)
-    left = max(0.2 + min(style.room_for(names), LONGEST), 1.0)
+    left = max(0.4 + min(style.room_for(names), LONGEST), 1.0)
     figure, ((axes,),) = style.panels(0.85 + 0.24 * len(errors), left=left)
     look = style.SERIES[1]
     for row, (name, error) in enumerate(errors.items()):
         spread = spreads.get(name, 0.0)
-        axes.hlines(row, error - spread, error + spread, color=look["color"], linewidth=2.5)
-        axes.plot(error, row, "o", color=look["color"], label="_" if row else HERE)
+        axes.hlines(row, error - spread, error + spread, color=look["color"], linewidth=2.5, label="_spread")
+        axes.plot(error, row, "o", color=look["color"], label=f"_{HERE}" if row else HERE)
         # Numbers stand behind the marks, whatever the size of the page.
         axes.annotate(f"{error:.2f}", (error, row), (0, 4), textcoords="offset points", ha="center", fontsize=7.5)
     for count, (name, value) in enumerate(published.items()):
         row = list(errors).index(name)
-        axes.plot(value, row, "D", fillstyle="none", color=style.INK, label="_" if count else PUBLISHED)
+        axes.plot(value, row, "D", fillstyle="none", color=style.INK, label=f"_{PUBLISHED}" if count else PUBLISHED)
     axes.set_yticks(range(len(errors)), names)
     axes.set_ylim(len(errors) - 0.5, -0.8)
     axes.tick_params(axis="y", length=0)
     axes.set_xlim(0.0, 1.1 * max(*errors.values(), *published.values()))
     axes.set_xlabel(error_name)
+    axes.set_ylabel("Loop")
     style.legend(axes)
     return figure

@@ -17,7 +17,7 @@ from bristle.report.page import Picture, picture
 __all__ = ["paper_front", "paper_ruling"]
 
 HEADING = "The source paper, rebuilt figure by figure"
-HOLDS, SHOWN = ("found",), ("shown",)
+HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {
     "found": "hold",
     "found in part": "hold in part",
@@ -57,15 +57,17 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     figures : sequence of Reproduced
         The figures that were rebuilt.
     """
-    tested = [figure for figure in figures if figure.verdict not in SHOWN]
+    tested = [figure for figure in figures if figure.verdict not in UNTESTED]
     if not tested:
         return Ruling("with_care", "Nothing was claimed that could be tested")
     held = [figure for figure in tested if figure.verdict in HOLDS]
     groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
     reasons = [f"{words}: {_named(group)}" for words, group in groups.items() if group]
     level = "usable" if len(held) == len(tested) else "with_care" if held else "no"
-    some = f"{len(held)} of {len(tested)}" if len(tested) > 1 else "Its claim" if held else "Its claim does not"
-    words = f"{some} claims of the paper hold here" if len(tested) > 1 else f"{some} {'holds' if held else 'hold'} here"
+    share = f"{len(held)} of {len(tested)}" if len(tested) > 1 else "Its claim" if held else "Its claim does not"
+    words = (
+        f"{share} claims of the paper hold here" if len(tested) > 1 else f"{share} {'holds' if held else 'hold'} here"
+    )
     return Ruling(level, words, tuple(reasons))
 
 
@@ -109,19 +111,19 @@ ALL_HOLD = "Each claim comes out with nothing chosen for it."
 def _quality(loop: Reproduced) -> list[str]:
     """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
     errors = {name: _error(loop.numbers, name) for name in (BEFORE, PRINTED, CALIBRATED)}
-    here = PRINTED if errors[PRINTED] else CALIBRATED
+    variant = PRINTED if errors[PRINTED] else CALIBRATED
     paper = " to ".join(f"{1e6 * IN_PAPER[name]:.2f}\u00a0µm" for name in (BEFORE, CALIBRATED))
     lines = [
-        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[here]} with {NAMES[here]}; "
-        f"the paper: {paper}",
-        f"that is {_less(loop.numbers['peak_to_peak'], here)} less; the paper: {_less(IN_PAPER, CALIBRATED)}",
+        f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[variant]} with "
+        f"{NAMES[variant]}; the paper: {paper}",
+        f"that is {_less(loop.numbers['peak_to_peak'], variant)} less; the paper: {_less(IN_PAPER, CALIBRATED)}",
     ]  # fmt: skip
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
-        told = {name: _peak_of(sound[name]) for name in (BEFORE, *BESIDE) if name in sound}
-        each = "; ".join(f"{BESIDE.get(name, 'no compensator')} {length_text(value, 'translational')}"
-                         for name, value in told.items())  # fmt: skip
-        lines.append(f"in a loop of sound margins: {each}")
+        peaks = {name: _peak_of(sound[name]) for name in (BEFORE, *BESIDE) if name in sound}
+        listed = "; ".join(f"{BESIDE.get(name, 'no compensator')} {length_text(value, 'translational')}"
+                         for name, value in peaks.items())  # fmt: skip
+        lines.append(f"in a loop of sound margins: {listed}")
     return lines
 
 
@@ -132,8 +134,8 @@ def _less(errors: Mapping[str, float], name: str) -> str:
 def _cost(effort: Reproduced) -> list[str]:
     """Return the effort of the loop, without and with what is fed forward."""
     rms = {name: value for name, value in effort.numbers["rms"].items() if name in NAMES}
-    told = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
-    return [f"effort, root mean square: {told}"]
+    efforts = ", ".join(f"{number(1e3 * value, digits=3)}\u00a0mN·m {NAMES[name]}" for name, value in rms.items())
+    return [f"effort, root mean square: {efforts}"]
 
 
 def _error(numbers: Mapping[str, Any], name: str) -> str:
@@ -158,7 +160,7 @@ def _picture(loop: Reproduced | None) -> Picture | None:
     of_paper = {names[name]: 1e6 * value for name, value in IN_PAPER.items() if name in names}
     best = min(peaks, key=peaks.get)
     alternative = "Following error of each loop, peak to peak, beside what the paper tells"
-    told = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
+    caption = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
     return picture(
         "paper-first",
         lambda: errors_by_loop(
@@ -166,5 +168,5 @@ def _picture(loop: Reproduced | None) -> Picture | None:
             {names[name]: 1e6 * value for name, value in spreads.items()}, of_paper,
             "Following error [µm], peak to peak",
         ),
-        alternative, told, file="figure-00", published=f"{told} The rig is simulated.",
+        alternative, caption, file="figure-00", published=f"{caption} The rig is simulated.",
     )  # fmt: skip
