@@ -227,4 +227,4 @@ def test_the_length_over_which_an_operator_turns_is_that_of_half_a_stroke():
 
 def test_the_model_to_try_next_keeps_its_operator():
     contact = friction.find("preisach_contact+asymmetry")(kernel=operator_named("reversal_table"))
-    assert model_with("position", contact) == "preisach_contact+reversal_table+position"
+    assert model_with("position", contact) == "preisach_contact+reversal_table+position+asymmetry"
