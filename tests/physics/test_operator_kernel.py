@@ -10,6 +10,8 @@ from bristle import friction, hysteresis
 from bristle.core import InputError
 from bristle.core.contracts import make_model
 from bristle.engine import Contact, interpreted
+from bristle.friction.next_model import model_with
+from bristle.hysteresis import sliders
 from bristle.testing import example_of
 
 MODELS = ("preisach_contact", "preisach_lugre")
@@ -200,3 +202,29 @@ def test_a_model_without_a_kernel_takes_no_operator():
         friction.find("lugre+reversal_table")
     with pytest.raises(InputError, match="one operator at most"):
         friction.find("preisach_contact+reversal_table+preisach_grid")
+
+
+def test_the_stiffness_of_stops_is_that_of_their_output_onward():
+    stops = operator_named("prandtl_ishlinskii").parameters
+    q = sliders.Sliders(stops.thresholds, stops.weights, stops.spring, np.array([0.0, 4e-7, -3e-6]))
+    for u in (1e-8, 9e-7, 1.1e-6, 1.9e-6, 2.6e-6, -1.2e-6, -4e-6, 6e-6):
+        steep = (sliders.onward_output(u + 1e-9, q) - sliders.onward_output(u - 1e-9, q)) / 2e-9
+        assert sliders.onward_slope(u, q) == pytest.approx(steep, rel=1e-6)
+    for d in (1e-7, 1.9e-6, 2.1e-6, 5e-6, 1.2e-5):
+        steep = (sliders.value(d + 1e-9, 0.0, q) - sliders.value(d - 1e-9, 0.0, q)) / 2e-9
+        assert sliders.slope(d, 0.0, 1.0, q) == pytest.approx(steep, rel=1e-6)
+        # Masing's rule: twice that is what the stops give from one end.
+        mean = 2.0 * sliders.value(d, 0.0, q)
+        ends = br.response(operator_named("prandtl_ishlinskii"), [2e-5, 2e-5 - d])
+        assert mean == pytest.approx(ends[0] - ends[1])
+
+
+def test_the_length_over_which_an_operator_turns_is_that_of_half_a_stroke():
+    # One stop goes from one end to the other over twice its threshold, at an even rate.
+    stop = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[1e6])
+    assert over("preisach_contact", stop).parameters.lengths.turn == pytest.approx(2e-6)
+
+
+def test_the_model_to_try_next_keeps_its_operator():
+    contact = friction.find("preisach_contact+asymmetry")(kernel=operator_named("reversal_table"))
+    assert model_with("position", contact) == "preisach_contact+reversal_table+position+asymmetry"

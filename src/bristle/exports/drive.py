@@ -17,6 +17,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import unit_of
 from bristle.exports.described import Source
+from bristle.friction.slots import variations_of
 from bristle.identification.roles import Role, acts_in_sliding, offset_of
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
@@ -158,7 +159,7 @@ def _directions_lost(model: Model, forward: np.ndarray, backward: np.ndarray, ef
 
 
 def _variation_lost(model: Model) -> list[str]:
-    varying = [slot for slot in model.name.split("+")[1:] if slot != "asymmetry"]
+    varying = variations_of(model.component)
     return [f"what varies is left out: {', '.join(varying)}"] if varying else []
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel, Model
 from bristle.friction import MODELS, base_of, is_static, with_slots
 from bristle.friction.level import LEVELS, has_level
+from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import directional, variations_of
 
 __all__ = ["SLOT_OF", "model_with"]
@@ -49,7 +50,8 @@ def _takes(base: FrictionModel, slot: str) -> bool:
 
 def _beside(component: FrictionModel, slot: str) -> str:
     """Return the name of a model with one more slot; empty where it has that one."""
-    slots = (*variations_of(component), *(("asymmetry",) if directional(component) else ()))
+    operators = tuple(part for part in component.name.split("+") if part in REACHES)
+    slots = (*operators, *variations_of(component), *(("asymmetry",) if directional(component) else ()))
     return (
         ""
         if slot in slots or not _takes(base_of(component), slot)
