@@ -148,15 +148,7 @@ def variables_of(cls: type) -> dict[str, Variable]:
     TypeError
         If a field carries no `Variable`.
     """
-    hints = _hints(cls)
-    variables = {}
-    for name in getattr(cls, "_fields", ()):
-        marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
-        variable = next((mark for mark in marks if isinstance(mark, Variable)), None)
-        if variable is None:
-            raise TypeError(f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation")
-        variables[name] = variable
-    return variables
+    return dict(_variables(cls))
 
 
 def is_array(cls: type, field: str) -> bool:
@@ -169,9 +161,23 @@ def is_integer(cls: type, field: str) -> bool:
     return _base_of(cls, field) is int
 
 
+@cache
 def _base_of(cls: type, field: str) -> Any:
     hint = _hints(cls)[field]
     return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+@cache
+def _variables(cls: type) -> tuple[tuple[str, Variable], ...]:
+    hints = _hints(cls)
+    variables = []
+    for name in getattr(cls, "_fields", ()):
+        marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
+        variable = next((mark for mark in marks if isinstance(mark, Variable)), None)
+        if variable is None:
+            raise TypeError(f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation")
+        variables.append((name, variable))
+    return tuple(variables)
 
 
 @cache
