@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from bristle.loop_design import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
+    from bristle.study import read_study
     from bristle.workflow import compare, identify, load
 
 __version__ = "0.1.0"
@@ -72,6 +73,7 @@ _FROM = {
     "identify_operator": "bristle.hysteresis_identification",
     "predict": "bristle.prediction",
     "read_log": "bristle.files",
+    "read_study": "bristle.study",
     "simulate": "bristle.simulation",
     "write_model": "bristle.files",
 }
@@ -107,6 +109,7 @@ __all__ = [
     "read_experiment",
     "read_log",
     "read_model",
+    "read_study",
     "references",
     "response",
     "sensors",

@@ -6,7 +6,7 @@ from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict
+from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study
 from bristle.cli import run as run_command
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import BAD_INPUT, INTERRUPTED
@@ -18,7 +18,22 @@ __all__ = ["app", "run"]
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
-for module in (demo, excite, identify, predict, run_command, compare, design, lab, export, paper, check, models, log):
+for module in (
+    demo,
+    excite,
+    identify,
+    predict,
+    run_command,
+    study,
+    compare,
+    design,
+    lab,
+    export,
+    paper,
+    check,
+    models,
+    log,
+):
     name = module.__name__.rpartition(".")[2]
     app.command(name, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
 

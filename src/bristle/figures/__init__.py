@@ -46,6 +46,8 @@ from bristle.figures.preisach_stages import preisach_stages
 from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.residuals import residuals
 from bristle.figures.ripple import ripple
+from bristle.figures.study_influence import study_influence
+from bristle.figures.study_spread import study_spread
 from bristle.figures.svg import inline_svg
 from bristle.figures.tracking import tracking
 from bristle.figures.tracking_error import tracking_error
@@ -99,6 +101,8 @@ __all__ = [
     "residuals",
     "rig_layout",
     "ripple",
+    "study_influence",
+    "study_spread",
     "tracking",
     "tracking_error",
     "transition_curves",

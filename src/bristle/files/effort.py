@@ -18,7 +18,7 @@ from bristle.files.sources import Sources
 from bristle.logs.log import Log
 from bristle.references import chirp, recorded, s_curve, sine, triangle
 
-__all__ = ["at_rest", "effort_from", "recorded_in"]
+__all__ = ["at_rest", "effort_from", "effort_variables", "recorded_in"]
 
 # The functions of time that references are, with an effort for each length.
 FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
@@ -94,7 +94,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
     registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # those too are told of where a name is unknown
     component: Trajectory = component_named(table["model"], registry, f"{path}.model")
-    variables = {key_of(name): (name, _of_effort(length)) for name, length in component.variables.items()}
+    variables = {key_of(name): (name, variable) for name, variable in effort_variables(component.name).items()}
     check_keys(table, ("model", *variables), path)
     values = {
         name: number_at(table[key], variable, kind, f"{path}.{key}")
@@ -103,6 +103,14 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     }
     model = make_model(component, values, kind=kind, validate=True, path=path)
     return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {numbers}")
+
+
+def effort_variables(name: Any) -> dict[str, Variable]:
+    """Return the parameters of what drives an open loop, by the name of its model; none of a recorded one."""
+    if name == CONSTANT:
+        return {"level": LEVEL}
+    component = FUNCTIONS.get(name) if isinstance(name, str) else None
+    return {} if component is None else {key: _of_effort(length) for key, length in component.variables.items()}
 
 
 def _of_effort(variable: Variable) -> Variable:

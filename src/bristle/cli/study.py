@@ -1,0 +1,198 @@
+"""``bristle study``: thousands of runs of an experiment, drawn, kept whole, gone on with after an interruption."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bristle.cli.command_line import command_told
+from bristle.cli.failure import NO
+from bristle.cli.options import AllowCode, Json, SizeLimit, bytes_asked, folder_named
+from bristle.cli.terminal import complain, progress, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.study import Study
+    from bristle.study.run import Ran
+
+__all__ = ["EXAMPLE", "study"]
+
+EXAMPLE = """Example:
+  bristle study study.toml --dry-run
+  bristle study study.toml --out tolerances
+  bristle study study.toml --run 4711 --out run_4711"""
+
+
+def study(
+    context: typer.Context,
+    study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="A study file.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", parser=folder_named, help="Write the results there; those of the same study go on."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")
+    ] = None,
+    run: Annotated[
+        int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Tell how many runs it has and how long they take, from a few of them.")
+    ] = False,
+    allow_code: AllowCode = False,
+    size_limit: SizeLimit = None,
+    as_json: Json = False,
+) -> int:
+    """Run an experiment thousands of times, with other values each time.
+
+    What varies, and how, stands in the study file: distributions, joint draws of a fit, a grid. A run has a number,
+    and its values and its seed follow from it: any number of workers gives the same files.
+
+    Whatever ends it, give the command again: it does what is missing. The exit code is 1 if runs are missing then.
+
+    Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
+    and the log of that run.
+    """
+    from bristle.study import read_study_file
+    from bristle.testing import admit
+
+    described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
+    for friction in {variant.friction for variant in described.experiment.variants}:
+        admit(friction)
+    if dry_run:
+        _tell_cost(described, workers, as_json)
+        return 0
+    if run is not None:
+        return _repeat(context, described, run, out, as_json)
+    if out is None:
+        from bristle.core import InputError
+
+        raise InputError("needs a folder to write into", path="bristle study", mend="Add --out DIR, or --dry-run")
+    return _run(described, study, out, workers, as_json)
+
+
+def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
+    from bristle.core.cores import core_count
+    from bristle.files.summary import as_json as json_text
+    from bristle.study.run import cost_of, in_words
+
+    with progress("measuring"):
+        cost = cost_of(study)
+    count = workers or core_count()
+    numbers = {
+        "runs": cost.runs, "draws": study.sampling.count, "points": len(study.points), "blocks": len(study.blocks),
+        "seconds_per_run": cost.seconds, "measured_on": cost.measured, "many_at_once": cost.in_batches,
+        "workers": count, "seconds": cost.wall(count),
+    }  # fmt: skip
+    if as_json:
+        sys.stdout.write(json_text(numbers))
+        return
+    points = f" of {study.sampling.count} draws at {len(study.points)} points of a grid" if study.grid else ""
+    say(
+        f"{cost.runs} runs{points}, in {len(study.blocks)} files. One takes {1e3 * cost.seconds:.3g} ms on a core "
+        f"(measured on {cost.measured}); all of them about {in_words(cost.wall(count))} with {count} "
+        f"{'worker' if count == 1 else 'workers'}."
+    )
+
+
+def _repeat(context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool) -> int:
+    """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.report.loop_tables import variant_table
+    from bristle.report.results import write_logs, write_report
+    from bristle.report.simulation import simulation_report
+    from bristle.report.summary import simulation_summary
+    from bristle.study.repeat import repeat_run, values_of
+    from bristle.study.sampling import seed_of_run
+
+    with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"):
+        result = repeat_run(study, number)
+        source = provenance(context.obj, **study.origins)
+        files = write_logs(folder, result) if folder else {}
+        values = values_of(study, number)
+        summary = simulation_summary(result, files=files, provenance=source) | {
+            "run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units,
+        }  # fmt: skip
+        if folder:
+            write_report(folder, simulation_report(result, command=context.obj, provenance=source), summary)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        say(f"Run {number}: {_in_words(values, study.units)}.")
+        show_table(variant_table(result))
+    if out:
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    return 0 if all(variant["completed"] for variant in summary["variants"].values()) else NO
+
+
+def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    from bristle.core.typography import with_unit
+
+    cells = []
+    for path, value in values.items():
+        if isinstance(value, float):
+            cells.append(f"{path} = {with_unit(value, units[path] or '1', 4)}")
+        else:
+            cells.append(f"{path} = {f'{len(value)} numbers' if isinstance(value, list) else value}")
+    return ", ".join(cells) or "nothing varies but the seed"
+
+
+def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool) -> int:
+    from bristle.files.provenance import provenance
+    from bristle.files.summary import as_json as json_text
+    from bristle.report.study import spread_table, study_sentences
+    from bristle.study.run import run_within
+    from bristle.study.store import opened
+
+    command = command_told(["study", str(file), "--out", str(out)])
+    with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
+        try:
+            ran = run_within(store, workers=workers, progress=report)
+        except KeyboardInterrupt:
+            complain(f"{out} keeps the runs that are done; the same command goes on")
+            raise
+        report(1.0, "writing the report")
+        summary = _write(store, ran, command, command_told(["study", str(file)]))
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        show_table(spread_table(summary))
+        for sentence in study_sentences(summary):
+            say(sentence)
+    for block, code in ran.lost:
+        complain(f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended "
+                 f"({_ended(code)}). Is there enough memory? The same command tries again")  # fmt: skip
+    complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    return 0 if ran.is_whole else NO
+
+
+def _ended(code: int | None) -> str:
+    return f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
+
+
+def _write(store: Any, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
+    """Write traces, numbers and report of a study; return the numbers."""
+    from bristle.files.results import SUMMARY
+    from bristle.files.summary import as_json as json_text
+    from bristle.report.results import REPORT
+    from bristle.report.study import WORST_SHOWN, study_report, study_summary
+    from bristle.study.dataset import runs_in
+    from bristle.study.repeat import worst_runs, write_traces
+
+    runs = runs_in(store.folder)
+    worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
+    traces = write_traces(store, worst[: store.study.worst]) if ran.is_whole else []
+    summary = study_summary(
+        runs, command=repeat, provenance=runs.described["provenance"], worst=worst, traces=traces
+    )  # fmt: skip
+    store.put(SUMMARY, json_text(summary).encode())
+    store.put(REPORT, study_report(runs, summary, command=command).encode("utf-8", "backslashreplace"))
+    return summary

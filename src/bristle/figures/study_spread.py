@@ -1,0 +1,60 @@
+"""How the numbers of many runs are distributed: a panel for each, a line for each point of a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.typography import scale_of
+from bristle.figures import style
+from bristle.figures.labels import largest
+
+__all__ = ["study_spread"]
+
+COLUMNS = 2
+ROW = 1.9  # inches
+BARS_LEAST, BARS_MOST = 8, 60
+
+
+@style.styled
+def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
+    """Return the distribution of each number, with its median and its quantiles at 5 and 95 %.
+
+    Parameters
+    ----------
+    numbers : mapping of str to (mapping of str to ndarray, shape (run,))
+        By what stands at the axis, and there by the name of a group of runs: at most five of them, or a single one.
+    units : sequence of str
+        The unit in SI of each.
+    """
+    rows = -(-len(numbers) // COLUMNS)
+    columns = min(len(numbers), COLUMNS)
+    grouped = any(len(groups) > 1 for groups in numbers.values())
+    top = 0.5 if grouped else 0.25
+    figure, grid = style.panels(top + (ROW + 0.5) * rows, rows, columns, top=top, between=0.72)
+    panels = [axes for row in grid for axes in row]
+    for unused in panels[len(numbers) :]:
+        unused.remove()
+    for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=False):
+        finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
+        pooled = np.concatenate(list(finite.values()))
+        scale = scale_of(unit, largest(pooled))
+        bars = int(np.clip(np.sqrt(pooled.size), BARS_LEAST, BARS_MOST))
+        edges = np.histogram_bin_edges(pooled * scale.factor, bars)
+        for place, (name, values) in enumerate(finite.items()):
+            share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
+            look = style.SERIES[place % len(style.SERIES)]
+            if not grouped:
+                axes.stairs(share, edges, fill=True, color="#9db6d0", label="_bars")
+            axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
+        if not grouped and pooled.size:
+            low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
+            axes.axvline(median, color=style.INK, linewidth=1.2, linestyle="--", label="median")
+            axes.axvspan(low, high, color="#e9ecf0", linewidth=0, zorder=0, label="90 % of the runs")
+        axes.set_ylim(0.0, None)
+        axes.set_xlabel(scale.label(word))
+        axes.set_ylabel("Share of the runs [%]")
+    style.legend_in_corner(figure, panels[0])
+    return figure

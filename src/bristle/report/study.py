@@ -1,0 +1,298 @@
+"""The report of a study: how its numbers are distributed, which cause matters, and which runs are worst."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.typography import number, scale_of, with_unit
+from bristle.report.page import Picture, picture, render
+from bristle.report.table import Quantity, Table
+
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
+
+__all__ = ["failed_table", "spread_table", "study_report", "study_sentences", "study_summary", "worst_table"]
+
+OK = "ok"
+FAILURES_SHOWN = 20
+GROUPS_DRAWN = 5
+WORST_SHOWN = 10
+
+
+def study_summary(
+    runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = (), traces: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return a study in numbers, in SI.
+
+    Parameters
+    ----------
+    runs : Runs
+        What is there of it.
+    command : str
+        The command that runs one again, up to the number of the run.
+    provenance : mapping of str to str
+        Where it comes from.
+    worst : sequence of int
+        Numbers of the worst runs, the worst first.
+    traces : sequence of str
+        Files with signals of some of them.
+    """
+    from bristle.study.influence import rank_correlations, sobol_indices, spread_of
+
+    described, columns = runs.described, runs.columns
+    status, reasons = columns["status"], columns["reason"]
+    at = {int(run): place for place, run in enumerate(columns["run"])}
+    failed = [place for place in range(runs.count) if status[place] != OK]
+    # Runs of one draw at several points are not independent, nor are those that Sobol indices need.
+    independent = not described["grid"] and not described["sobol_indices"]
+    names, counts = np.unique(status, return_counts=True)
+    metrics = {
+        name: {key: described["columns"][name][key] for key in ("unit", "description")}
+        | asdict(spread_of(columns[name], independent=independent))
+        | ({"points": _points(runs, name)} if described["grid"] else {})
+        for name in described["metrics"]
+    }
+    return {
+        "name": described["name"], "kind": described["kind"], "runs": described["runs"], "done": runs.count,
+        "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
+        "failures": [
+            {"run": int(columns["run"][place]), "status": str(status[place]), "reason": str(reasons[place])}
+            for place in failed[:FAILURES_SHOWN]
+        ],
+        "metrics": metrics,
+        "rank_correlations": [asdict(entry) for entry in rank_correlations(runs)],
+        "sobol_indices": [asdict(entry) for entry in sobol_indices(runs)],
+        "worst": [
+            {"run": run, described["metrics"][0]: float(columns[described["metrics"][0]][at[run]]),
+             "command": f"{command} --run {run} --out run_{run}"} for run in worst if run in at
+        ],
+        "traces": list(traces), "provenance": dict(provenance),
+    }  # fmt: skip
+
+
+def _points(runs: Runs, metric: str) -> list[dict[str, Any]]:
+    from bristle.study.influence import spread_of
+
+    return [
+        {"at": point, "name": _named(point, runs)} | asdict(spread_of(runs.columns[metric][chosen]))
+        for point, chosen in _points_of_grid(runs)
+    ]
+
+
+def _named(point: Mapping[str, Any], runs: Runs) -> str:
+    """Return a point of the grid as a person says it."""
+    units = {key: runs.described["columns"][key]["unit"] for key in point}
+    return ", ".join(
+        f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}"
+        for key, value in point.items()
+    )
+
+
+def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
+    """Return each point of the grid, with which runs are made there."""
+    grid = runs.described["grid"]
+    points = list(product(*grid.values()))
+    place = runs.columns["run"].astype(int) % len(points)
+    return [(dict(zip(grid, point, strict=True)), place == number) for number, point in enumerate(points)]
+
+
+def study_sentences(summary: Mapping[str, Any]) -> list[str]:
+    """Return what a study comes to, in sentences."""
+    failed = summary["done"] - summary["statuses"].get(OK, 0)
+    lines = []
+    if summary["done"] < summary["runs"]:
+        lines.append(f"{summary['done']} of {summary['runs']} runs are there: the same command goes on.")
+    if failed:
+        kinds = ", ".join(f"{count} {name}" for name, count in summary["statuses"].items() if name != OK)
+        lines.append(f"{failed} of {summary['done']} runs did not end well: {kinds}.")
+    for name, entry in summary["metrics"].items():
+        if entry["count"]:
+            low, median, high = (with_unit(entry[key], entry["unit"]) for key in ("low", "median", "high"))
+            lines.append(f"{_capital(entry['description'])}: median {median}, 90 % of the runs from {low} to {high}.")
+            lines += _strongest(name, summary)
+    return lines
+
+
+def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
+    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+    if not entries:
+        return []
+    first = max(entries, key=lambda entry: abs(entry["value"]))
+    low, high = first["interval"]
+    if low <= 0.0 <= high:
+        return ["No cause goes with it that these runs could tell."]
+    way = "rises" if first["value"] > 0.0 else "falls"
+    return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.2f}".replace("-", "−")
+
+
+def spread_table(summary: Mapping[str, Any]) -> Table:
+    """Return how each metric is distributed, a row for each, and for each point of the grid."""
+    rows = []
+    for name, entry in summary["metrics"].items():
+        rows.append((name, "all" if "points" in entry else "", *_cells(entry, entry["unit"])))
+        rows += [
+            (name, point["name"], *_cells(point, entry["unit"])) for point in entry.get("points", ())
+        ]  # fmt: skip
+    heads = ("Metric", "At", "Runs", "Unit", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %",
+             "its 95 % interval")  # fmt: skip
+    return Table("How the numbers of the runs are distributed", heads, rows).without_empty_columns()
+
+
+def _cells(entry: Mapping[str, Any], unit: str) -> tuple[str, ...]:
+    if not entry["count"]:
+        return ("0", *[""] * 8)
+    top = max(abs(entry[key]) for key in ("mean", "low", "high"))
+    column = Quantity.of(unit, [top])
+
+    def interval(ends: Sequence[float]) -> str:
+        if not any(map(np.isfinite, ends)):
+            return ""
+        return " to ".join(column.cell(end) if np.isfinite(end) else "?" for end in ends)
+
+    return (
+        str(entry["count"]), scale_of(unit, top).unit, column.cell(entry["mean"]), interval(entry["mean_interval"]),
+        column.cell(entry["std"]) if np.isfinite(entry["std"]) else "", column.cell(entry["low"]),
+        column.cell(entry["median"]), column.cell(entry["high"]), interval(entry["high_interval"]),
+    )  # fmt: skip
+
+
+def worst_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the worst runs with what repeats them."""
+    if not summary["worst"]:
+        return None
+    metric = next(iter(summary["metrics"]))
+    unit = summary["metrics"][metric]["unit"]
+    rows = [
+        (str(entry["run"]), with_unit(entry[metric], unit), entry["command"])
+        for entry in summary["worst"][:WORST_SHOWN]
+    ]
+    return Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), rows)
+
+
+def failed_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the first runs that did not end well, with their reason."""
+    if not summary["failures"]:
+        return None
+    rows = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
+    return Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), rows)
+
+
+def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
+    """Return the report of a study as one HTML page.
+
+    Parameters
+    ----------
+    runs : Runs
+        What is there of it.
+    summary : mapping
+        As `study_summary` returns it.
+    command : str
+        The command that repeats it.
+    """
+    influence = _influence_table(summary)
+    return render(
+        "study.html", provenance=summary["provenance"], command=command, banner=None, name=summary["name"],
+        facts=_facts(summary, runs.described), sentences=study_sentences(summary), spread=spread_table(summary),
+        pictures=_pictures(runs, summary), influence=influence, indices=_index_table(summary),
+        worst=worst_table(summary), failed=failed_table(summary), columns=_column_table(runs.described),
+    )  # fmt: skip
+
+
+def _facts(summary: Mapping[str, Any], described: Mapping[str, Any]) -> str:
+    drawn = f"{described['draws']} draws ({described['sampling'].replace('_', ' ')}), seed {described['seed']}"
+    points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
+    beside = f" · {points} points of a grid" if described["grid"] else ""
+    return f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}"
+
+
+def _influence_table(summary: Mapping[str, Any]) -> Table | None:
+    entries = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
+    rows = [
+        (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
+        for name in summary["metrics"] for entry in entries if entry["metric"] == name
+    ]  # fmt: skip
+    heads = ("Metric", "Cause", "Rank correlation", "95 % interval")
+    return Table("How strongly each cause goes with each metric", heads, rows) if rows else None
+
+
+def _range(ends: Sequence[float]) -> str:
+    return f"{_signed(ends[0])} to {_signed(ends[1])}"
+
+
+def _index_table(summary: Mapping[str, Any]) -> Table | None:
+    rows = [
+        (entry["metric"], entry["cause"], number(entry["first"], 0.01), _range(entry["first_interval"]),
+         number(entry["total"], 0.01), _range(entry["total_interval"])) for entry in summary["sobol_indices"]
+    ]  # fmt: skip
+    heads = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
+    return Table("Sobol indices: shares of the variance", heads, rows) if rows else None
+
+
+def _column_table(described: Mapping[str, Any]) -> Table:
+    rows = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
+    return Table("Columns of the files in runs/", ("Column", "Role", "Unit"), rows)
+
+
+def _pictures(runs: Runs, summary: Mapping[str, Any]) -> dict[str, Picture]:
+    from bristle.figures import study_spread
+
+    entries = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}
+    if not entries:
+        return {}
+    groups = {_capital(entry["description"]): _groups(runs, name) for name, entry in entries.items()}
+    lines = "A line for each point of the grid." if runs.described["grid"] else "Shaded are the 90 % in the middle."
+    pictures = {
+        "spread": picture(
+            "spread", lambda: study_spread(groups, [entry["unit"] for entry in entries.values()]),
+            f"Distribution of {', '.join(entries)} over the runs",
+            f"How often the runs come out at which value. {lines}",
+        )
+    }  # fmt: skip
+    first = next(iter(entries))
+    of_first = _drawn_influence(summary, first)
+    return pictures | ({"influence": of_first} if of_first is not None else {})
+
+
+def _groups(runs: Runs, name: str) -> dict[str, np.ndarray]:
+    points = _points_of_grid(runs)
+    if not runs.described["grid"] or len(points) > GROUPS_DRAWN:
+        return {"all runs": runs.columns[name]}
+    return {_named(point, runs): runs.columns[name][chosen] for point, chosen in points}
+
+
+def _drawn_influence(summary: Mapping[str, Any], metric: str) -> Picture | None:
+    from bristle.figures import study_influence
+
+    indices = [entry for entry in summary["sobol_indices"] if entry["metric"] == metric]
+    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+    if indices:
+        ordered = sorted(indices, key=lambda entry: -entry["total"])
+        bars = {
+            "alone": [(entry["first"], entry["first_interval"]) for entry in ordered],
+            "with others": [(entry["total"], entry["total_interval"]) for entry in ordered],
+        }
+        word, caption = f"Share of the variance of {metric}", "Sobol indices with their 95 % intervals."
+    elif entries:
+        ordered = sorted(entries, key=lambda entry: -abs(entry["value"]))
+        bars = {"rank correlation": [(entry["value"], entry["interval"]) for entry in ordered]}
+        word, caption = f"Rank correlation with {metric}", "Rank correlations with their 95 % intervals."
+    else:
+        return None
+    causes = [entry["cause"] for entry in ordered]
+    return picture(
+        "influence", lambda: study_influence(causes, bars, word, signed=not indices), f"{word} of each cause",
+        f"{caption} The further from zero, the more the cause matters.",
+    )  # fmt: skip

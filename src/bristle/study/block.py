@@ -1,0 +1,135 @@
+"""One block of a study: its runs simulated, and what is kept of them as columns."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import numpy as np
+
+from bristle.core.errors import BristleError, told_by
+from bristle.core.status import Status
+from bristle.simulation import SimulationResult, simulate
+from bristle.study.batch import MODELS, fits_a_batch, metrics_of_batch
+from bristle.study.plan import Block, Study
+from bristle.study.varied import Varied, row_of
+
+__all__ = ["FAILED", "OK", "Simulator"]
+
+OK = "ok"
+REFUSED, RAISED = "refused", "raised"
+NAMES = {
+    Status.OK: OK, Status.SOLVE_INACCURATE: "solve_inaccurate", Status.TOLERANCE_MISSED: "tolerance_missed",
+    Status.MEMORY_OVERFLOW: "memory_overflow", Status.NOT_FINITE: "not_finite",
+}  # fmt: skip
+FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)
+"""The statuses of runs that have no numbers."""
+
+REASON = 300  # letters
+
+
+class Simulator:
+    """What simulates the runs of a study, in this process.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    batches : bool
+        Whether runs that can be are simulated many in one call; the numbers are the same.
+    """
+
+    def __init__(self, study: Study, *, batches: bool = True) -> None:
+        self.study, self.varied = study, Varied(study)
+        self.in_batches = batches and self.varied.is_direct and fits_a_batch(study.experiment)
+
+    def run(self, number: int) -> SimulationResult:
+        """Return one run of the study, with its signals."""
+        block = Block(number, number + 1)
+        values = row_of(self.study.values(block), 0)
+        with _quiet():
+            return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
+
+    def columns(self, block: Block, seen: Callable[[], None] | None = None) -> dict[str, Any]:
+        """Return what is kept of a block, by column, each of shape (run,).
+
+        Parameters
+        ----------
+        block : Block
+            The runs.
+        seen : callable, optional
+            Called after each run that is simulated by itself.
+        """
+        values, seeds = self.study.values(block), self.study.seeds(block)
+        status, reason = [OK] * block.count, [""] * block.count
+        metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
+        rows = [row_of(values, place) for place in range(block.count)]
+        with _quiet():
+            batched = self._batched(rows, seeds, metrics) if self.in_batches else set()
+            for place in (place for place in range(block.count) if place not in batched):
+                status[place], reason[place] = self._serial(place, rows[place], seeds[place], metrics)
+                if seen is not None:
+                    seen()
+        return {
+            "run": np.arange(block.first, block.last), "seed": np.array(seeds), "status": status, "reason": reason,
+            **_flat(values), **metrics,
+        }  # fmt: skip
+
+    def _serial(
+        self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]
+    ) -> tuple[str, str]:
+        """Simulate one run; return how it ended, and why."""
+        try:
+            result = simulate(self.varied.experiment(row, seed))
+        except MemoryError:
+            raise
+        except BristleError as error:
+            return REFUSED, told_by(error)[:REASON]
+        except Exception as error:  # noqa: BLE001  (a model of a person's own may raise anything: told, not lost)
+            return RAISED, f"{type(error).__name__}: {told_by(error)}"[:REASON]
+        for metric in self.study.metrics:
+            metrics[metric.column][place] = metric.of(result.variants[metric.variant])
+        worst = max(result.variants.values(), key=lambda variant: variant.status)
+        if worst.status is Status.OK:
+            return OK, ""
+        sentence = worst.status.sentence
+        return NAMES[worst.status], sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
+
+    def _batched(
+        self, rows: Sequence[Mapping[str, Any]], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]
+    ) -> set[int]:
+        """Simulate runs many at once; return those that ended well: of the others each is told by itself."""
+        changes: dict[int, Any] = {}
+        for place, row in enumerate(rows):
+            with suppress(BristleError):
+                changes[place] = self.varied.models(row, seeds[place], MODELS)
+        places = np.array(list(changes), dtype=int)
+        well = np.ones(len(places), dtype=bool)
+        for index, variant in enumerate(self.study.experiment.variants if len(places) else ()):
+            own = [metric for metric in self.study.metrics if metric.variant == variant.name]
+            numbers, ends = metrics_of_batch(variant, [changes[place][index] for place in changes], own)
+            well &= np.array([end is Status.OK for end in ends])
+            for name, column in numbers.items():
+                metrics[name][places] = column
+        return set(places[well].tolist())
+
+
+def _flat(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return values as columns of one dimension: lists become a column for each element."""
+    columns: dict[str, np.ndarray] = {}
+    for path, column in values.items():
+        if column.ndim == 1:
+            columns[path] = column
+        else:
+            columns |= {f"{path}[{element}]": column[:, element] for element in range(column.shape[1])}
+    return columns
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Leave out warnings, which a thousand runs would repeat a thousand times."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -1,0 +1,226 @@
+"""Which cause matters: rank correlations with their intervals, and Sobol indices where the draws were made for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.study.block import FAILED
+from bristle.study.dataset import Runs
+
+__all__ = ["Index", "Influence", "Spread", "rank_correlations", "sobol_indices", "spread_of"]
+
+RESAMPLES = 400
+MOST_RESAMPLED = 2000  # draws: of more a share is resampled, and its interval made as narrow as that of all
+SEED = 20_110_517
+FEWEST = 10
+LEVELS = (2.5, 97.5)  # [%]
+
+
+@dataclass(frozen=True)
+class Influence:
+    """How strongly one cause goes with one metric.
+
+    Parameters
+    ----------
+    cause, metric : str
+        Their columns.
+    value : float
+        Rank correlation of Spearman.
+    interval : tuple of float
+        Its 95 % interval, by the bootstrap over draws.
+    """
+
+    cause: str
+    metric: str
+    value: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Index:
+    """Which share of the variance of one metric comes from one cause.
+
+    Parameters
+    ----------
+    cause, metric : str
+        The cause by its name, and the column of the metric.
+    first, total : float
+        Alone, and with all that it does together with others.
+    first_interval, total_interval : tuple of float
+        Their 95 % intervals, by the bootstrap.
+    """
+
+    cause: str
+    metric: str
+    first: float
+    total: float
+    first_interval: tuple[float, float]
+    total_interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How one metric is distributed over runs.
+
+    Parameters
+    ----------
+    count : int
+        Runs with a number.
+    mean, std, median, low, high : float
+        Mean, standard deviation, median, and the quantiles at 5 and 95 %.
+    mean_interval, median_interval, high_interval : tuple of float
+        Their 95 % intervals: that of the mean by its standard error, those of quantiles by the ranks that hold them.
+    """
+
+    count: int
+    mean: float
+    std: float
+    median: float
+    low: float
+    high: float
+    mean_interval: tuple[float, float]
+    median_interval: tuple[float, float]
+    high_interval: tuple[float, float]
+
+
+def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
+    """Return how numbers are distributed; those that are none are left out.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (run,)
+        A metric of several runs.
+    independent : bool
+        Whether the runs are: intervals are NaN otherwise.
+    """
+    usable = np.sort(numbers[np.isfinite(numbers)])
+    count, nothing = len(usable), (math.nan, math.nan)
+    if not count:
+        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, nothing, nothing, nothing)
+    mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
+    low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
+    if not independent:
+        return Spread(count, mean, std, median, low, high, nothing, nothing, nothing)
+    half = 1.96 * std / math.sqrt(count)
+    return Spread(count, mean, std, median, low, high, (mean - half, mean + half),
+                  _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))  # fmt: skip
+
+
+def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
+    """Return the 95 % interval of a quantile: as many as fall below it are binomially distributed.
+
+    NaN at an end that so few numbers do not tell.
+    """
+    from scipy.stats import binom
+
+    count = len(ordered)
+    low, high = int(binom.ppf(0.025, count, share)) - 1, int(binom.ppf(0.975, count, share))
+    return (float(ordered[low]) if low >= 0 else np.nan, float(ordered[high]) if high < count else np.nan)
+
+
+def _usable(runs: Runs) -> np.ndarray:
+    return ~np.isin(runs.columns["status"], FAILED)
+
+
+def _numbers_of(column: np.ndarray) -> np.ndarray:
+    """Return a column as numbers that can be ranked; names are taken in the order of the alphabet."""
+    return np.unique(column, return_inverse=True)[1].astype(float) if column.dtype.kind == "U" else column
+
+
+def rank_correlations(runs: Runs) -> list[Influence]:
+    """Return the rank correlation of each metric with each value that varies, with its interval.
+
+    Draws are resampled, each with all its points of the grid: runs of one draw are not independent.
+    """
+    from scipy.stats import rankdata
+
+    columns, described = runs.columns, runs.described
+    causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
+    points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
+    found = []
+    for metric in described["metrics"]:
+        usable = np.flatnonzero(_usable(runs) & np.isfinite(columns[metric]))
+        if len(usable) < FEWEST:
+            continue
+        draws = columns["run"][usable].astype(int) // points
+        ranks = rankdata(columns[metric][usable])
+        for cause in causes:
+            values = _numbers_of(columns[cause])[usable]
+            if np.ptp(values) > 0.0 and np.ptp(ranks) > 0.0:
+                value, interval = _correlation(rankdata(values), ranks, draws)
+                found.append(Influence(cause, metric, value, interval))
+    return found
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float, tuple[float, float]]:
+    """Return the correlation of ranks, and its interval over draws."""
+    value = float(np.corrcoef(a, b)[0, 1])
+    _, member = np.unique(draws, return_inverse=True)
+    groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
+    share = min(groups, MOST_RESAMPLED)
+    # Correlations of resamples follow from sums over each draw, weighted by how often it is taken.
+    products = (np.ones_like(a), a, b, a * a, b * b, a * b)
+    sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])
+    resampled = np.empty(RESAMPLES)
+    for place in range(RESAMPLES):
+        taken = generator.integers(0, groups, share)
+        n, x, y, xx, yy, xy = sums[:, taken].sum(axis=1)
+        spread = (xx - x * x / n) * (yy - y * y / n)
+        resampled[place] = (xy - x * y / n) / np.sqrt(spread) if spread > 0.0 else np.nan
+    # Fisher's transformation: intervals near 1 stay below it.
+    transformed = np.arctanh(np.clip(resampled[np.isfinite(resampled)], -1.0 + 1e-12, 1.0 - 1e-12))
+    centre = np.arctanh(np.clip(value, -1.0 + 1e-12, 1.0 - 1e-12))
+    if not transformed.size:
+        return value, (np.nan, np.nan)
+    low, high = np.percentile(transformed - centre, LEVELS) * np.sqrt(share / groups)
+    return value, (float(np.tanh(centre + low)), float(np.tanh(centre + high)))
+
+
+def sobol_indices(runs: Runs) -> list[Index]:
+    """Return the Sobol indices of each metric, of the draws that were made for them; nothing of others.
+
+    A point of which a run is missing or failed is left out, with its others; so many that a power of two is left.
+    """
+    if not runs.described["sobol_indices"]:
+        return []
+    causes: Mapping[str, Any] = runs.described["causes"]
+    width, count = len(causes) + 2, runs.described["draws"]
+    found = []
+    for metric in runs.described["metrics"]:
+        numbers = np.full(count, np.nan)
+        usable = _usable(runs)
+        numbers[runs.columns["run"][usable].astype(int)] = runs.columns[metric][usable]
+        rows = numbers.reshape(-1, width)
+        rows = rows[np.all(np.isfinite(rows), axis=1)]
+        rows = rows[: 2 ** (len(rows).bit_length() - 1)] if len(rows) else rows
+        if len(rows) >= FEWEST and np.ptp(rows) > 0.0:
+            found += _indices(rows, list(causes), metric)
+    return found
+
+
+def _indices(rows: np.ndarray, causes: list[str], metric: str) -> list[Index]:
+    generator = np.random.default_rng(SEED)
+    values = _estimated(rows)
+    resampled = np.array([_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)])
+    low, high = np.percentile(resampled, LEVELS, axis=0)
+    ends = [[(float(low[kind, place]), float(high[kind, place])) for kind in (0, 1)] for place in range(len(causes))]
+    return [
+        Index(cause, metric, float(values[0, place]), float(values[1, place]), *ends[place])
+        for place, cause in enumerate(causes)
+    ]
+
+
+def _estimated(rows: np.ndarray) -> np.ndarray:
+    """Return the indices of first order and the total ones, shape (2, cause)."""
+    from scipy.stats import sobol_indices as indices_of
+
+    own, second, exchanged = rows[:, 0], rows[:, 1], rows[:, 2:].T
+    result = indices_of(
+        func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]}, n=len(rows)
+    )  # fmt: skip
+    return np.array([result.first_order, result.total_order]).reshape(2, -1)

@@ -1,0 +1,135 @@
+"""What is kept of a run: numbers out of what ``bristle run --json`` tells of a variant, by their dotted names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import reduce
+
+import numpy as np
+
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import Experiment
+from bristle.core.status import Status
+from bristle.core.variable import unit_of
+from bristle.simulation.result import Statistics, VariantResult
+
+__all__ = ["METRICS", "Metric", "metrics_from", "usual_metrics"]
+
+STATISTICS = tuple(field.name for field in fields(Statistics))
+LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
+EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
+METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)
+"""The numbers of a variant by dotted name."""
+
+SHORT = {
+    "following_error": "following error", "true_error": "true error", "by_direction.forward": "following error forward",
+    "by_direction.backward": "following error backward", "motion": "position", "peak_to_peak": "peak to peak",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that is kept of each run.
+
+    Parameters
+    ----------
+    column : str
+        Its column: the dotted name, the variant before it where there are several.
+    variant : str
+        The variant that it is of.
+    name : str
+        One of `METRICS`.
+    unit : str
+        Its unit in SI.
+    """
+
+    column: str
+    variant: str
+    name: str
+    unit: str
+
+    @property
+    def described(self) -> str:
+        """What it is, in words, with its variant where the column names it."""
+        group, _, statistic = self.name.rpartition(".")
+        words = f"{SHORT.get(group, group)}, {SHORT.get(statistic, statistic)}"
+        return words if self.column == self.name else f"{self.variant}: {words}"
+
+    def of(self, result: VariantResult) -> float:
+        """Return the number of a run; NaN for one that left the finite numbers."""
+        if result.status is Status.NOT_FINITE:
+            return float("nan")
+        if self.name in EFFORTS:
+            return float(getattr(result, EFFORTS[self.name]))
+        group, _, statistic = self.name.rpartition(".")
+        if group.startswith("by_direction."):
+            return float(getattr(result.by_direction[group.partition(".")[2]], statistic))
+        return float(reduce(getattr, (group, statistic), result))
+
+    def along(self, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
+        """Return the number of several open loops, shape (run,), from what is judged of them, shape (run, sample).
+
+        To the bit what `of` returns of each by itself.
+        """
+        group, _, statistic = self.name.rpartition(".")
+        if self.name == "effort.peak":
+            return np.max(np.abs(effort), axis=1, initial=0.0)
+        if group not in ("motion", "effort"):  # nothing follows a reference
+            return np.full(len(position), np.nan)
+        return _along(position if group == "motion" else effort, statistic)
+
+
+def _along(rows: np.ndarray, statistic: str) -> np.ndarray:
+    low, high = rows.min(axis=1), rows.max(axis=1)
+    if statistic == "min":
+        return low
+    if statistic == "max":
+        return high
+    if statistic == "peak_to_peak":
+        return high - low
+    if statistic == "rms":
+        return np.sqrt(np.mean(rows * rows, axis=1))
+    return rows.mean(axis=1) if statistic == "mean" else rows.std(axis=1)
+
+
+def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
+    """Return what is kept where a study does not say."""
+    is_open = all(variant.effort is not None for variant in experiment.variants)
+    return ("motion.peak_to_peak" if is_open else "following_error.peak_to_peak", "effort.rms")
+
+
+def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> tuple[Metric, ...]:
+    """Return the metrics of these names, of each variant where a name says none.
+
+    Raises
+    ------
+    InputError
+        If a name is none, or named twice.
+    """
+    metrics: list[Metric] = []
+    variants = [variant.name for variant in experiment.variants]
+    for place, name in enumerate(names):
+        metrics += _of_name(name, variants, experiment, f"{path}[{place}]")
+    columns = [metric.column for metric in metrics]
+    for column in columns:
+        if columns.count(column) > 1:
+            raise InputError("is named twice", path=path, value=column)
+    return tuple(metrics)
+
+
+def _of_name(name: object, variants: list[str], experiment: Experiment, path: str) -> list[Metric]:
+    if not isinstance(name, str):
+        raise InputError("must be the name of a metric", path=path, value=name, mend='Write "effort.rms"')
+    chosen, metric = variants, name
+    for variant in variants:
+        if name.startswith(f"{variant}."):
+            chosen, metric = [variant], name.removeprefix(f"{variant}.")
+    if metric not in METRICS:
+        raise InputError("is no metric of a run", path=path, value=name,
+                         allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
+                         mend=did_you_mean(metric, METRICS))  # fmt: skip
+    unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
+    return [
+        Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen
+    ]

@@ -1,0 +1,258 @@
+"""Study files: an experiment, what varies in it, how often, and what is kept."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from bristle.core.content import SIZE_LIMIT, Readable, content_of, size_of
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import Experiment, Variant
+from bristle.core.random_numbers import SEED_MAX
+from bristle.files.components import check_keys, check_schema, table_at
+from bristle.files.experiment import experiment_from
+from bristle.files.sources import Sources
+from bristle.files.toml import TOML_LIMIT, read_toml
+from bristle.files.variant import SECTIONS
+from bristle.study.cause import Cause, Drawn, Joint
+from bristle.study.distribution import distribution_from
+from bristle.study.joint import Fitted, columns_of, fitted_at
+from bristle.study.metrics import Metric, metrics_from, usual_metrics
+from bristle.study.plan import BLOCK_MOST, Study, block_for
+from bristle.study.sampling import SAMPLINGS, Sampling
+from bristle.study.target import Target, target_at
+
+__all__ = ["read_study_file"]
+
+KEYS = ("schema", "name", "experiment", "model", "runs", "seed", "sampling", "sobol_indices", "block",
+        "vary", "grid", "keep")  # fmt: skip
+OF_MODEL = tuple(section for section in SECTIONS if section != "friction")
+RUNS_MOST = 1_000_000_000
+POINTS_MOST = 100_000
+WORST_MOST = 1000
+CHANCE = ("noise", "scatter")
+_WORST = re.compile(r"worst (\d{1,4})")
+
+
+def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Study:
+    """Return the study that a file describes.
+
+    Parameters
+    ----------
+    path : path-like
+        A study file, TOML. The files that it names are looked for beside it.
+    allow_code : bool
+        Whether models of a person's own, in files that it names, may run without having been allowed before.
+    size_limit : int or str
+        Largest log that it names [byte], or text such as ``"2 GB"``.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    data, source, content = read_toml(path, path="study", what="a study file")
+    try:
+        study = _Reader(data, source, allow_code, size_of(size_limit)).study()
+    except InputError as error:
+        raise error.at(str(source)) from None
+    return study if content is None else replace(study, origins={"study": (content.origin,)} | dict(study.origins))
+
+
+class _Reader:
+    """The content of a study file while it is read."""
+
+    def __init__(self, data: dict[str, Any], source: Path, allow_code: bool, size_limit: int) -> None:
+        self.data, self.source, self.allow_code, self.size_limit = data, source, allow_code, size_limit
+        self.fitted: dict[tuple[Any, Any], Fitted] = {}
+
+    def study(self) -> Study:
+        """Return the study."""
+        check_keys(self.data, (*KEYS, *OF_MODEL) if "model" in self.data else KEYS, "")
+        check_schema(self.data)
+        tables, sources, origins = self._experiment()
+        experiment = _one_run(experiment_from(tables, self.source, sources))
+        tables = {"kind": experiment.kind, **tables}
+        causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
+        self._refuse_doubles(causes, grid, experiment)
+        sampling = self._sampling(causes, grid)
+        metrics, worst = self._kept(experiment)
+        name = self.data.get("name", self.source.stem)
+        if not isinstance(name, str):
+            raise InputError("must be text", path="name", value=name)
+        origins = origins | sources.origins | self._origins_of_draws()
+        study = Study(
+            name=name, experiment=experiment, tables=tables, sources=sources, seed=sampling.seed, sampling=sampling,
+            causes=causes, grid=grid, metrics=metrics, worst=worst, block=1, described={}, origins=origins,
+        )  # fmt: skip
+        if study.count > RUNS_MOST:
+            raise InputError("are too many with the points of the grid", path="runs", value=study.count,
+                             allowed=f"up to {RUNS_MOST}")  # fmt: skip
+        own = self.data.get("block")
+        block = block_for(study.count, experiment) if own is None else self._whole("block", 1, BLOCK_MOST)
+        return replace(study, block=block, described=self._described(study, block))
+
+    def _whole(self, key: str, least: int, most: int) -> int:
+        value = self.data[key]
+        if type(value) is not int or not least <= value <= most:
+            raise InputError("does not fit", path=key, value=value, allowed=f"a whole number, {least} to {most}")
+        return value
+
+    def _experiment(self) -> tuple[dict[str, Any], Sources, dict[str, Any]]:
+        """Return the tables of the experiment, what reads the files that they name, and the file that they are from."""
+        if ("experiment" in self.data) == ("model" in self.data):
+            raise InputError("needs an experiment", path="experiment",
+                             mend='Write experiment = "rig.toml", or model = "results/model.toml" with [run] and '
+                                  "[effort], or [controller] and [reference]")  # fmt: skip
+        if "model" in self.data:
+            named = self._name("model")
+            tables = {section: self.data[section] for section in OF_MODEL if section in self.data}
+            tables |= {"schema": 1, "friction": {"file": named}}
+            return copy.deepcopy(tables), Sources(self.source.parent, self.allow_code, self.size_limit), {}
+        content = content_of(self.source.parent / self._name("experiment"), limit=TOML_LIMIT, path="experiment",
+                             what="an experiment file")  # fmt: skip
+        tables, source, _ = read_toml(content)
+        sources = Sources(source.parent, self.allow_code, self.size_limit)
+        try:
+            experiment_from(tables, source, sources)
+        except InputError as error:
+            raise error.at(str(source)) from None
+        return copy.deepcopy(tables), sources, {"experiment": (content.origin,)}
+
+    def _name(self, key: str) -> str:
+        named = self.data[key]
+        if not isinstance(named, str) or not named:
+            raise InputError("must be the name of a file", path=key, value=named)
+        return named
+
+    def _causes(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[Cause, ...]:
+        causes: list[Cause] = []
+        joint: dict[str, tuple[dict[str, Any], dict[str, str]]] = {}
+        for key, value in table_at(self.data.get("vary", {}), "vary").items():
+            path = f'vary."{key}"'
+            if not isinstance(value, dict):
+                raise InputError("must be a table", path=path, value=value,
+                                 mend=f'Write "{key}" = {{ normal = [mean, standard deviation] }}')  # fmt: skip
+            if "from" in value or "draws" in value:
+                fitted = self._fitted(value, path)
+                if fitted.folder not in joint:
+                    joint[fitted.folder] = ({}, {})
+                    causes.append(Joint(fitted.folder, *joint[fitted.folder]))
+                columns, units = joint[fitted.folder]
+                columns |= columns_of(fitted, key, experiment, path)
+                units |= _units(columns, experiment)
+            else:
+                target = target_at(key, experiment, tables, path)
+                causes.append(Drawn(target, distribution_from(value, target, path)))
+        return tuple(causes)
+
+    def _fitted(self, table: dict[str, Any], path: str) -> Fitted:
+        key = (table.get("from"), table.get("draws"))
+        if not all(isinstance(part, str) for part in key) or key not in self.fitted:
+            self.fitted[key] = fitted_at(table, self.source.parent, path, allow_code=self.allow_code)
+        return self.fitted[key]
+
+    def _grid(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[tuple[Target, tuple[Any, ...]], ...]:
+        grid, points = [], 1
+        for key, values in table_at(self.data.get("grid", {}), "grid").items():
+            path = f'grid."{key}"'
+            if not isinstance(values, list) or not values:
+                raise InputError("must be a list of values", path=path, value=values,
+                                 mend=f'Write "{key}" = [value, value]')  # fmt: skip
+            target = target_at(key, experiment, tables, path)
+            numbers = target.numbers(values, path)
+            if len(set(numbers)) < len(numbers):
+                raise InputError("has a value twice", path=path, value=values)
+            grid.append((target, numbers))
+            points *= len(numbers)
+        if points > POINTS_MOST:
+            raise InputError(f"has {points} points", path="grid", allowed=f"up to {POINTS_MOST}")
+        return tuple(grid)
+
+    def _refuse_doubles(self, causes: tuple[Cause, ...], grid: tuple[Any, ...], experiment: Experiment) -> None:
+        if not causes and not grid and all(not _is_random(variant) for variant in experiment.variants):
+            raise InputError("varies nothing: no run would differ from another", path="vary",
+                             mend="Write [vary] or [grid], or give sensor.noise to the experiment")  # fmt: skip
+        paths = [path for cause in causes for path in cause.units] + [target.path for target, _ in grid]
+        for path in paths:
+            if paths.count(path) > 1:
+                raise InputError("is varied twice", path="vary", value=path,
+                                 mend="Take it out of [grid], or out of [vary]")  # fmt: skip
+
+    def _sampling(self, causes: tuple[Cause, ...], grid: tuple[Any, ...]) -> Sampling:
+        for key in ("runs", "seed"):
+            if key not in self.data:
+                raise InputError("is missing", path=key, mend=f"Write {key} = {1000 if key == 'runs' else 1}")
+        runs, seed = self._whole("runs", 1, RUNS_MOST), self._whole("seed", 0, SEED_MAX)
+        method = self.data.get("sampling", SAMPLINGS[0])
+        if method not in SAMPLINGS:
+            raise InputError("is no way to draw", path="sampling", value=method, allowed=", ".join(SAMPLINGS),
+                             mend=did_you_mean(method, SAMPLINGS))  # fmt: skip
+        indices = self.data.get("sobol_indices", False)
+        if type(indices) is not bool:
+            raise InputError("does not fit", path="sobol_indices", value=indices, allowed="true or false")
+        if indices and (grid or not causes):
+            raise InputError("needs something that is drawn, and no grid", path="sobol_indices",
+                             mend="Write what stands under [grid] as a choice under [vary]")  # fmt: skip
+        if indices and runs & (runs - 1):
+            below = 2 ** (runs.bit_length() - 1)
+            raise InputError("must be a power of two for Sobol indices", path="runs", value=runs,
+                             mend=f"Write runs = {below} or {2 * below}")  # fmt: skip
+        return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
+
+    def _kept(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
+        table = table_at(self.data.get("keep", {}), "keep")
+        check_keys(table, ("metrics", "traces"), "keep")
+        names = table.get("metrics", list(usual_metrics(experiment)))
+        if not isinstance(names, list) or not names:
+            raise InputError("must be a list of metrics", path="keep.metrics", value=names,
+                             mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]')  # fmt: skip
+        traces = table.get("traces", "worst 0")
+        match = _WORST.fullmatch(traces) if isinstance(traces, str) else None
+        if match is None or int(match[1]) > WORST_MOST:
+            raise InputError("does not fit", path="keep.traces", value=traces,
+                             allowed=f'"worst 0" to "worst {WORST_MOST}"')  # fmt: skip
+        return metrics_from(names, experiment, "keep.metrics"), int(match[1])
+
+    def _origins_of_draws(self) -> dict[str, Any]:
+        return {"draws": tuple(fitted.origin for fitted in self.fitted.values())} if self.fitted else {}
+
+    def _described(self, study: Study, block: int) -> dict[str, Any]:
+        """Return what tells this study from another: what it says, the files that it reads, and what computes it."""
+        files = {
+            f"{role}: {origin.name}": origin.checksum
+            for role, origins in study.origins.items() if role != "study" for origin in origins
+        }  # fmt: skip
+        said = {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")}
+        checksum = study.sampling.checksum()
+        return {
+            "study": said, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle"),
+        }  # fmt: skip
+
+
+def _units(columns: Mapping[str, Any], experiment: Experiment) -> dict[str, str]:
+    units = {}
+    for path in columns:
+        section, _, key = path.partition(".")
+        variant = experiment.variants[0]
+        model = variant.plant if section == "plant" else variant.friction
+        variable = model.component.variables.get(key) or model.component.variables[f"{key}_"]
+        units[path] = "" if variable.quantity == "1" else variable.unit(experiment.kind)
+    return units
+
+
+def _one_run(experiment: Experiment) -> Experiment:
+    """Return an experiment with one run for each variant: the runs of a study have seeds of their own."""
+    variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
+    return replace(experiment, variants=variants)
+
+
+def _is_random(variant: Variant) -> bool:
+    """Return whether the seed of a run makes a difference: a sensor with noise, friction that scatters."""
+    models = (variant.sensor, variant.friction, variant.table)
+    return any(model is not None and model.values.get(name, 0.0) > 0.0 for model in models for name in CHANCE)

@@ -1,0 +1,182 @@
+"""Running a study: what is missing in its folder is simulated, block by block."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bristle.core.cores import core_count
+from bristle.study.block import Simulator
+from bristle.study.crew import Crew
+from bristle.study.plan import Block, Study
+from bristle.study.store import Store, opened
+
+__all__ = ["Cost", "Progress", "Ran", "cost_of", "run_study", "run_within"]
+
+Progress = Callable[[float, str], None]
+ENOUGH = 1.0  # [s] of runs, by which the cost of one is measured
+MOST_PROBED = 2000
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What came of running a study.
+
+    Parameters
+    ----------
+    blocks : int
+        Blocks of the study.
+    before : int
+        Those that were there before.
+    lost : tuple of (Block, int or None)
+        Those that no worker lived through, with how the last one ended.
+    seconds : float
+        How long it took [s].
+    """
+
+    blocks: int
+    before: int
+    lost: tuple[tuple[Block, int | None], ...]
+    seconds: float
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every run is there."""
+        return not self.lost
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a study costs.
+
+    Parameters
+    ----------
+    runs : int
+        Runs in all.
+    seconds : float
+        Time of one on one core, measured [s].
+    measured : int
+        How many runs it was measured on.
+    in_batches : bool
+        Whether many are simulated in one call.
+    """
+
+    runs: int
+    seconds: float
+    measured: int
+    in_batches: bool
+
+    def wall(self, workers: int) -> float:
+        """Return how long so many workers take, each on a core of its own [s]."""
+        return self.runs * self.seconds / workers
+
+
+def cost_of(study: Study) -> Cost:
+    """Return what a study costs: its first runs are simulated, about a second of them, once all is compiled."""
+    simulator = Simulator(study)
+    simulator.columns(Block(0, 1))
+    count, seconds = 1, 0.0
+    while True:
+        begin = time.perf_counter()
+        simulator.columns(Block(0, count))
+        seconds = time.perf_counter() - begin
+        if seconds > ENOUGH / 4.0 or count >= min(study.count, study.block, MOST_PROBED):
+            return Cost(study.count, seconds / count, count, simulator.in_batches)
+        count = min(4 * count, study.count, study.block, MOST_PROBED)
+
+
+def run_study(
+    study: Study, folder: str | Path, *, workers: int | None = None, progress: Progress | None = None,
+    provenance: Mapping[str, str] | None = None,
+) -> Ran:  # fmt: skip
+    """Run what is missing of a study, and keep it in a folder.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    folder : path
+        A new folder, or that of the same study, which is gone on with.
+    workers : int, optional
+        Processes; as many as there are cores where not given. With 1 this process works itself.
+    progress : callable, optional
+        Called with the share done, and how long the rest takes.
+    provenance : mapping of str to str, optional
+        Where it comes from: versions, files, checksums.
+
+    Returns
+    -------
+    Ran
+        How much was there, and what is missing.
+
+    Raises
+    ------
+    InputError
+        If another process writes there, the folder holds something else, or the disk is full.
+    """
+    with opened(Path(folder), study, provenance or {}) as store:
+        return run_within(store, workers=workers, progress=progress)
+
+
+def run_within(store: Store, *, workers: int | None = None, progress: Progress | None = None) -> Ran:
+    """Run what is missing of a study in its folder, which this process has; as `run_study`."""
+    study, begin = store.study, time.monotonic()
+    done = store.done()
+    missing = [block for block in study.blocks if block.first not in done]
+    count = min(workers or core_count(), max(len(missing), 1))
+    tally = _Tally(study.count, sum(block.count for block in missing), progress)
+    lost: tuple[tuple[Block, int | None], ...] = ()
+    with Crew(study, count) if count > 1 else nullcontext() as crew:
+        for block, columns in crew.results(missing) if crew is not None else _here(study, missing):
+            store.write(block, columns)
+            tally.add(block.count)
+        lost = tuple(crew.lost) if crew is not None else ()
+    return Ran(len(study.blocks), len(done), lost, time.monotonic() - begin)
+
+
+def _here(study: Study, blocks: list[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
+    if not blocks:
+        return
+    simulator = Simulator(study)
+    for block in blocks:
+        yield block, simulator.columns(block)
+
+
+class _Tally:
+    """What is done, and how long the rest takes."""
+
+    def __init__(self, total: int, missing: int, progress: Progress | None) -> None:
+        self.total, self.missing, self.progress = total, missing, progress
+        self.ran, self.first, self.begin = 0, 0, time.monotonic()
+        self.add(0)
+
+    def add(self, count: int) -> None:
+        """Count runs that are kept, and report."""
+        self.ran += count
+        if self.progress is None:
+            return
+        left = ""
+        if self.ran > count:
+            seconds = (time.monotonic() - self.begin) * (self.missing - self.ran) / (self.ran - self.first)
+            left = f", {in_words(seconds)} left"
+        elif count:  # until the first block is there workers begin, which tells nothing of the others
+            self.first, self.begin = count, time.monotonic()
+        done = self.total - self.missing + self.ran
+        self.progress(done / self.total, f"{done} of {self.total} runs{left}")
+
+
+def in_words(seconds: float) -> str:
+    """Return a time as a person says it.
+
+    Examples
+    --------
+    >>> in_words(0.4), in_words(42.0), in_words(600.0), in_words(20_000.0)
+    ('1 s', '42 s', '10 min', '5.6 h')
+    """
+    if seconds < 90.0:
+        return f"{max(seconds, 1.0):.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

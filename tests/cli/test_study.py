@@ -1,0 +1,82 @@
+"""``bristle study`` in this process: what it writes, says and returns."""
+
+import json
+
+import pyarrow.parquet
+import pytest
+from tests.study.conftest import STUDY, Bench
+
+from bristle.cli.main import main
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bench = Bench(tmp_path)
+    bench.write(STUDY.replace("[keep]", '[keep]\ntraces = "worst 2"'))
+    return bench
+
+
+def test_a_study_is_run_and_told(bench, capsys):
+    assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
+    said = capsys.readouterr()
+    assert "90 % of the runs from" in said.out
+    assert "rank correlation" in said.out
+    assert "open out/report.html" in said.err
+    summary = json.loads((bench.folder / "out" / "summary.json").read_text())
+    assert (summary["runs"], summary["done"], summary["statuses"]) == (12, 12, {"ok": 12})
+    worst = summary["worst"]
+    assert [entry["motion.peak_to_peak"] for entry in worst] == sorted(
+        (entry["motion.peak_to_peak"] for entry in worst), reverse=True
+    )
+    assert worst[0]["command"] == f"bristle study study.toml --run {worst[0]['run']} --out run_{worst[0]['run']}"
+    traces = pyarrow.parquet.read_table(bench.folder / "out" / summary["traces"][0])
+    position = traces["position"].to_numpy()[20:]
+    assert position.max() - position.min() == worst[0]["motion.peak_to_peak"]
+    page = (bench.folder / "out" / "report.html").read_text()
+    assert worst[0]["command"] in page
+    assert "Rank correlations with their 95 % intervals" in page
+    assert summary["provenance"]["command"] == "bristle study study.toml --out out"
+
+
+def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys):
+    main(["study", "study.toml", "--out", "out", "--workers", "1", "--json"])
+    kept = json.loads(capsys.readouterr().out)["worst"][0]
+    assert main(["study", "study.toml", "--run", str(kept["run"]), "--json", "--out", "again"]) == 0
+    repeated = json.loads(capsys.readouterr().out)
+    assert repeated["variants"]["base"]["motion"]["peak_to_peak"] == kept["motion.peak_to_peak"]
+    assert repeated["run"] == kept["run"]
+    table = pyarrow.parquet.read_table(bench.folder / "out" / "runs").to_pylist()[kept["run"]]
+    assert repeated["seed"] == table["seed"]
+    assert repeated["values"]["friction.F_C"] == table["friction.F_C"]
+    assert (bench.folder / "again" / "report.html").is_file()
+    assert (bench.folder / "again" / "log.csv").is_file()
+
+
+def test_a_dry_run_tells_runs_and_time_and_writes_nothing(bench, capsys):
+    assert main(["study", "study.toml", "--dry-run", "--json", "--workers", "3"]) == 0
+    cost = json.loads(capsys.readouterr().out)
+    assert (cost["runs"], cost["blocks"], cost["workers"], cost["many_at_once"]) == (12, 3, 3, True)
+    assert cost["seconds"] == pytest.approx(12 * cost["seconds_per_run"] / 3)
+    assert main(["study", "study.toml", "--dry-run"]) == 0
+    assert "12 runs, in 3 files." in capsys.readouterr().out
+    assert not (bench.folder / "out").exists()
+
+
+def test_a_study_needs_a_folder(bench, capsys):
+    assert main(["study", "study.toml"]) == 2
+    assert "needs a folder to write into. Add --out DIR, or --dry-run" in capsys.readouterr().err
+
+
+def test_a_report_of_a_grid_and_of_indices(bench, capsys):
+    grid = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]')
+    bench.write(grid, name="grid.toml")
+    assert main(["study", "grid.toml", "--out", "grid", "--workers", "1"]) == 0
+    page = (bench.folder / "grid" / "report.html").read_text()
+    assert "effort.frequency 2" in page
+    bench.write(STUDY.replace("runs = 12", "runs = 32").replace("seed = 7", "seed = 7\nsobol_indices = true"), "i.toml")
+    assert main(["study", "i.toml", "--out", "indices", "--workers", "1", "--json"]) == 0
+    capsys.readouterr()
+    summary = json.loads((bench.folder / "indices" / "summary.json").read_text())
+    assert [entry["cause"] for entry in summary["sobol_indices"]][:2] == ["friction.F_C", "plant.M"]
+    assert "Sobol indices" in (bench.folder / "indices" / "report.html").read_text()

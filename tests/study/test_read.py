@@ -1,0 +1,125 @@
+"""What a study file may say, and how it is told where it does not fit."""
+
+import re
+
+import numpy as np
+import pytest
+from tests.study.conftest import STUDY
+
+from bristle.core.errors import InputError
+from bristle.study import read_study_file
+from bristle.study.plan import Block
+
+LOOPS = """
+schema = 1
+experiment = "loop.toml"
+runs = 4
+seed = 1
+[vary]
+"controller.k_p" = { log_uniform = ["40 1/s", "160 1/s"] }
+"compare.stiff.controller.k_v" = { choice = ["2 N*s/mm", "4 N*s/mm"] }
+[grid]
+"reference.frequency" = ["1 Hz", "2 Hz"]
+"run.delay" = [0, 2]
+[keep]
+metrics = ["following_error.rms", "stiff.effort.peak"]
+traces = "worst 2"
+"""
+
+
+def test_a_study_says_what_varies_and_what_is_kept(bench):
+    study = bench.study(LOOPS)
+    assert study.count == 16
+    assert study.units == {
+        "controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": "",
+    }  # fmt: skip
+    assert [metric.column for metric in study.metrics] == [
+        "plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak",
+    ]  # fmt: skip
+    assert study.worst == 2
+    values = study.values(Block(0, 16))
+    assert np.all((values["controller.k_p"] >= 40.0) & (values["controller.k_p"] <= 160.0))
+    assert set(values["compare.stiff.controller.k_v"]) <= {2000.0, 4000.0}
+    # Neighbours differ by the point of the grid, each draw is made at all of them.
+    assert values["reference.frequency"][:5].tolist() == [1.0, 1.0, 2.0, 2.0, 1.0]
+    assert len(set(values["controller.k_p"][:4])) == 1
+
+
+def test_a_model_takes_the_place_of_an_experiment(bench):
+    (bench.folder / "model.toml").write_text(
+        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 2.0\n[friction]\nmodel = "coulomb_viscous"\n'
+        "F_C = 1.0\nF_v = 0.5\n"
+    )
+    study = bench.study("""
+schema = 1
+model = "model.toml"
+runs = 3
+seed = 1
+[vary]
+"friction.F_C" = { uniform = [0.5, 1.5] }
+[effort]
+model = "constant"
+level = "3 N"
+[run]
+duration = "50 ms"
+sample_time = "1 ms"
+""")
+    assert study.experiment.variants[0].plant.values["M"] == 2.0
+    assert [metric.column for metric in study.metrics] == ["motion.peak_to_peak", "effort.rms"]
+
+
+CHANGES = {
+    "misspelt": (('runs = 12', 'rums = 12'), r"rums: unknown key.*Did you mean 'runs'"),
+    "no experiment": (('experiment = "rig.toml"', ""), r"experiment: needs an experiment"),
+    "no file": (('"rig.toml"', '"rug.toml"'), r"rug\.toml"),
+    "no runs": (("runs = 12", ""), r"runs: is missing.*Write runs = 1000"),
+    "runs": (("runs = 12", "runs = 0"), r"runs: .*found 0, allowed a whole number, 1 to"),
+    "seed": (("seed = 7", "seed = -1"), r"seed: .*found -1"),
+    "sampling": (("seed = 7", 'seed = 7\nsampling = "sobel"'), r"sampling: .*Did you mean 'sobol'"),
+    "parameter": (('friction.F_C', 'friction.F_c'), r"vary\.\"friction\.F_c\": .*Did you mean 'F_C'"),
+    "section": (('friction.F_C', 'frition.F_C'), r"allowed a key below .*Did you mean 'friction'"),
+    "unit": (('"1 N", "0.1 N"', '"1 mm", "0.1 N"'), r"friction\.F_C\"\.normal\[0\]"),
+    "range": (('"0.8 kg", "1.2 kg"', '"-1 kg", "1.2 kg"'), r"uniform\[0\]: .*allowed"),
+    "order": (('"0.8 kg", "1.2 kg"', '"1.2 kg", "0.8 kg"'), r"uniform\[1\]: must be above"),
+    "deviation": (('"0.1 N"]', '"0 N"]'), r"normal\[1\]: must be positive"),
+    "distribution": (("normal", "normale"), r"normale: is no distribution.*Did you mean 'normal'"),
+    "one number": (("normal = [\"1 N\", \"0.1 N\"]", "normal = [1.0]"), r"allowed two values"),
+    "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
+    "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varied twice"),
+    "seed varied": (('plant.M', 'friction.seed'), r"seed"),
+    "traces": (("[keep]", '[keep]\ntraces = "best 3"'), r"keep\.traces: .*allowed \"worst 0\""),
+    "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
+    "grid with indices": (
+        ("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn, and no grid",
+    ),
+    "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_does_not_fit_is_told_with_its_place_and_a_mend(bench, name):
+    change, pattern = CHANGES[name]
+    with pytest.raises(InputError) as error:
+        bench.study(change=change)
+    assert str(error.value).startswith(str(bench.folder / "study.toml"))
+    assert re.search(pattern, str(error.value)), str(error.value)
+
+
+def test_a_study_in_which_nothing_varies_is_refused(bench):
+    text = STUDY[: STUDY.index("[vary]")]
+    with pytest.raises(InputError, match="no run would differ"):
+        bench.study(text)
+
+
+def test_a_loop_whose_sensor_is_noisy_varies_by_itself(bench):
+    study = bench.study('schema = 1\nexperiment = "loop.toml"\nruns = 3\nseed = 1\n')
+    assert study.causes == ()
+    assert study.experiment.variants[0].run.seeds == 1
+
+
+def test_the_block_follows_from_the_study_alone(bench):
+    plain = bench.study(block=("block = 4", ""))
+    assert plain.block == bench.study(block=("block = 4", "")).block
+    assert (
+        read_study_file(bench.write(runs=("runs = 12", "runs = 100000"), block=("block = 4", ""))).block > plain.block
+    )

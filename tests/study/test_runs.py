@@ -1,0 +1,151 @@
+"""What is kept of a run is what ``simulate`` returns of it, whichever way it was simulated."""
+
+import numpy as np
+import pytest
+from tests.study.conftest import STUDY, same
+
+import bristle as br
+from bristle.files.summary import as_json
+from bristle.study.block import Simulator
+from bristle.study.metrics import METRICS
+from bristle.study.plan import Block
+from bristle.study.repeat import repeat_run, values_of
+from bristle.study.varied import Varied, row_of
+
+EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')
+LOOPS = """
+schema = 1
+experiment = "loop.toml"
+runs = 3
+seed = 1
+[vary]
+"controller.k_p" = { uniform = ["60 1/s", "100 1/s"] }
+"friction.F_C" = { uniform = ["6 N", "10 N"] }
+"plant.M" = { uniform = ["19 kg", "21 kg"] }
+[grid]
+"reference.frequency" = ["1 Hz", "2 Hz"]
+"""
+
+
+def test_runs_in_a_batch_have_the_bits_of_runs_one_by_one(bench):
+    study = bench.study(EVERY)
+    batch, serial = Simulator(study), Simulator(study, batches=False)
+    assert batch.in_batches
+    assert not serial.in_batches
+    block = Block(1, 9)
+    first, second = batch.columns(block), serial.columns(block)
+    assert same(first, second)
+    assert len(set(first["motion.std"])) == 8
+    assert np.all(np.isnan(first["following_error.rms"]))
+
+
+@pytest.mark.parametrize("change", ["delay = 1", 'current_lag = "1 ms"', 'tolerance = "1 um"'])
+def test_what_no_batch_can_do_is_run_one_by_one(bench, change):
+    rig = (bench.folder / "rig.toml").read_text()
+    if "tolerance" in change:
+        rig = rig.replace("substeps = 2", "")
+    (bench.folder / "rig.toml").write_text(rig + change + "\n")
+    assert not Simulator(bench.study()).in_batches
+
+
+def test_a_friction_model_with_a_memory_is_run_one_by_one(bench):
+    rig = (bench.folder / "rig.toml").read_text()
+    before, after = rig.index('model = "lugre"'), rig.index("[effort]")
+    rig = rig[:before] + 'model = "maxwell_slip"\nF_C = 1.0\nk_i = [1e5, 2e5]\nnu_i = [0.4, 0.6]\n' + rig[after:]
+    (bench.folder / "rig.toml").write_text(rig)
+    assert not Simulator(bench.study()).in_batches
+
+
+def test_values_set_in_models_make_the_experiment_that_the_file_would(bench):
+    study = bench.study(LOOPS)
+    direct, by_tables = Varied(study), Varied(study)
+    by_tables._direct = None
+    assert direct.is_direct
+    for number in range(study.count):
+        block = Block(number, number + 1)
+        values, seed = row_of(study.values(block), 0), study.seeds(block)[0]
+        first, second = (br.simulate(way.experiment(values, seed)) for way in (direct, by_tables))
+        for name in ("plain", "stiff"):
+            assert first.variants[name].measured.tobytes() == second.variants[name].measured.tobytes()
+
+
+def test_a_variant_that_says_a_value_itself_keeps_it(bench):
+    study = bench.study(LOOPS)
+    values = row_of(study.values(Block(0, 1)), 0)
+    plain, stiff = Varied(study).experiment(values, 1).variants
+    assert plain.controller.values["k_p"] == values["controller.k_p"]
+    assert stiff.controller.values["k_p"] == 120.0
+    assert stiff.friction.values["F_C"] == values["friction.F_C"]
+
+
+def test_values_that_reach_further_than_one_model_go_through_the_tables(bench):
+    study = bench.study(LOOPS.replace('"reference.frequency" = ["1 Hz", "2 Hz"]', '"run.delay" = [0, 1]'))
+    varied = Varied(study)
+    assert not varied.is_direct
+    experiment = varied.experiment(row_of(study.values(Block(1, 2)), 0), 1)
+    assert [variant.run.delay for variant in experiment.variants] == [1, 1]
+    assert [variant.run.seeds for variant in experiment.variants] == [1, 1]
+
+
+def test_gravity_that_is_fed_forward_is_that_of_the_plant_of_the_run(bench):
+    loop = (bench.folder / "loop.toml").read_text()
+    loop = loop.replace('[plant]\nM = "20 kg"', '[plant]\nmodel = "inertia+gravity"\nM = "20 kg"\ng_sin = "100 N"')
+    loop = loop.replace("[sensor]", '[controller.feedforward]\nplant = "own"\n[sensor]')
+    (bench.folder / "loop.toml").write_text(loop)
+    varied = Varied(bench.study(LOOPS))
+    values = row_of(varied.study.values(Block(0, 1)), 0)
+    assert not varied.is_direct
+    assert varied.experiment(values, 1).variants[0].feedforward.plant.values["M"] == values["plant.M"]
+
+
+def test_the_seed_of_a_run_is_added_to_those_of_the_file(bench):
+    study = bench.study(LOOPS)
+    values = row_of(study.values(Block(0, 1)), 0)
+    first, second = (Varied(study).experiment(values, seed).variants[0].sensor.values["seed"] for seed in (0, 40))
+    assert (first, second) == (5, 45)
+
+
+def test_a_run_repeated_has_the_numbers_that_were_kept(bench):
+    study = bench.study(LOOPS)
+    kept = Simulator(study).columns(Block(0, study.count))
+    result = repeat_run(study, 4)
+    assert kept["stiff.effort.rms"][4] == result.variants["stiff"].effort_rms
+    assert kept["controller.k_p"][4] == values_of(study, 4)["controller.k_p"]
+    with pytest.raises(br.core.InputError, match="0 to 5"):
+        repeat_run(study, 6)
+
+
+def test_a_run_that_fails_says_why_and_the_others_go_on(bench):
+    study = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]'))
+    columns = Simulator(study).columns(Block(0, 12))
+    refused = [place for place, status in enumerate(columns["status"]) if status == "refused"]
+    assert 0 < len(refused) < 12
+    for place in range(12):
+        fits = 0.0 < columns["friction.F_C"][place] <= 1.5
+        assert (columns["status"][place] == "ok") == fits
+        assert np.isfinite(columns["motion.peak_to_peak"][place]) == fits
+        assert bool(columns["reason"][place]) != fits
+
+
+def test_a_loop_that_leaves_the_finite_numbers_has_none(bench):
+    loop = (bench.folder / "loop.toml").read_text().replace('limit = "300 N"\n', "").replace('"0.2 s"', '"2 s"')
+    (bench.folder / "loop.toml").write_text(loop)
+    fast = LOOPS.replace('["60 1/s", "100 1/s"]', '["6e5 1/s", "7e5 1/s"]')
+    study = bench.study(fast.replace("[grid]", '[grid]\n"run.delay" = [20]'))
+    columns = Simulator(study).columns(Block(0, 1))
+    assert columns["status"] == ["not_finite"]
+    assert np.isnan(columns["plain.effort.rms"][0])
+    assert "plain" in columns["reason"][0]
+
+
+def test_every_metric_is_one_of_the_numbers_that_run_tells(bench):
+    from bristle.report.summary import simulation_summary
+
+    result = br.simulate(bench.folder / "loop.toml")
+    variant = simulation_summary(result, files={}, provenance={})["variants"]["plain"]
+    assert as_json(variant)
+    for name in METRICS:
+        entry = variant
+        for key in name.split("."):
+            entry = entry[key]
+        assert isinstance(entry, float)

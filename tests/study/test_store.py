@@ -1,0 +1,150 @@
+"""The folder of a study: blocks that are whole, the same study gone on with, another one refused."""
+
+import errno
+import os
+import subprocess
+import sys
+
+import pyarrow.parquet
+import pytest
+from tests.study.conftest import content
+
+from bristle.core.errors import InputError
+from bristle.study import run_study
+from bristle.study import store as store_module
+from bristle.study.block import Simulator
+
+
+def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):
+    study = bench.study()
+    ran = run_study(study, bench.folder / "whole", workers=1)
+    assert (ran.blocks, ran.before, ran.is_whole) == (3, 0, True)
+    run_study(study, bench.folder / "part", workers=1)
+    (bench.folder / "part" / "runs" / "0000000004.parquet").unlink()
+    simulated = []
+    columns = Simulator.columns
+    monkeypatch.setattr(Simulator, "columns", lambda self, block: simulated.append(block) or columns(self, block))
+    ran = run_study(study, bench.folder / "part", workers=1)
+    assert ran.before == 2
+    assert [block.first for block in simulated] == [4]
+    assert content(bench.folder / "part") == content(bench.folder / "whole")
+
+
+def test_files_hold_the_runs_with_their_units(bench):
+    study = bench.study()
+    run_study(study, bench.folder / "out", workers=1)
+    table = pyarrow.parquet.read_table(bench.folder / "out" / "runs" / "0000000004.parquet")
+    assert table.column_names == [
+        "run", "seed", "status", "reason", "friction.F_C", "plant.M", "motion.peak_to_peak", "effort.rms",
+    ]  # fmt: skip
+    assert table["run"].to_pylist() == [4, 5, 6, 7]
+    assert table["reason"].to_pylist() == [None] * 4
+    assert {field.name: field.metadata[b"unit"] for field in table.schema if field.metadata} == {
+        "friction.F_C": b"N", "plant.M": b"kg", "motion.peak_to_peak": b"m", "effort.rms": b"N",
+    }  # fmt: skip
+
+
+def test_a_damaged_file_is_simulated_again(bench):
+    study = bench.study()
+    run_study(study, bench.folder / "out", workers=1)
+    before = content(bench.folder / "out")
+    file = bench.folder / "out" / "runs" / "0000000000.parquet"
+    file.write_bytes(file.read_bytes()[:-100])
+    assert run_study(study, bench.folder / "out", workers=1).before == 2
+    assert content(bench.folder / "out") == before
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("seed = 7", "seed = 8"), "seed was 7 and is now 8"),
+        (('"0.1 N"', '"0.2 N"'), r'vary\.friction\.F_C\.normal was \["1 N", "0\.1 N"\] and is now'),
+        (("block = 4", "block = 6"), "block was 4 and is now 6"),
+        ((', "effort.rms"', ""), "keep.metrics was"),
+    ],
+)
+def test_another_study_is_refused_with_what_differs(bench, change, told):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    before = content(bench.folder / "out")
+    with pytest.raises(InputError, match=f"holds another study: {told}"):
+        run_study(bench.study(change=change), bench.folder / "out", workers=1)
+    assert content(bench.folder / "out") == before
+
+
+def test_a_study_whose_experiment_was_edited_is_another_one(bench):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    bench.rig(substeps=3)
+    with pytest.raises(InputError, match=r"the file of experiment: rig\.toml has changed"):
+        run_study(bench.study(), bench.folder / "out", workers=1)
+
+
+def test_a_name_alone_makes_no_other_study(bench):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    named = bench.study(change=("schema = 1", 'schema = 1\nname = "Tolerances"'))
+    assert run_study(named, bench.folder / "out", workers=1).before == 3
+
+
+def test_a_folder_of_a_persons_own_is_left_alone(bench):
+    (bench.folder / "mine").mkdir()
+    (bench.folder / "mine" / "thesis.tex").write_text("years")
+    with pytest.raises(InputError, match=r"holds something else than a study: thesis\.tex"):
+        run_study(bench.study(), bench.folder / "mine", workers=1)
+    assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
+
+
+def test_a_foreign_file_among_the_runs_is_told(bench):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
+    with pytest.raises(InputError, match="is none of the files of this study"):
+        run_study(bench.study(), bench.folder / "out", workers=1)
+
+
+def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeypatch):
+    study, put = bench.study(), store_module.Store.put
+    room = iter([True, True, False])
+
+    def put_where_there_is_room(self, name, data):
+        replace = os.replace
+        if not next(room):
+
+            def full(*_):
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+            monkeypatch.setattr(os, "replace", full)
+        try:
+            put(self, name, data)
+        finally:
+            monkeypatch.setattr(os, "replace", replace)
+
+    monkeypatch.setattr(store_module.Store, "put", put_where_there_is_room)
+    with pytest.raises(InputError, match="no space left on device.*Make room"):
+        run_study(study, bench.folder / "out", workers=1)
+    assert sorted(content(bench.folder / "out")) == ["0000000000.parquet"]
+    assert list((bench.folder / "out" / ".partial").iterdir()) == []
+    monkeypatch.undo()
+    assert run_study(study, bench.folder / "out", workers=1).before == 1
+
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from bristle.study import read_study_file
+from bristle.study.store import opened
+with opened(Path(sys.argv[2]), read_study_file(sys.argv[1]), {}):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="locks of POSIX")
+def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
+    study, out = bench.study(), bench.folder / "out"
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE
+    ) as holder:  # fmt: skip
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) writes there"):
+            run_study(study, out, workers=1)
+        holder.kill()
+    assert (out / ".lock").exists()
+    assert run_study(study, out, workers=1).is_whole
