@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.cli.conftest import EXPERIMENT
 
 from bristle.cli.main import main
 from bristle.demo import axis_simulated
@@ -52,6 +53,18 @@ def write_followed(folder):
     np.savetxt(folder / "followed.csv", rows, delimiter=",", header=head, comments="", fmt="%.9g")
 
 
+STUDY = """
+schema = 1
+experiment = "experiment.toml"
+runs = 8
+seed = 7
+[vary]
+"friction.F_C" = { normal = ["8 N", "0.5 N"] }
+[grid]
+"reference.frequency" = ["0.5 Hz", "1 Hz"]
+"""
+
+
 @pytest.fixture(scope="session")
 def readers_folder(tmp_path_factory):
     """A folder with log.csv, unseen.csv, axis.toml, a model of one's own, and the results of an identification."""
@@ -61,6 +74,8 @@ def readers_folder(tmp_path_factory):
     write_followed(folder)
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
     shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", folder / "quadratic_drag.py")
+    (folder / "experiment.toml").write_text(EXPERIMENT)
+    (folder / "study.toml").write_text(STUDY)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         assert (

@@ -7,6 +7,7 @@ import tomllib
 
 import pytest
 import typer
+from tests.cli.conftest import EXPERIMENT
 from tests.docs.conftest import PAGES, ROOT, blocks
 
 from bristle.cli.application import app
@@ -21,6 +22,7 @@ from bristle.files.run import RUN
 from bristle.files.schema import Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
+from bristle.study import read_study_file
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {
@@ -122,6 +124,15 @@ def test_parts_of_axis_files_in_pages_are_read(block):
 def test_files_of_curves_in_pages_are_read(block, tmp_path):
     (tmp_path / "axis.toml").write_text(block.text)
     assert read_curve_columns(tmp_path / "axis.toml").start == "saturated"
+
+
+@each("toml study")
+def test_studies_in_pages_are_read(block, at_the_reader):
+    (at_the_reader / "experiment.toml").write_text(EXPERIMENT)
+    (at_the_reader / "study.toml").write_text(block.text)
+    study = read_study_file(at_the_reader / "study.toml")
+    assert study.count == 4000
+    assert list(study.units) == [*tomllib.loads(block.text)["vary"], *tomllib.loads(block.text)["grid"]]
 
 
 @each("toml experiment")

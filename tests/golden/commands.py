@@ -39,6 +39,9 @@ COMMANDS = {
     "run_seeds": "run seeds.toml",
     "run_learning": "run learning.toml",
     "run_diverging": "run diverging.toml",
+    "study": "study study.toml --workers 1 --out study",
+    "study_dry": "study study.toml --workers 1 --dry-run",
+    "study_run": "study study.toml --run 3",
     "paper": "paper --figure 4 --figure 9",
     "paper_write": "paper --write experiments",
     "design": "design experiment.toml",
@@ -76,7 +79,8 @@ def printed(name: str) -> dict[str, Any]:
 
 def _run(line: str) -> tuple[int, str]:
     out = io.StringIO()
-    folder = ["--force"] if "--out" in line or "--write" in line else []
+    # A study goes on in its own folder instead of replacing it.
+    folder = ["--force"] if ("--out" in line or "--write" in line) and not line.startswith("study ") else []
     with redirect_stdout(out), redirect_stderr(io.StringIO()):
         code = main([*line.split(), *folder, "--json"])
     return code, out.getvalue()

@@ -43,6 +43,23 @@ kind = "translational"
 input = { column = "x", unit = "um" }
 output = { column = "F", unit = "N" }
 """
+STUDY = """
+schema = 1
+experiment = "experiment.toml"
+runs = 6
+seed = 1
+block = 4
+
+[vary]
+"friction.F_C" = { uniform = ["6 N", "10 N"] }
+
+[grid]
+"plant.M" = ["19 kg", "21 kg"]
+
+[keep]
+metrics = ["following_error.rms", "effort.peak"]
+traces = "worst 1"
+"""
 PLAIN = """
 schema = 1
 name = "plain"
@@ -74,6 +91,7 @@ TEXTS = {
     "reversals.toml": CURVES.replace('"x"', '"column_1"').replace('"F"', '"column_2"')
     + '[log]\ntables = "curve_*"\n\n[curves]\nstart = "saturated"\n',
     "experiment.toml": bench.EXPERIMENT,
+    "study.toml": STUDY,
     "seeds.toml": bench.EXPERIMENT.replace("[run]", "[run]\nseeds = 2"),
     "learning.toml": bench.EXPERIMENT[:_RUN] + LEARNING + bench.EXPERIMENT[_RUN:_COMPARED],
     "diverging.toml": bench.EXPERIMENT.replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""),

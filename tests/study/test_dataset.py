@@ -46,7 +46,7 @@ def test_what_is_missing_is_no_number(bench):
 
 
 def test_a_folder_that_is_none_of_a_study_is_told(tmp_path):
-    with pytest.raises(br.core.InputError, match="has no study[.]json"):
+    with pytest.raises(br.core.InputError, match=r"has no study[.]json"):
         br.read_study(tmp_path)
 
 

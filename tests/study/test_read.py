@@ -47,7 +47,8 @@ def test_a_study_says_what_varies_and_what_is_kept(bench):
 
 def test_a_model_takes_the_place_of_an_experiment(bench):
     (bench.folder / "model.toml").write_text(
-        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 2.0\n[friction]\nmodel = "coulomb_viscous"\n'
+        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 2.0\n[friction]\n'
+        'model = "coulomb_viscous"\n'
         "F_C = 1.0\nF_v = 0.5\n"
     )
     study = bench.study("""

@@ -117,7 +117,7 @@ def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeyp
             monkeypatch.setattr(os, "replace", replace)
 
     monkeypatch.setattr(store_module.Store, "put", put_where_there_is_room)
-    with pytest.raises(InputError, match="no space left on device.*Make room"):
+    with pytest.raises(InputError, match=r"no space left on device.*Make room"):
         run_study(study, bench.folder / "out", workers=1)
     assert sorted(content(bench.folder / "out")) == ["0000000000.parquet"]
     assert list((bench.folder / "out" / ".partial").iterdir()) == []

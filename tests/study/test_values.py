@@ -65,7 +65,8 @@ def fit_in(folder):
     """Write what an identification leaves of a model: its file and correlated draws."""
     folder.mkdir()
     (folder / "model.toml").write_text(
-        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 1.0\n[friction]\nmodel = "lugre"\nF_C = 1.0\n'
+        'schema = 1\nkind = "translational"\n[plant]\nmodel = "inertia"\nM = 1.0\n[friction]\nmodel = "lugre"\n'
+        "F_C = 1.0\n"
         "F_S = 1.5\nv_S = 1e-3\nsigma_0 = 1e5\nsigma_1 = 316.0\nsigma_2 = 0.4\n"
     )
     chol = np.linalg.cholesky([[1.0, 0.8, -0.6], [0.8, 1.0, -0.3], [-0.6, -0.3, 1.0]])
@@ -86,7 +87,8 @@ def test_joint_draws_keep_the_correlations_of_the_fit(bench):
     study = bench.study(
         STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
                       '"friction" = { from = "results", draws = "bootstrap" }')
-        .replace('"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }', '"plant" = { from = "results", draws = "bootstrap" }')
+        .replace('"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }',
+                 '"plant" = { from = "results", draws = "bootstrap" }')
         .replace("runs = 12", "runs = 20000")
     )  # fmt: skip
     assert [cause.name for cause in study.causes] == ["results"]
@@ -103,9 +105,10 @@ def test_draws_of_another_model_are_refused(bench):
     fit_in(bench.folder / "results")
     (bench.folder / "rig.toml").write_text(
         (bench.folder / "rig.toml").read_text().replace('"lugre"', '"coulomb_viscous"').split("F_S")[0]
-        + 'F_v = "1 N*s/m"\n[effort]\nmodel = "constant"\nlevel = 2.0\n[run]\nduration = "0.1 s"\nsample_time = "1 ms"\n'
+        + 'F_v = "1 N*s/m"\n[effort]\nmodel = "constant"\nlevel = 2.0\n'
+        + '[run]\nduration = "0.1 s"\nsample_time = "1 ms"\n'
     )  # fmt: skip
-    with pytest.raises(ValueError, match="the fit is of lugre, translational, and the experiment has coulomb_viscous"):
+    with pytest.raises(ValueError, match="the fit is of lugre, translational, and the experiment has coulomb_v"):
         bench.study(
             STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
                           '"friction" = { from = "results", draws = "bootstrap" }')

@@ -119,15 +119,17 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
+    at = {key for entry in summary["metrics"][metric].get("points", ()) for key in entry["at"]}
     entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+    entries = [entry for entry in entries if entry["cause"] not in at]
     if not entries:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
     low, high = first["interval"]
     if low <= 0.0 <= high:
-        return ["No cause goes with it that these runs could tell."]
+        return ["It goes with nothing that was drawn, as far as these runs tell."]
     way = "rises" if first["value"] > 0.0 else "falls"
-    return [f"It {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
+    return [f"Of what was drawn it {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
 
 
 def _capital(text: str) -> str:
@@ -142,20 +144,28 @@ def spread_table(summary: Mapping[str, Any]) -> Table:
     """Return how each metric is distributed, a row for each, and for each point of the grid."""
     rows = []
     for name, entry in summary["metrics"].items():
-        rows.append((name, "all" if "points" in entry else "", *_cells(entry, entry["unit"])))
+        column = _column_of(entry)
+        rows.append((name, "all" if "points" in entry else "", *_cells(entry, column)))
         rows += [
-            (name, point["name"], *_cells(point, entry["unit"])) for point in entry.get("points", ())
+            (name, point["name"], *_cells(point, column)) for point in entry.get("points", ())
         ]  # fmt: skip
     heads = ("Metric", "At", "Runs", "Unit", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %",
              "its 95 % interval")  # fmt: skip
     return Table("How the numbers of the runs are distributed", heads, rows).without_empty_columns()
 
 
-def _cells(entry: Mapping[str, Any], unit: str) -> tuple[str, ...]:
+def _column_of(entry: Mapping[str, Any]) -> Quantity:
+    """Return in which unit a metric is told in all rows, and to which step: two digits of its least deviation."""
+    if not entry["count"]:
+        return Quantity.of(entry["unit"], [])
+    scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
+    widths = [one["std"] for one in (entry, *entry.get("points", ())) if one["std"] > 0.0]
+    return Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
+
+
+def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
     if not entry["count"]:
         return ("0", *[""] * 8)
-    top = max(abs(entry[key]) for key in ("mean", "low", "high"))
-    column = Quantity.of(unit, [top])
 
     def interval(ends: Sequence[float]) -> str:
         if not any(map(np.isfinite, ends)):
@@ -163,7 +173,7 @@ def _cells(entry: Mapping[str, Any], unit: str) -> tuple[str, ...]:
         return " to ".join(column.cell(end) if np.isfinite(end) else "?" for end in ends)
 
     return (
-        str(entry["count"]), scale_of(unit, top).unit, column.cell(entry["mean"]), interval(entry["mean_interval"]),
+        str(entry["count"]), column.scale.unit, column.cell(entry["mean"]), interval(entry["mean_interval"]),
         column.cell(entry["std"]) if np.isfinite(entry["std"]) else "", column.cell(entry["low"]),
         column.cell(entry["median"]), column.cell(entry["high"]), interval(entry["high_interval"]),
     )  # fmt: skip

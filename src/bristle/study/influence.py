@@ -135,10 +135,9 @@ def _numbers_of(column: np.ndarray) -> np.ndarray:
 def rank_correlations(runs: Runs) -> list[Influence]:
     """Return the rank correlation of each metric with each value that varies, with its interval.
 
-    Draws are resampled, each with all its points of the grid: runs of one draw are not independent.
+    Draws are resampled, each with all its points of the grid: runs of one draw are not independent. What is drawn is
+    ranked within each point of the grid, which would hide it otherwise.
     """
-    from scipy.stats import rankdata
-
     columns, described = runs.columns, runs.described
     causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
     points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
@@ -147,14 +146,26 @@ def rank_correlations(runs: Runs) -> list[Influence]:
         usable = np.flatnonzero(_usable(runs) & np.isfinite(columns[metric]))
         if len(usable) < FEWEST:
             continue
-        draws = columns["run"][usable].astype(int) // points
-        ranks = rankdata(columns[metric][usable])
+        draws, at = np.divmod(columns["run"][usable].astype(int), points)
         for cause in causes:
-            values = _numbers_of(columns[cause])[usable]
-            if np.ptp(values) > 0.0 and np.ptp(ranks) > 0.0:
-                value, interval = _correlation(rankdata(values), ranks, draws)
+            of_grid = described["columns"][cause]["role"] == "grid"
+            within = np.zeros_like(at) if of_grid else at
+            values, numbers = _numbers_of(columns[cause])[usable], columns[metric][usable]
+            if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
+                value, interval = _correlation(_ranked(values, within), _ranked(numbers, within), draws)
                 found.append(Influence(cause, metric, value, interval))
     return found
+
+
+def _ranked(values: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Return ranks within each group, from -0.5 to 0.5."""
+    from scipy.stats import rankdata
+
+    ranks = np.empty(len(values))
+    for number in np.unique(group):
+        chosen = group == number
+        ranks[chosen] = (rankdata(values[chosen]) - 0.5) / chosen.sum() - 0.5
+    return ranks
 
 
 def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float, tuple[float, float]]:
