@@ -100,7 +100,7 @@ def test_a_foreign_file_among_the_runs_is_told(bench):
 
 
 def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeypatch):
-    study, put = bench.study(), store_module.Store.put
+    study, put = bench.study(), store_module.Store.write_file
     room = iter([True, True, False])
 
     def put_where_there_is_room(self, name, data):
@@ -116,7 +116,7 @@ def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeyp
         finally:
             monkeypatch.setattr(os, "replace", replace)
 
-    monkeypatch.setattr(store_module.Store, "put", put_where_there_is_room)
+    monkeypatch.setattr(store_module.Store, "write_file", put_where_there_is_room)
     with pytest.raises(InputError, match=r"no space left on device.*Make room"):
         run_study(study, bench.folder / "out", workers=1)
     assert sorted(content(bench.folder / "out")) == ["0000000000.parquet"]

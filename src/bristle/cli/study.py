@@ -148,7 +148,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool) -> int:
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
-    from bristle.report.study import spread_table, study_sentences
+    from bristle.report.study import spread_tables, study_sentences
     from bristle.study.run import run_within
     from bristle.study.store import opened
 
@@ -164,7 +164,8 @@ def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_table(spread_table(summary))
+        for table in spread_tables(summary):
+            show_table(table)
         for sentence in study_sentences(summary):
             say(sentence)
     for block, code in ran.lost:
@@ -193,6 +194,6 @@ def _write(store: Any, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
     summary = study_summary(
         runs, command=repeat, provenance=runs.described["provenance"], worst=worst, traces=traces
     )  # fmt: skip
-    store.put(SUMMARY, json_text(summary).encode())
-    store.put(REPORT, study_report(runs, summary, command=command).encode("utf-8", "backslashreplace"))
+    store.write_file(SUMMARY, json_text(summary).encode())
+    store.write_file(REPORT, study_report(runs, summary, command=command).encode("utf-8", "backslashreplace"))
     return summary

@@ -41,9 +41,9 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
         pooled = np.concatenate(list(finite.values()))
         scale = scale_of(unit, largest(pooled))
-        bars = int(np.clip(np.sqrt(pooled.size), BARS_LEAST, BARS_MOST))
-        edges = np.histogram_bin_edges(pooled * scale.factor, bars)
+        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), BARS_LEAST, BARS_MOST))
         for place, (name, values) in enumerate(finite.items()):
+            edges = np.histogram_bin_edges(values * scale.factor, bars)
             share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
             look = style.SERIES[place % len(style.SERIES)]
             if not grouped:

@@ -16,7 +16,7 @@ from bristle.report.table import Quantity, Table
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
-__all__ = ["failed_table", "spread_table", "study_report", "study_sentences", "study_summary", "worst_table"]
+__all__ = ["failed_table", "spread_tables", "study_report", "study_sentences", "study_summary", "worst_table"]
 
 OK = "ok"
 FAILURES_SHOWN = 20
@@ -140,18 +140,18 @@ def _signed(value: float) -> str:
     return f"{value:+.2f}".replace("-", "−")
 
 
-def spread_table(summary: Mapping[str, Any]) -> Table:
-    """Return how each metric is distributed, a row for each, and for each point of the grid."""
-    rows = []
-    for name, entry in summary["metrics"].items():
-        column = _column_of(entry)
-        rows.append((name, "all" if "points" in entry else "", *_cells(entry, column)))
-        rows += [
-            (name, point["name"], *_cells(point, column)) for point in entry.get("points", ())
-        ]  # fmt: skip
-    heads = ("Metric", "At", "Runs", "Unit", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %",
-             "its 95 % interval")  # fmt: skip
-    return Table("How the numbers of the runs are distributed", heads, rows).without_empty_columns()
+def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
+    """Return how each metric is distributed, a table for each, with a row for each point of the grid."""
+    return [_spread_table(name, entry) for name, entry in summary["metrics"].items()]
+
+
+def _spread_table(name: str, entry: Mapping[str, Any]) -> Table:
+    column = _column_of(entry)
+    rows = [("all" if "points" in entry else "", *_cells(entry, column))]
+    rows += [(point["name"], *_cells(point, column)) for point in entry.get("points", ())]
+    heads = ("At", "Runs", "Mean", "its 95 % interval", "Std", "5 %", "Median", "95 %", "its 95 % interval")
+    unit = f" in {column.scale.unit}" if column.scale.unit else ""
+    return Table(f"{_capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns()
 
 
 def _column_of(entry: Mapping[str, Any]) -> Quantity:
@@ -159,13 +159,13 @@ def _column_of(entry: Mapping[str, Any]) -> Quantity:
     if not entry["count"]:
         return Quantity.of(entry["unit"], [])
     scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
-    widths = [one["std"] for one in (entry, *entry.get("points", ())) if one["std"] > 0.0]
+    widths = [row["std"] for row in (entry, *entry.get("points", ())) if row["std"] > 0.0]
     return Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
 
 
 def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
     if not entry["count"]:
-        return ("0", *[""] * 8)
+        return ("0", *[""] * 7)
 
     def interval(ends: Sequence[float]) -> str:
         if not any(map(np.isfinite, ends)):
@@ -173,7 +173,7 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
         return " to ".join(column.cell(end) if np.isfinite(end) else "?" for end in ends)
 
     return (
-        str(entry["count"]), column.scale.unit, column.cell(entry["mean"]), interval(entry["mean_interval"]),
+        str(entry["count"]), column.cell(entry["mean"]), interval(entry["mean_interval"]),
         column.cell(entry["std"]) if np.isfinite(entry["std"]) else "", column.cell(entry["low"]),
         column.cell(entry["median"]), column.cell(entry["high"]), interval(entry["high_interval"]),
     )  # fmt: skip
@@ -215,7 +215,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
     influence = _influence_table(summary)
     return render(
         "study.html", provenance=summary["provenance"], command=command, banner=None, name=summary["name"],
-        facts=_facts(summary, runs.described), sentences=study_sentences(summary), spread=spread_table(summary),
+        facts=_facts(summary, runs.described), sentences=study_sentences(summary), spreads=spread_tables(summary),
         pictures=_pictures(runs, summary), influence=influence, indices=_index_table(summary),
         worst=worst_table(summary), failed=failed_table(summary), columns=_column_table(runs.described),
     )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -52,15 +52,13 @@ class Simulator:
         with _quiet():
             return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
 
-    def columns(self, block: Block, seen: Callable[[], None] | None = None) -> dict[str, Any]:
+    def columns(self, block: Block) -> dict[str, Any]:
         """Return what is kept of a block, by column, each of shape (run,).
 
         Parameters
         ----------
         block : Block
             The runs.
-        seen : callable, optional
-            Called after each run that is simulated by itself.
         """
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
@@ -70,8 +68,6 @@ class Simulator:
             batched = self._batched(rows, seeds, metrics) if self.in_batches else set()
             for place in (place for place in range(block.count) if place not in batched):
                 status[place], reason[place] = self._serial(place, rows[place], seeds[place], metrics)
-                if seen is not None:
-                    seen()
         return {
             "run": np.arange(block.first, block.last), "seed": np.array(seeds), "status": status, "reason": reason,
             **_flat(values), **metrics,

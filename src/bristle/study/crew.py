@@ -101,8 +101,8 @@ class Crew:
             except queue.Empty:
                 continue
             if not isinstance(answer, _Ended):
-                block, (how, content) = answer
-                if how == "failed":
+                block, (outcome, content) = answer
+                if outcome == "failed":
                     raise WorkerError(f"a worker failed at the runs {block.first} to {block.last - 1}: {content}")
                 waiting, unbegun = waiting - 1, 0
                 yield block, content
@@ -110,7 +110,7 @@ class Crew:
             if answer.block is None:
                 unbegun += 1
                 if unbegun >= TRIES * self.count:
-                    raise WorkerError(f"{unbegun} workers ended before they could begin: {_told(answer.code)}")
+                    raise WorkerError(f"{unbegun} workers ended before they could begin: {_ending(answer.code)}")
             else:
                 tries[answer.block.first] = tries.get(answer.block.first, 0) + 1
                 if tries[answer.block.first] < TRIES:
@@ -165,7 +165,7 @@ class Crew:
             return None
 
 
-def _told(code: int | None) -> str:
+def _ending(code: int | None) -> str:
     """Return in words how a process ended."""
     if code is not None and code < 0:
         return f"ended by signal {-code}{', as where memory runs out' if code == -9 else ''}"

@@ -99,13 +99,13 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
         Whether the runs are: intervals are NaN otherwise.
     """
     usable = np.sort(numbers[np.isfinite(numbers)])
-    count, nothing = len(usable), (math.nan, math.nan)
+    count, unknown = len(usable), (math.nan, math.nan)
     if not count:
-        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, nothing, nothing, nothing)
+        return Spread(0, math.nan, math.nan, math.nan, math.nan, math.nan, unknown, unknown, unknown)
     mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
     if not independent:
-        return Spread(count, mean, std, median, low, high, nothing, nothing, nothing)
+        return Spread(count, mean, std, median, low, high, unknown, unknown, unknown)
     half = 1.96 * std / math.sqrt(count)
     return Spread(count, mean, std, median, low, high, (mean - half, mean + half),
                   _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))  # fmt: skip
@@ -128,7 +128,7 @@ def _usable(runs: Runs) -> np.ndarray:
 
 
 def _numbers_of(column: np.ndarray) -> np.ndarray:
-    """Return a column as numbers that can be ranked; names are taken in the order of the alphabet."""
+    """Return a column as numbers that can be ranked; names in the order of the alphabet."""
     return np.unique(column, return_inverse=True)[1].astype(float) if column.dtype.kind == "U" else column
 
 
@@ -141,7 +141,7 @@ def rank_correlations(runs: Runs) -> list[Influence]:
     columns, described = runs.columns, runs.described
     causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
     points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
-    found = []
+    entries = []
     for metric in described["metrics"]:
         usable = np.flatnonzero(_usable(runs) & np.isfinite(columns[metric]))
         if len(usable) < FEWEST:
@@ -153,8 +153,8 @@ def rank_correlations(runs: Runs) -> list[Influence]:
             values, numbers = _numbers_of(columns[cause])[usable], columns[metric][usable]
             if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
                 value, interval = _correlation(_ranked(values, within), _ranked(numbers, within), draws)
-                found.append(Influence(cause, metric, value, interval))
-    return found
+                entries.append(Influence(cause, metric, value, interval))
+    return entries
 
 
 def _ranked(values: np.ndarray, group: np.ndarray) -> np.ndarray:
@@ -174,13 +174,13 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     _, member = np.unique(draws, return_inverse=True)
     groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
     share = min(groups, MOST_RESAMPLED)
-    # Correlations of resamples follow from sums over each draw, weighted by how often it is taken.
+    # Correlations of resamples follow from sums over each draw, each as often as it is resampled.
     products = (np.ones_like(a), a, b, a * a, b * b, a * b)
     sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])
     resampled = np.empty(RESAMPLES)
     for place in range(RESAMPLES):
-        taken = generator.integers(0, groups, share)
-        n, x, y, xx, yy, xy = sums[:, taken].sum(axis=1)
+        resample = generator.integers(0, groups, share)
+        n, x, y, xx, yy, xy = sums[:, resample].sum(axis=1)
         spread = (xx - x * x / n) * (yy - y * y / n)
         resampled[place] = (xy - x * y / n) / np.sqrt(spread) if spread > 0.0 else np.nan
     # Fisher's transformation: intervals near 1 stay below it.
@@ -201,7 +201,7 @@ def sobol_indices(runs: Runs) -> list[Index]:
         return []
     causes: Mapping[str, Any] = runs.described["causes"]
     width, count = len(causes) + 2, runs.described["draws"]
-    found = []
+    entries = []
     for metric in runs.described["metrics"]:
         numbers = np.full(count, np.nan)
         usable = _usable(runs)
@@ -210,8 +210,8 @@ def sobol_indices(runs: Runs) -> list[Index]:
         rows = rows[np.all(np.isfinite(rows), axis=1)]
         rows = rows[: 2 ** (len(rows).bit_length() - 1)] if len(rows) else rows
         if len(rows) >= FEWEST and np.ptp(rows) > 0.0:
-            found += _indices(rows, list(causes), metric)
-    return found
+            entries += _indices(rows, list(causes), metric)
+    return entries
 
 
 def _indices(rows: np.ndarray, causes: list[str], metric: str) -> list[Index]:

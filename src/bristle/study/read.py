@@ -81,7 +81,7 @@ class _Reader:
         causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
         sampling = self._sampling(causes, grid)
-        metrics, worst = self._kept(experiment)
+        metrics, worst = self._metrics(experiment)
         name = self.data.get("name", self.source.stem)
         if not isinstance(name, str):
             raise InputError("must be text", path="name", value=name)
@@ -94,10 +94,10 @@ class _Reader:
             raise InputError("are too many with the points of the grid", path="runs", value=study.count,
                              allowed=f"up to {RUNS_MOST}")  # fmt: skip
         own = self.data.get("block")
-        block = block_for(study.count, experiment) if own is None else self._whole("block", 1, BLOCK_MOST)
+        block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
         return replace(study, block=block, described=self._described(study, block))
 
-    def _whole(self, key: str, least: int, most: int) -> int:
+    def _count(self, key: str, least: int, most: int) -> int:
         value = self.data[key]
         if type(value) is not int or not least <= value <= most:
             raise InputError("does not fit", path=key, value=value, allowed=f"a whole number, {least} to {most}")
@@ -188,7 +188,7 @@ class _Reader:
         for key in ("runs", "seed"):
             if key not in self.data:
                 raise InputError("is missing", path=key, mend=f"Write {key} = {1000 if key == 'runs' else 1}")
-        runs, seed = self._whole("runs", 1, RUNS_MOST), self._whole("seed", 0, SEED_MAX)
+        runs, seed = self._count("runs", 1, RUNS_MOST), self._count("seed", 0, SEED_MAX)
         method = self.data.get("sampling", SAMPLINGS[0])
         if method not in SAMPLINGS:
             raise InputError("is no way to draw", path="sampling", value=method, allowed=", ".join(SAMPLINGS),
@@ -205,7 +205,7 @@ class _Reader:
                              mend=f"Write runs = {below} or {2 * below}")  # fmt: skip
         return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
 
-    def _kept(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
+    def _metrics(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
         table = table_at(self.data.get("keep", {}), "keep")
         check_keys(table, ("metrics", "traces"), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
@@ -228,10 +228,10 @@ class _Reader:
             f"{role}: {origin.name}": origin.checksum
             for role, origins in study.origins.items() if role != "study" for origin in origins
         }  # fmt: skip
-        said = {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")}
+        content = {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")}
         checksum = study.sampling.checksum()
         return {
-            "study": said, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle"),
+            "study": content, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle"),
         }  # fmt: skip
 
 

@@ -125,20 +125,20 @@ def run_study(
 def run_within(store: Store, *, workers: int | None = None, progress: Progress | None = None) -> Ran:
     """Run what is missing of a study in its folder, which this process has; as `run_study`."""
     study, begin = store.study, time.monotonic()
-    done = store.done()
-    missing = [block for block in study.blocks if block.first not in done]
+    present = store.blocks_present()
+    missing = [block for block in study.blocks if block.first not in present]
     count = min(workers or core_count(), max(len(missing), 1))
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
     lost: tuple[tuple[Block, int | None], ...] = ()
     with Crew(study, count) if count > 1 else nullcontext() as crew:
-        for block, columns in crew.results(missing) if crew is not None else _here(study, missing):
+        for block, columns in crew.results(missing) if crew is not None else _in_this_process(study, missing):
             store.write(block, columns)
             tally.add(block.count)
         lost = tuple(crew.lost) if crew is not None else ()
-    return Ran(len(study.blocks), len(done), lost, time.monotonic() - begin)
+    return Ran(len(study.blocks), len(present), lost, time.monotonic() - begin)
 
 
-def _here(study: Study, blocks: list[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
+def _in_this_process(study: Study, blocks: list[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
     if not blocks:
         return
     simulator = Simulator(study)
@@ -165,8 +165,8 @@ class _Tally:
             left = f", {in_words(seconds)} left"
         elif count:  # until the first block is there workers begin, which tells nothing of the others
             self.first, self.begin = count, time.monotonic()
-        done = self.total - self.missing + self.ran
-        self.progress(done / self.total, f"{done} of {self.total} runs{left}")
+        present = self.total - self.missing + self.ran
+        self.progress(present / self.total, f"{present} of {self.total} runs{left}")
 
 
 def in_words(seconds: float) -> str:

@@ -59,19 +59,19 @@ class Store:
         self.pyarrow, self.parquet = library("pyarrow"), library("pyarrow.parquet")
         self.schema = self._schema()
 
-    def done(self) -> set[int]:
+    def blocks_present(self) -> set[int]:
         """Return the first runs of the blocks that are there, whole; one that cannot be read is removed."""
         blocks = {block.file: block for block in self.study.blocks}
-        done = set()
+        present = set()
         for name in sorted(os.listdir(self.folder / RUNS)):
             if name not in blocks:
                 raise InputError("is none of the files of this study", path=str(self.folder / RUNS / name),
                                  mend="Move it elsewhere: whoever reads the folder would read it, too")  # fmt: skip
             if self._is_whole(self.folder / RUNS / name, blocks[name]):
-                done.add(blocks[name].first)
+                present.add(blocks[name].first)
             else:
                 (self.folder / RUNS / name).unlink()
-        return done
+        return present
 
     def _is_whole(self, file: Path, block: Block) -> bool:
         """Return whether a file holds the runs of its block: a disk that failed may have left less."""
@@ -94,9 +94,9 @@ class Store:
         table = self.pyarrow.Table.from_arrays(arrays, schema=self.schema)
         sink = self.pyarrow.BufferOutputStream()
         self.parquet.write_table(table, sink)
-        self.put(f"{RUNS}/{block.file}", sink.getvalue().to_pybytes())
+        self.write_file(f"{RUNS}/{block.file}", sink.getvalue().to_pybytes())
 
-    def put(self, name: str, content: bytes) -> None:
+    def write_file(self, name: str, content: bytes) -> None:
         """Write a file of the folder; it appears whole under its name, in the place of an earlier one."""
         target, partial = self.folder / name, self.folder / PARTIAL / name.replace("/", "-")
         try:
@@ -140,13 +140,13 @@ class Store:
     @property
     def columns(self) -> dict[str, dict[str, str]]:
         """What each column of a block is: its role and its unit in SI."""
-        kept = {metric.column: metric for metric in self.study.metrics}
+        metrics = {metric.column: metric for metric in self.study.metrics}
         grid = {target.path for target, _ in self.study.grid}
         columns = {}
         for field in self.schema:
             unit = (field.metadata or {}).get(b"unit", b"").decode()
-            if field.name in kept:
-                columns[field.name] = {"role": "metric", "unit": unit, "description": kept[field.name].described}
+            if field.name in metrics:
+                columns[field.name] = {"role": "metric", "unit": unit, "description": metrics[field.name].described}
             elif field.metadata is not None:
                 columns[field.name] = {"role": "grid" if field.name in grid else "drawn", "unit": unit}
             else:
@@ -176,7 +176,7 @@ def opened(folder: Path, study: Study, provenance: Mapping[str, str]) -> Iterato
         if (folder / STUDY).is_file():
             _refuse_another(study_in(folder)["described"], plain(study.described), folder)
         else:
-            store.put(STUDY, as_json(_described(store, provenance)).encode())
+            store.write_file(STUDY, as_json(_described(store, provenance)).encode())
         yield store
         (folder / PARTIAL).rmdir()
     finally:
@@ -261,10 +261,10 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
         if path.startswith("files."):
             yield f"the file of {place} has changed"
         else:
-            yield f"{place} was {_said(before)} and is now {_said(now)}"
+            yield f"{place} was {_quoted(before)} and is now {_quoted(now)}"
 
 
-def _said(value: Any) -> str:
+def _quoted(value: Any) -> str:
     text = "not there" if value is None else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
 

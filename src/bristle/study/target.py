@@ -16,7 +16,7 @@ from bristle.files.effort import effort_variables
 
 __all__ = ["Target", "sections_of", "target_at"]
 
-WHOLE = ("delay", "substeps", "trials")
+WHOLE_NUMBERS = ("delay", "substeps", "trials")
 OF_RUNS = "each run has a seed of its own, which is added to those of sensor and friction"
 
 
@@ -32,14 +32,14 @@ class Target:
         What it is: unit and range.
     kind : {"translational", "rotational"}
         Kind of axis that its unit follows.
-    whole : bool
+    is_whole : bool
         Whether it is a whole number.
     """
 
     path: str
     variable: Variable
     kind: Kind
-    whole: bool = False
+    is_whole: bool = False
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -49,7 +49,7 @@ class Target:
     @property
     def is_discrete(self) -> bool:
         """Whether it takes steps: a whole number, or one of several names."""
-        return self.whole or bool(self.variable.choices)
+        return self.is_whole or bool(self.variable.choices)
 
     @property
     def unit(self) -> str:
@@ -73,7 +73,7 @@ class Target:
             self.variable.code(raw, path)
             return raw
         value = number_at(raw, self.variable, self.kind, path)
-        if self.whole and not value.is_integer():
+        if self.is_whole and not value.is_integer():
             raise InputError("must be a whole number", path=path, value=raw)
         return value
 
@@ -126,9 +126,9 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     if model is not None and model.component.is_array(name):
         raise InputError("is a list, which is not varied as one number", path=place,
                          mend="Take joint draws of a fit, from = \"results\", or vary another value")  # fmt: skip
-    whole = name in WHOLE or (model is not None and model.component.is_integer(name))
+    is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
     kind = "translational" if keys[0] == "table_friction" else experiment.kind
-    return Target(path, registry[name], kind, whole and not registry[name].choices)
+    return Target(path, registry[name], kind, is_whole and not registry[name].choices)
 
 
 def _variant_of(keys: list[str], experiment: Experiment, place: str) -> tuple[Variant, list[str]]:
