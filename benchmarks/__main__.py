@@ -30,6 +30,7 @@ from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
 from benchmarks.strange_logs import strange_logs
 from benchmarks.structure import structures
+from benchmarks.study import study
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 
@@ -164,6 +165,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         bootstrap,
         fits,
         readers,
+        study,
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.

@@ -150,9 +150,10 @@ def rank_correlations(runs: Runs) -> list[Influence]:
         for cause in causes:
             of_grid = described["columns"][cause]["role"] == "grid"
             within = np.zeros_like(at) if of_grid else at
-            values, numbers = _numbers_of(columns[cause])[usable], columns[metric][usable]
+            values = _ranked(_numbers_of(columns[cause])[usable], within)
+            numbers = _ranked(columns[metric][usable], within)
             if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
-                value, interval = _correlation(_ranked(values, within), _ranked(numbers, within), draws)
+                value, interval = _correlation(values, numbers, draws)
                 entries.append(Influence(cause, metric, value, interval))
     return entries
 

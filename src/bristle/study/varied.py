@@ -11,7 +11,7 @@ import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from bristle.study.target import sections_of
 
 __all__ = ["Varied", "with_changes"]
 
+T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
 _FIELD = {"table_friction": "table"}  # of a variant, where it is not the section of the file
 SEEDED = ("sensor", "friction", "table")
@@ -207,8 +208,16 @@ def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Seque
 
 def _changed(experiment: Experiment, changes: Sequence[Mapping[str, Model]]) -> Experiment:
     pairs = zip(experiment.variants, changes, strict=True)
-    variants = tuple(replace(variant, **changed) if changed else variant for variant, changed in pairs)
-    return replace(experiment, variants=variants)
+    variants = tuple(_with(variant, **changed) if changed else variant for variant, changed in pairs)
+    return _with(experiment, variants=variants)
+
+
+def _with(item: T, **changed: Any) -> T:
+    """Return a copy with other models of the same components: what was looked at once need not be in each run."""
+    copied = copy.copy(item)
+    for name, value in changed.items():
+        object.__setattr__(copied, name, value)
+    return copied
 
 
 def _alike(first: Variant, second: Variant) -> bool:
