@@ -23,6 +23,7 @@ from bristle.files.schema import Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 from bristle.study import read_study_file
+from bristle.study.joint import fitted_at
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {
@@ -135,6 +136,12 @@ def test_studies_in_pages_are_read(block, at_the_reader):
     assert list(study.units) == [*tomllib.loads(block.text)["vary"], *tomllib.loads(block.text)["grid"]]
 
 
+@each("toml study-part")
+def test_draws_of_a_fit_in_pages_are_found(block, at_the_reader):
+    for place, table in tomllib.loads(block.text)["vary"].items():
+        assert {"F_C_pos", "F_C_neg"} <= fitted_at(table, at_the_reader, place).draws.keys()
+
+
 @each("toml experiment")
 def test_experiments_in_pages_are_read(block, at_the_reader):
     experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml", Sources(at_the_reader))
@@ -158,7 +165,7 @@ def test_tables_in_pages_are_those_of_the_example(block):
 def test_no_block_goes_unchecked():
     checked = (
         "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction",
-        "toml loop", "python", "sh", "text",
+        "toml loop", "toml study", "toml study-part", "python", "sh", "text",
     )  # fmt: skip
     every = sum(page.read_text().count("\n```") for page in PAGES)
     assert len(blocks(*checked)) == every / 2
