@@ -6,8 +6,8 @@ const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
 const MOST_PAST = 200, MOST_TURNS = 400;
-const LONG = 6, PAUSE = 80; // [ms]
-let kept = "", waiting = 0, restTook = 0, shown = {};
+const LONG = 6, PAUSE = 80, JUDGED = 150; // [ms]
+let kept = "", waiting = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = {
   model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
@@ -33,9 +33,17 @@ function drawRest() {
   waiting = 0;
   speedView(lab, byId("speed"), byId("speed-reading"));
   pulledView(lab, byId("pulled"), byId("pulled-reading"));
-  verdictView(lab, byId("verdicts"));
+  if (!judging) judging = setTimeout(judge, verdictTook > LONG ? JUDGED : 0);
   track(lab);
   restTook = performance.now() - before;
+}
+
+// Verdicts change on the way, but not with every frame.
+function judge() {
+  const before = performance.now();
+  judging = 0;
+  verdictView(lab, byId("verdicts"));
+  verdictTook = performance.now() - before;
 }
 
 // The loop is drawn at once, the rest after it: less often where it takes so long that a slider would lag.

@@ -2,7 +2,8 @@
 
 const WORDS = { none: "the law alone", model: "friction fed forward", observer: "an observer", both: "both" };
 const SHARE = 0.25; // of the radius, that the largest error of the circle is drawn with
-const asked = { worker: null, key: "", busy: false, next: null, found: null };
+const STILL = 150; // [ms]
+const asked = { worker: null, key: "", busy: false, next: null, found: null, later: 0 };
 
 // A worker of the shared script; null where the host forbids one, and the page computes it itself.
 function newWorker(answer) {
@@ -32,7 +33,10 @@ function track(lab) {
   if (key === asked.key) return null;
   asked.key = key;
   asked.next = setup;
-  return ask(lab);
+  // While a slider moves, the cores are those of the curves that move with it.
+  clearTimeout(asked.later);
+  asked.later = setTimeout(() => ask(lab), asked.found ? STILL : 0);
+  return null;
 }
 
 async function ask(lab) {
