@@ -49,7 +49,7 @@ def study(
     size_limit: SizeLimit = None,
     as_json: Json = False,
 ) -> int:
-    """Run an experiment thousands of times, with other values each time.
+    """Run an experiment thousands of times with other values.
 
     What varies, and how, stands in the study file: distributions, joint draws of a fit, a grid. A run has a number,
     and its values and its seed follow from it: any number of workers gives the same files.
