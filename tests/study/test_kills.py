@@ -16,6 +16,7 @@ from tests.study.conftest import content
 from bristle.core.errors import InputError
 from bristle.study import run_study
 from bristle.study.crew import Crew, WorkerError
+from bristle.study.worker import read_message, write_message
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 
@@ -102,6 +103,38 @@ def test_ctrl_c_ends_the_workers_and_says_what_to_do(slow_bench):
     assert "keeps the runs that are done; the same command goes on" in said
     until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     assert len(content(out)) < 100
+
+
+def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
+    hand_out, ended = Crew._next, []
+
+    def deadly_once(self):
+        block = hand_out(self)
+        if block is not None and block.first == 4 and not ended:
+            ended.extend(self.processes)
+            for pid in self.processes:
+                os.kill(pid, signal.SIGKILL)
+        return block
+
+    monkeypatch.setattr(Crew, "_next", deadly_once)
+    ran = run_study(bench.study(), bench.folder / "out", workers=2)
+    assert ended
+    assert ran.lost == ()
+    assert numbers(bench.folder / "out") == list(range(12))
+
+
+def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_bench):
+    study = slow_bench.study(runs=("runs = 12", "runs = 4000"), block=("block = 4", "block = 4000"))
+    code = "from bristle.study.worker import main; main()"
+    worker = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    write_message(worker.stdin, study)
+    assert read_message(worker.stdout) == ("ready", None)
+    write_message(worker.stdin, study.blocks[0])
+    time.sleep(0.5)
+    assert worker.poll() is None
+    worker.stdin.close()
+    worker.wait(10.0)  # its block would take a minute
+    worker.stdout.close()
 
 
 @pytest.mark.slow

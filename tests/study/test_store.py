@@ -30,6 +30,15 @@ def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):
     assert content(bench.folder / "part") == content(bench.folder / "whole")
 
 
+def test_a_block_with_fewer_runs_is_simulated_again(bench):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    before, file = content(out), out / "runs" / "0000000004.parquet"
+    pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).slice(0, 3), file)
+    assert run_study(study, out, workers=1).before == 2
+    assert content(out) == before
+
+
 def test_files_hold_the_runs_with_their_units(bench):
     study = bench.study()
     run_study(study, bench.folder / "out", workers=1)
@@ -90,6 +99,22 @@ def test_a_folder_of_a_persons_own_is_left_alone(bench):
     with pytest.raises(InputError, match=r"holds something else than a study: thesis\.tex"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("own", ["report.html", "runs/2024.csv", ".partial/draft.txt"])
+def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench, own):
+    file = bench.folder / "mine" / own
+    file.parent.mkdir(parents=True)
+    file.write_text("years")
+    with pytest.raises(InputError, match=f"holds something else than a study: {own}"):
+        run_study(bench.study(), bench.folder / "mine", workers=1)
+    assert file.read_text() == "years"
+
+
+def test_what_a_study_left_that_ended_before_it_began_is_no_hindrance(bench):
+    (bench.folder / "out" / ".partial").mkdir(parents=True)
+    (bench.folder / "out" / ".partial" / "study.json").write_text("{")
+    assert run_study(bench.study(), bench.folder / "out", workers=1).is_whole
 
 
 def test_a_foreign_file_among_the_runs_is_told(bench):

@@ -21,7 +21,6 @@ __all__ = ["RUNS", "STUDY", "Store", "library", "opened", "study_in"]
 
 STUDY, RUNS = "study.json", "runs"
 LOCK, PARTIAL = ".lock", ".partial"
-OWN = (STUDY, RUNS, LOCK, PARTIAL, "traces", "summary.json", "report.html")
 SCHEMA = 1
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO}
 LONGEST = 60
@@ -224,8 +223,14 @@ def _refuse_foreign(folder: Path) -> None:
         return
     if not folder.is_dir():
         raise InputError("is a file, not a folder", path=str(folder), mend="Name another folder")
-    foreign = sorted(set(os.listdir(folder)) - set(OWN))
-    if foreign and not (folder / STUDY).is_file():
+    if (folder / STUDY).is_file():
+        return
+    # A study that was killed before it said what it is has left no more than these, and its first file half written.
+    foreign = sorted({*os.listdir(folder)} - {LOCK, RUNS, PARTIAL}) + [
+        f"{inner}/{name}" for inner in (RUNS, PARTIAL) if (folder / inner).is_dir()
+        for name in sorted(os.listdir(folder / inner)) if (inner, name) != (PARTIAL, STUDY)
+    ]  # fmt: skip
+    if foreign:
         raise InputError(f"holds something else than a study: {', '.join(foreign[:5])}", path=str(folder),
                          mend="Name another folder")  # fmt: skip
 
