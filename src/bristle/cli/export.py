@@ -26,7 +26,10 @@ Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, 
 LogOfTable = Annotated[
     Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
 ]
-TARGETS = "c, wasm, st, table, tf5200, sinumerik, cogging, mjcf, fmu2 or fmu3."
+Draws = Annotated[
+    int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
+]
+TARGETS = "c, wasm, st, table, tf5200, sinumerik, cogging, mjcf, draws, fmu2 or fmu3."
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -62,6 +65,7 @@ def export(
     speed: Speed = None,
     points: Points = 20,
     log: LogOfTable = None,
+    draws: Draws = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -75,7 +79,8 @@ def export(
     drive that AXIS.toml describes; with --points 3, gravity, a level for each direction and the inertia. tf5200: the
     same for the friction compensation of a Beckhoff TF5200 CNC. sinumerik: start values for that of a SINUMERIK, to
     be tuned by the circularity test. cogging: its harmonics, where they were identified. mjcf: a scene of MuJoCo with
-    what it has of friction. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of both, with a
+    what it has of friction. draws: what the bootstrap found, a row a draw with all correlations, and the same as
+    attributes of such a scene. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of both, with a
     library for each platform that there is a compiler for.
 
     With --law, what a variant of an experiment commands, for c and st: its controller and all that is fed forward.
@@ -90,7 +95,8 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    of_model = {"step": step, "axis": axis, "speed": speed, "tunable": tunable, "float32": float32, "log": log}
+    of_model = {"step": step, "axis": axis, "speed": speed, "tunable": tunable, "float32": float32, "log": log,
+                "draws": draws}  # fmt: skip
     _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
@@ -138,6 +144,7 @@ def _model(context: typer.Context, model: Path, to: str, name: str, options: Map
     from bristle.exports.described import Source
     from bristle.exports.face import PERIOD
     from bristle.exports.targets import Request, files_for
+    from bristle.files.arrays import read_arrays
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
@@ -152,12 +159,13 @@ def _model(context: typer.Context, model: Path, to: str, name: str, options: Map
     if holds_operator(file):
         exported, offset, _ = read_operator(file)
         plant = None
-        facts, code = {"uncertainty": {}, "treatment": {}}, ()
+        facts, code, drawn = {"uncertainty": {}, "treatment": {}}, (), {}
         beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
     else:
         plant, exported, facts = read_model(file, allow_code=options["allow_code"])
         admit(exported)
         code, beside = origins_of_code([base_of(exported.component)]), ()
+        drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {}) if to == "draws" else {}
     axis = None if options["axis"] is None else read_axis(options["axis"])
     log = None if options["log"] is None else read_log(options["log"], axis)
     source = provenance(context.obj, model=file, log=log, code=code)
@@ -165,6 +173,7 @@ def _model(context: typer.Context, model: Path, to: str, name: str, options: Map
         exported, name, PERIOD(options["step"], "--step", None), Source(source, facts["uncertainty"]),
         options["tunable"], options["float32"], axis, _speed(options["speed"], exported, facts["treatment"]),
         options["points"], 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, log, facts,
+        options["draws"] or 0, drawn,
     )  # fmt: skip
     return _Exported(files_for(to, request), exported.name, source, beside)
 

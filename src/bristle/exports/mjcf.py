@@ -15,7 +15,7 @@ from bristle.exports.rendering import version
 from bristle.friction import base_of
 from bristle.friction.slots import directional, variations_of
 
-__all__ = ["MODELS_OF_MUJOCO", "mjcf_notes", "mjcf_text"]
+__all__ = ["MODELS_OF_MUJOCO", "mjcf_attributes", "mjcf_notes", "mjcf_text"]
 
 MODELS_OF_MUJOCO = ("lugre", "coulomb", "viscous", "coulomb_viscous")
 STEP = 1e-4  # [s]
@@ -62,22 +62,18 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     InputError
         If MuJoCo has no such friction.
     """
-    _refuse_others(model)
-    values, base = model.values, base_of(model.component).name
+    attributes, values = mjcf_attributes(model, mass), model.values
     linear = model.kind == "translational"
-    of_joint, actuators, time = "", "", STEP
-    if base == "lugre":
-        numbers = " ".join(repr(values[key]) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
+    of_joint = "".join(
+        f' {key.removeprefix("joint.")}="{value}"' for key, value in attributes.items() if key.startswith("joint.")
+    )
+    actuators, time = "", STEP
+    if "dcmotor.lugre" in attributes:
         actuators = (
             f'    <dcmotor name="{name}_friction" joint="{name}" motorconst="0" resistance="1" input="none" '
-            f'damping="{values["sigma_2"]!r}" lugre="{numbers}"/>\n'
+            f'damping="{attributes["dcmotor.damping"]}" lugre="{attributes["dcmotor.lugre"]}"/>\n'
         )
         time = math.sqrt(mass / values["sigma_0"])
-    else:
-        of_joint = "".join(
-            f' {key}="{values[parameter]!r}"' for key, parameter in (("frictionloss", "F_C"), ("damping", "F_v"))
-            if parameter in values
-        )  # fmt: skip
     offset, keyframe = values.get("offset", 0.0), ""
     if offset:
         actuators += f'    <motor name="{name}_offset" joint="{name}"/>\n'
@@ -90,6 +86,24 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
         time=time, name=name, step=STEP, joint="slide" if linear else "hinge", axis="1 0 0" if linear else "0 0 1",
         of_joint=of_joint, mass=repr(mass) if linear else "1", inertia=inertia, actuators=actuators, keyframe=keyframe,
     )  # fmt: skip
+
+
+def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
+    """Return what friction and mass are in a scene, by element and attribute, such as ``joint.frictionloss``.
+
+    Raises
+    ------
+    InputError
+        If MuJoCo has no such friction.
+    """
+    _refuse_others(model)
+    values = model.values
+    inertial = {"inertial.mass" if model.kind == "translational" else "inertial.diaginertia": repr(mass)}
+    if base_of(model.component).name == "lugre":
+        lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
+        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre, **inertial}
+    places = (("joint.frictionloss", "F_C"), ("joint.damping", "F_v"))
+    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values} | inertial
 
 
 def mjcf_notes(model: Model) -> tuple[str, ...]:

@@ -62,6 +62,10 @@ class Request:
     info : mapping
         What a model file tells besides: ``provenance``, which log it was fitted to, and how that was treated,
         ``treatment``.
+    draws : int
+        How many draws of what was identified.
+    drawn : mapping of str to ndarray
+        Those that the identification left, by name of a parameter.
     """
 
     model: Model
@@ -77,6 +81,8 @@ class Request:
     plant: Model | None = None
     log: Log | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
+    draws: int = 0
+    drawn: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -244,6 +250,12 @@ def _mjcf(request: Request) -> Product:
     return Product({f"{request.name}.xml": text}, mjcf_notes(request.model))
 
 
+def _draws(request: Request) -> Product:
+    from bristle.exports.draws import draws_files
+
+    return Product(*draws_files(request.model, request.plant, request.drawn, request.draws or DRAWS, request.name))
+
+
 def _fmu(request: Request, fmi: int) -> Product:
     from bristle.exports.fmu import Setting, fmu_files
 
@@ -268,13 +280,14 @@ def _law_in_st(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
 LAWS: dict[str, Callable[[Law, str, Source], dict[str, str | bytes]]] = {"c": _law_in_c, "st": _law_in_st}
 TARGETS: dict[str, Callable[[Request], Product]] = {
     "c": _c, "wasm": _wasm, "st": _st, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
-    "mjcf": _mjcf, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
+    "mjcf": _mjcf, "draws": _draws, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
 }  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
 OPERATORS = ("c", "st")
 TUNABLE = ("c", "fmu2", "fmu3")
 TABLES = ("table", "tf5200")
+DRAWS = 1000
 
 
 def files_for(target: str, request: Request) -> Product:
@@ -297,6 +310,8 @@ def files_for(target: str, request: Request) -> Product:
     if request.log is not None and target not in TABLES:
         raise InputError("is no table that could be compared on a log", path=target, allowed=", ".join(TABLES),
                          mend="Leave the log out")  # fmt: skip
+    if request.draws and target != "draws":
+        raise InputError("holds one model, not draws of it", path=target, allowed="draws", mend="Leave draws out")
     if request.model.component.family == "hysteresis" and target not in OPERATORS:
         raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
                          allowed=", ".join(OPERATORS))  # fmt: skip
