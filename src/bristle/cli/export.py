@@ -26,6 +26,13 @@ Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, 
 LogOfTable = Annotated[
     Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
 ]
+VariantOfLaw = Annotated[
+    str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")
+]
+Step = Annotated[
+    str | None,
+    typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."),
+]
 Draws = Annotated[
     int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
 ]
@@ -50,15 +57,8 @@ def export(
         Path | None,
         typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model."),
     ] = None,
-    variant: Annotated[
-        str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")
-    ] = None,
-    step: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."
-        ),
-    ] = None,
+    variant: VariantOfLaw = None,
+    step: Step = None,
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
     axis: AxisFile = None,
