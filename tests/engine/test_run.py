@@ -5,7 +5,7 @@ import pytest
 
 from bristle import controllers, friction, response, sensors
 from bristle.core import InputError
-from bristle.engine import force_along, run_closed_loop, run_open_loop, settled
+from bristle.engine import drivers, force_along, run_closed_loop, run_open_loop, settled
 from bristle.plants import inertia
 
 MAXWELL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
@@ -100,3 +100,18 @@ def test_a_settled_model_stays_settled(name, v):
     state, memory = settled(model, v)
     force = force_along(model, np.full(20, v), 1e-3, state=state, memory=memory)
     assert np.ptp(force) <= 1e-9 * abs(force[0])
+
+
+def test_what_a_run_keeps_is_kept_in_rows_of_its_own():
+    rows = (
+        "POSITION",
+        "VELOCITY",
+        "MEASURED",
+        "COMMAND",
+        "EFFORT",
+        "FRICTION",
+        "MOTOR_POSITION",
+        "MOTOR_VELOCITY",
+        "FED",
+    )
+    assert sorted(getattr(drivers, row) for row in rows) == list(range(drivers.ROWS))

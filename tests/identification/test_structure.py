@@ -10,6 +10,8 @@ from tests.identification.known_logs import log_of, sines, sliding_effort
 from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
+from bristle.identification.half_cycles import Groups
+from bristle.identification.missing_force import Rows, _Weighed
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 from bristle.report.verdict import sentences
@@ -235,3 +237,17 @@ def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, 
     found = identify(log, "all", blocks=3, draws=0)
     assert [one.name for one in found.fits] == ["coulomb_viscous"]
     assert set(found.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+
+
+def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
+    generator = np.random.default_rng(7)
+    sure = generator.standard_normal(400)
+    like_it = sure + 1e-3 * generator.standard_normal(400)
+    nothing, ones = np.zeros(400), np.ones(400)
+    rows = Rows(
+        np.arange(400) * 1e-3, nothing, ones, nothing, nothing, sure, nothing[:, None], nothing, ones, ones,
+        Groups(np.arange(400) // 40), {}, 100.0, "translational",
+    )  # fmt: skip
+    weighed = _Weighed(rows, ones, np.zeros(10), np.arange(400) // 40)
+    _, coefficients = weighed._fitted(np.column_stack([sure, like_it]), 1)
+    assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
