@@ -67,7 +67,7 @@ def test_a_report_of_a_log(bristle, place):
 @pytest.mark.parametrize("axis", [(), ("--axis", "axis.toml")], ids=["untold", "told"])
 def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(bristle, place, monkeypatch, axis):
     read, kinds = readers._read, []
-    monkeypatch.setattr(readers, "_read", lambda kind, *rest: kinds.append(kind) or read(kind, *rest))
+    monkeypatch.setattr(readers, "_read", lambda kind, *rest: kinds.append(kind.name) or read(kind, *rest))
     assert bristle("log", "log.csv", *axis, "--out", "contents").code == 0
     assert kinds == ["csv"]
     assert "report.html" in written_in("contents")

@@ -29,8 +29,8 @@ def test_every_model_meets_the_contract(name):
     assert len(checks) == len(CHECKS)
 
 
-# Each operator and each slip law at once, the first pair above; the others of their pairs take a minute and a half.
-FIRST = {(kernel, TRANSITIONS[number % len(TRANSITIONS)]) for number, kernel in enumerate(KERNELS) if number}
+# Each slip law, with another operator than the one above; the others of their pairs take two minutes.
+FIRST = set(zip(KERNELS[1:], TRANSITIONS[1:], strict=False))
 
 
 @pytest.mark.parametrize(

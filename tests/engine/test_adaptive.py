@@ -37,8 +37,14 @@ def case(letter):
     return pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(500)
 
 
-@pytest.mark.parametrize("letter", ["pre-sliding", "break-away", "stick-slip"])
-@pytest.mark.parametrize("name", SCREW)
+LONG = ("preisach_lugre", "stick-slip")  # as long as all others together
+CASES = [
+    pytest.param(name, letter, marks=pytest.mark.slow if (name, letter) == LONG else ())
+    for name in SCREW for letter in ("pre-sliding", "break-away", "stick-slip")
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "letter"), CASES)
 def test_the_tolerance_is_the_global_error(name, letter):
     plant, effort = case(letter)
     fine = run_open_loop(plant, SCREW[name], effort, DT, steps=400, hold="linear").position

@@ -72,7 +72,7 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     run_study(study, bench.folder / "undisturbed", workers=1)
     process = begun(file, out)
     until(lambda: len(content(out)) >= 2, "the first blocks")
-    os.kill(children(process.pid)[0], signal.SIGKILL)
+    os.kill(until(lambda: children(process.pid), "a worker")[0], signal.SIGKILL)
     before = len(content(out))
     until(lambda: len(content(out)) >= min(before + 3, 12), "blocks after a worker was killed")
     workers = children(process.pid)

@@ -10,12 +10,14 @@ from matplotlib.figure import Figure
 from bristle.core.typography import scale_of
 from bristle.figures import style
 from bristle.figures.labels import largest
+from bristle.figures.names import shortened
 
 __all__ = ["study_spread"]
 
 COLUMNS = 2
 ROW = 1.9  # inches
 BARS_LEAST, BARS_MOST = 8, 60
+WIDEST = 2.2  # inches, of what stands at an axis
 
 
 @style.styled
@@ -54,7 +56,7 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             axes.axvline(median, color=style.INK, linewidth=1.2, linestyle="--", label="median")
             axes.axvspan(low, high, color="#e9ecf0", linewidth=0, zorder=0, label="90 % of the runs")
         axes.set_ylim(0.0, None)
-        axes.set_xlabel(scale.label(word))
+        axes.set_xlabel(scale.label(shortened(word, WIDEST, style.AT_AXES)))
         axes.set_ylabel("Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure

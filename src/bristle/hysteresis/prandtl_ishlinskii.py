@@ -21,7 +21,7 @@ from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.hysteresis.play import played
 
-__all__ = ["MODEL", "SAME_LENGTH", "Move", "Parameters", "State", "commit", "output"]
+__all__ = ["MODEL", "SAME_LENGTH", "Move", "Parameters", "State", "commit", "force_of_sliders"]
 
 
 class Parameters(NamedTuple):
@@ -50,7 +50,7 @@ SAME_LENGTH = Relation(
 
 
 @kernel
-def output(places, u, p):
+def force_of_sliders(places, u, p):
     """Return the force [N or N*m] at the input `u` [m or rad] of sliders that were at these places."""
     f = p.spring * u
     for i in range(p.thresholds.size):
@@ -61,7 +61,7 @@ def output(places, u, p):
 @kernel
 def trial(state, memory, u, p):
     """Return the force [N or N*m] at the input `u` [m or rad], and the move there."""
-    return output(memory, u, p), Move(u)
+    return force_of_sliders(memory, u, p), Move(u)
 
 
 @kernel

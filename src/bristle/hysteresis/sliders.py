@@ -13,7 +13,7 @@ import numpy as np
 
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
-from bristle.hysteresis.prandtl_ishlinskii import output
+from bristle.hysteresis.prandtl_ishlinskii import force_of_sliders
 
 __all__ = ["Sliders"]
 
@@ -51,7 +51,7 @@ def slope(alpha, beta, side, q):
 @kernel
 def onward_output(u, q):
     """Return the output [N or N*m] at the input `u` [m or rad], reached in one move from where the sliders are."""
-    return output(q.places, u, q)
+    return force_of_sliders(q.places, u, q)
 
 
 @kernel
