@@ -29,8 +29,8 @@ def test_every_model_meets_the_contract(name):
     assert len(checks) == len(CHECKS)
 
 
-# Each slip law, with another operator than the one above; the others of their pairs take two minutes.
-FIRST = set(zip(KERNELS[1:], TRANSITIONS[1:], strict=False))
+# Another operator and slip law than those above; the others of their pairs take two minutes.
+FIRST = {("reformed_dahl_exact", "elastoplastic")}
 
 
 @pytest.mark.parametrize(

@@ -158,6 +158,7 @@ def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path
     assert looped.data["metrics"]["force_error_percent"] < 2.0
 
 
+@pytest.mark.slow
 def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     asked = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")

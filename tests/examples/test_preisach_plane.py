@@ -123,6 +123,7 @@ def test_the_page_works_as_written_and_says_what_comes_out(folder, monkeypatch, 
     assert {name: round(1e6 * value, 2) for name, value in found.items()} == told
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_measured_loops_become_friction_and_compensator_by_commands(bristle, tmp_path):  # noqa: F811
     if "BRISTLE_DATA" not in os.environ:

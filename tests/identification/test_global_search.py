@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from benchmarks.loops import AXIS, recorded_in_loop
 from tests.identification.test_output_error import AXIS as OPEN
 from tests.identification.test_output_error import recorded
@@ -63,6 +64,7 @@ def found_where_descents_fail(there):
     assert there.explored(worst) < 1.05 * there.goal
 
 
+@pytest.mark.slow
 def test_an_oscillator_is_found_from_where_a_descent_fails(monkeypatch):
     found_where_descents_fail(Landscape(recorded(), "bouc_wen_classic", OPEN, monkeypatch))
 

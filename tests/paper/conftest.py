@@ -9,13 +9,6 @@ from bristle.paper.setting import read_setting
 from bristle.simulation import simulate
 
 
-def pytest_collection_modifyitems(items):
-    """Let one process of several take the tests of the figures, which are half a minute to make."""
-    for item in items:
-        if "paper" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.xdist_group("paper"))
-
-
 @pytest.fixture(scope="session")
 def entries():
     """The compiled entries that the figures run, whatever other tests have used before."""

@@ -67,7 +67,7 @@ def slow_bench(bench):
 
 def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 48"))
+    study = bench.study(runs=("runs = 12", "runs = 160"))
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "undisturbed", workers=1)
     process = begun(file, out)
@@ -83,7 +83,7 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     ran = run_study(study, out, workers=1)
     assert ran.is_whole
     assert ran.before >= before
-    assert numbers(out) == list(range(48))
+    assert numbers(out) == list(range(160))
     assert content(out) == content(bench.folder / "undisturbed")
     assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [".lock", "runs", "study.json"]
     assert not (out / ".partial").exists()
