@@ -37,9 +37,9 @@ def case(letter):
     return pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(500)
 
 
-LONG = ("preisach_lugre", "stick-slip")  # as long as all others together
+LONG = (("preisach_lugre", "stick-slip"), ("preisach_lugre", "pre-sliding"))  # longer than all others together
 CASES = [
-    pytest.param(name, letter, marks=pytest.mark.slow if (name, letter) == LONG else ())
+    pytest.param(name, letter, marks=pytest.mark.slow if (name, letter) in LONG else ())
     for name in SCREW for letter in ("pre-sliding", "break-away", "stick-slip")
 ]  # fmt: skip
 

@@ -122,7 +122,7 @@ REFINED = AXIS.with_name("axis_refined.toml")
     ("model", "percent"),
     [
         pytest.param("stribeck_free+periodic+asymmetry", 2.3, marks=pytest.mark.slow),
-        ("stribeck_free+position+periodic+asymmetry", 2.0),
+        pytest.param("stribeck_free+position+periodic+asymmetry", 2.0, marks=pytest.mark.slow),
     ],
 )
 def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, percent):  # noqa: F811
