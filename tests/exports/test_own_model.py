@@ -99,6 +99,15 @@ def test_all_that_a_kernel_may_gives_the_same_bits_in_c(tmp_path):
     assert differing(native.forces("layers", x, 1e-3), forces) == 0
 
 
+@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+def test_its_kernels_are_told_apart_from_the_functions_of_the_export(tmp_path):
+    model = model_of((HEAD + TRIAL).replace("spread", "force"), tmp_path)
+    x = walk(100, seed=5)
+    with interpreted():
+        forces = br.response(model, x, 1e-3)
+    assert differing(Native({"own": model}, tmp_path / "native").forces("own", x, 1e-3), forces) == 0
+
+
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 def test_and_in_webassembly(tmp_path):
     from tests.exports.test_wasm import RUN, node

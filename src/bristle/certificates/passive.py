@@ -39,6 +39,7 @@ import numpy as np
 from bristle.certificates.certificate import Certificate, not_applicable
 from bristle.certificates.operator import OperatorParameters
 from bristle.core.contracts import Model
+from bristle.core.kernel import kernel
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import (
@@ -62,7 +63,7 @@ from bristle.friction.slots import Slotted
 from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
-__all__ = ["Damping", "damping_of", "needed_damping", "passive"]
+__all__ = ["Damping", "damping_of", "let_go", "needed_damping", "passive"]
 
 DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
 ZOOMS = 20
@@ -103,6 +104,12 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
 
 
+@kernel
+def let_go(v, q, share, sigma_1):
+    """Return the viscous coefficient that bristles which slip by `share` ask for: the bracket above."""
+    return sigma_1 * (share - 1.0) - q * share / v
+
+
 def needed_damping(
     F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float],
     slip: Callable[[float, float], float],
@@ -125,8 +132,7 @@ def needed_damping(
 
     def needed(decade: float, q: float) -> float:
         v = v_S * 10.0**decade
-        share = slip(q, G(v))
-        return sigma_1(v) * (share - 1.0) - q * share / v
+        return let_go(v, q, slip(q, G(v)), sigma_1(v))
 
     if sigma_1(0.0) == 0.0:
         return 0.0

@@ -19,6 +19,11 @@ from bristle.exports.types import Struct, Type
 
 __all__ = ["Builder"]
 
+FACE = frozenset(
+    ["effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"]
+)
+"""What the functions and types of an export are called, behind its name."""
+
 
 @dataclass
 class Builder:
@@ -79,10 +84,14 @@ class Builder:
         return translated
 
     def _name_for(self, kernel: Callable[..., Any]) -> str:
-        """Return a name that no other function has: the kernel's own behind that of its module."""
+        """Return a name that no other function has: the kernel's own behind that of its module.
+
+        What is exported may be called as a module is, and its own functions are called by these words behind that.
+        """
         module = kernel.__module__.rpartition(".")[2]
         module = "own" if module.startswith("bristle_user_") else module
-        first = f"{module}_{kernel.__name__.lstrip('_')}"
+        own = kernel.__name__.lstrip("_")
+        first = f"{module}_{own}_kernel" if own in FACE else f"{module}_{own}"
         name, count = first, 1
         while name in self._names:
             count += 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bristle.certificates.passive import let_go
 from bristle.core.contracts import Model
 from bristle.core.kernel import kernel
 from bristle.exports.build import Builder
@@ -57,22 +58,19 @@ def release(x, dt, p):
 @kernel
 def of_lugre(v, q, p):
     """Return the viscous coefficient that bristles with the force `q` along the motion ask for at a speed."""
-    share = q / stribeck_force(v, p)
-    return micro_damping(v, p) * (share - 1.0) - q * share / v
+    return let_go(v, q, q / stribeck_force(v, p), micro_damping(v, p))
 
 
 @kernel
 def of_elastoplastic(v, q, p):
     """Return the same for bristles of constant micro-damping."""
-    share = q / stribeck_force(v, p)
-    return p.sigma_1 * (share - 1.0) - q * share / v
+    return let_go(v, q, q / stribeck_force(v, p), p.sigma_1)
 
 
 @kernel
 def of_preisach_lugre(v, q, p):
     """Return the same for a slip law."""
-    share = slip(q / stribeck_force(v, p), slip_law(p))
-    return micro_damping(v, p) * (share - 1.0) - q * share / v
+    return let_go(v, q, slip(q / stribeck_force(v, p), slip_law(p)), micro_damping(v, p))
 
 
 BRISTLES = {

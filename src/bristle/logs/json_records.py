@@ -13,10 +13,10 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.logs.choice import Choice
-from bristle.logs.names import distinct
+from bristle.logs.names import names_and_units
 from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.request import Request
-from bristle.logs.table import Table, split_unit
+from bristle.logs.table import Table
 from bristle.logs.words import is_time, unit_of_time
 
 __all__ = ["looks_like_json", "read"]
@@ -190,8 +190,7 @@ def _table(
     columns: Mapping[str, list[Any]], units: Mapping[str, str], source: Path, choice: Choice, facts: dict[str, str],
     constants: dict[str, float],
 ) -> Table:  # fmt: skip
-    called, notes = distinct(split_unit(name)[0] if name not in units else name for name in columns)
-    unit_of = {plain: units.get(name) or split_unit(name)[1] for plain, name in zip(called, columns, strict=True)}
+    called, unit_of, notes = names_and_units(columns, units)
     numbers: dict[str, np.ndarray] = {}
     texts: dict[str, InputError] = {}
     for name, values in zip(called, columns.values(), strict=True):

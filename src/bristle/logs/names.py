@@ -8,10 +8,10 @@ from typing import TypeVar
 from unicodedata import normalize
 
 from bristle.core.typography import printable
-from bristle.logs.table import Table
+from bristle.logs.table import Table, split_unit
 from bristle.logs.words import plain_unit
 
-__all__ = ["distinct", "with_plain_names"]
+__all__ = ["distinct", "names_and_units", "with_plain_names"]
 
 T = TypeVar("T")
 LONGEST_UNIT_SHOWN = 80
@@ -38,6 +38,21 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
         unique[index] = candidate
         notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {candidate[:64]!r}")
     return unique, notes
+
+
+def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[list[str], dict[str, str], list[str]]:
+    """Return names without their units, of which none stands twice; the unit of each that has one; notes.
+
+    A column whose unit is stated keeps its name as it is; of another the brackets behind it are its unit.
+
+    Examples
+    --------
+    >>> names_and_units(["position [um]", "effort", "time"], {"effort": "N"})
+    (['position', 'effort', 'time'], {'position': 'um', 'effort': 'N'}, [])
+    """
+    parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
+    names, notes = distinct(name for name, _ in parts)
+    return names, {name: unit for name, (_, unit) in zip(names, parts, strict=True) if unit}, notes
 
 
 def with_plain_names(table: Table) -> Table:

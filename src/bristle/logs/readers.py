@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
-
-import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
-from bristle.logs.names import distinct, with_plain_names
+from bristle.logs.names import names_and_units, with_plain_names
 from bristle.logs.request import Request
 from bristle.logs.stamped_text import period_told
-from bristle.logs.table import Table, split_unit
+from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
@@ -101,19 +99,21 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
-    """Return what a reader gives, of one of a person's own too, which may give columns by name alone."""
-    if isinstance(read, Mapping):
-        headers = [split_unit(str(name)) for name in read]
-        names, notes = distinct(name for name, _ in headers)
-        columns = {name: np.asarray(values, float) for name, values in zip(names, read.values(), strict=True)}
-        units = {name: unit for name, (_, unit) in zip(names, headers, strict=True) if unit}
-        return Table(
-            columns, units, notes=tuple(notes), format=log_format.title, source=content.source, names=tuple(columns)
-        )
-    if not isinstance(read, Table):
+    """Return what a reader gives, of one of a person's own too, which may give any table of columns."""
+    if isinstance(read, Table):
+        return read
+    from bristle.logs.columns import is_table, table_of
+
+    if not is_table(read):
         raise InputError(f"is read by {log_format.name}, which gives a {type(read).__name__}", path=str(content.source),
-                         allowed="a Table, or arrays by name")  # fmt: skip
-    return read
+                         allowed="a Table, a data frame, or arrays by name")  # fmt: skip
+    table = table_of(read)
+    names, units, notes = names_and_units(table.columns, table.units)
+    columns = dict(zip(names, table.columns.values(), strict=True))
+    return dataclasses.replace(
+        table, columns=columns, units=units, notes=(*table.notes, *notes), format=log_format.title,
+        source=content.source, names=tuple(columns),
+    )  # fmt: skip
 
 
 def _refuse_what_is_no_log(content: Content, log_format: LogFormat) -> None:
