@@ -19,9 +19,9 @@ from bristle.exports.types import Struct, Type
 
 __all__ = ["Builder"]
 
-FACE = frozenset(
-    ["effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"]
-)
+FACE = frozenset((
+    "effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start",
+))  # fmt: skip
 """What the functions and types of an export are called, behind its name."""
 
 
