@@ -36,7 +36,7 @@ Step = Annotated[
 Draws = Annotated[
     int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
 ]
-TARGETS = "c, wasm, st, table, tf5200, sinumerik, cogging, mjcf, draws, fmu2 or fmu3."
+TARGETS = "c, wasm, st, cuda, table, tf5200, sinumerik, cogging, mjcf, draws, fmu2 or fmu3."
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 

@@ -7,7 +7,7 @@ between them and the caller (the first position, inputs that are no numbers, sav
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -64,6 +64,7 @@ class CFiles:
     tunable: bool = False
     scalar: str = "double"
     steps: int = COUNT
+    printer: ClassVar[type[Printer]] = Printer
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -81,10 +82,10 @@ class CFiles:
         subject, model = self.subject, self.subject.model
         tuned = tunable_of(model) if self.tunable else None
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
-        printer = Printer(subject.unit, self.scalar, around)
+        printer = self.printer(subject.unit, self.scalar, around)
         definitions = printer.definitions()
         step = self._step(printer, tuned)
-        helpers = helpers_text(printer.helpers, self.scalar, printer.integer)
+        helpers = helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline)
         component = model.component
         return {
             "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
@@ -101,7 +102,7 @@ class CFiles:
             "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
             "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
-            "tunable": self.tunable, "steps": self.steps, "model": model.name,
+            "tunable": self.tunable, "steps": self.steps, "model": model.name, "device": "", "inline": printer.inline,
         }  # fmt: skip
 
     def _unit(self, quantity: str, of_operator: str) -> str:
@@ -174,8 +175,8 @@ class CFiles:
         ):
             return ""
         arrays: list[str] = []
-        text = initial_value(p, self.subject.parameters, self.scalar, arrays)
-        declared = f"static const {printer.named(self.subject.parameters, 'parameters')} = {text};"
+        text = initial_value(p, self.subject.parameters, self.scalar, arrays, constant=printer.constant)
+        declared = f"{printer.constant} {printer.named(self.subject.parameters, 'parameters')} = {text};"
         return "\n".join([*arrays, *wrapped(declared, ""), ""])
 
     # --- saving ---------------------------------------------------------------------------------------------------
@@ -222,14 +223,16 @@ def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[st
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
 
 
-def initial_value(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
+def initial_value(
+    value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "", constant: str = Printer.constant
+) -> str:
     """Return the initial value of a structure; arrays of it become constants of their own."""
     parts = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         if isinstance(part, Struct):
-            parts.append(initial_value(field, part, scalar, arrays, f"{path}{name}_"))
+            parts.append(initial_value(field, part, scalar, arrays, f"{path}{name}_", constant))
         elif isinstance(part, Array):
-            arrays.append(_array(f"{path}{name}", field, scalar))
+            arrays.append(f"{constant} {_array(f'{path}{name}', field, scalar)}")
             parts.append(f"{path}{name}")
         else:
             parts.append(literal(field, part, scalar))
@@ -239,7 +242,7 @@ def initial_value(value: Any, kind: Struct, scalar: str, arrays: list[str], path
 def _array(name: str, values: np.ndarray, scalar: str) -> str:
     numbers = [number(float(value), scalar) for value in values]
     lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
-    return f"static const {scalar} {name}[{max(len(numbers), 1)}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
+    return f"{scalar} {name}[{max(len(numbers), 1)}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
 
 
 def literal(value: Any, kind: Type, scalar: str) -> str:

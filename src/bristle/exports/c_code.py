@@ -96,6 +96,13 @@ class Printer:
         Types that are used around the functions.
     """
 
+    inline = "static inline"
+    """What a function begins with."""
+    constant = "static const"
+    """What a constant of the file begins with."""
+    cleared = "{0}"
+    """A structure of nothing but zeros."""
+
     def __init__(self, unit: Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
         self.unit, self.scalar = unit, scalar
         self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
@@ -123,6 +130,10 @@ class Printer:
             return f"{self.scalar} *" if kind.writable else f"const {self.scalar} *"
         return self.names.structures[kind]
 
+    def structure_text(self, kind: Type, parts: str) -> str:
+        """Return the expression that makes a structure of its parts."""
+        return f"({self.type_name(kind)}){{{parts}}}"
+
     # --- what is defined ------------------------------------------------------------------------------------------
 
     def _structure(self, kind: Struct) -> str:
@@ -133,7 +144,7 @@ class Printer:
 
     def _function(self, function: Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
-        head = f"static inline {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
+        head = f"{self.inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
         comment = [f"/* {described(function.description)} */"] if function.description else []
         body = Body(self, function).lines()
         return "\n".join([*comment, *wrapped(head, ""), "{", *body, "}", ""])
@@ -172,7 +183,7 @@ class Body:
 
     def _zero(self, kind: Type) -> str:
         if isinstance(kind, Struct):
-            return "{0}"
+            return self.printer.cleared
         return {REAL: number(0.0, self.printer.scalar), INTEGER: "0", TRUTH: "false"}.get(kind, "0")  # type: ignore[call-overload]
 
     # --- statements -----------------------------------------------------------------------------------------------
@@ -285,7 +296,7 @@ class Body:
 
     def _make(self, e: Make) -> tuple[str, int]:
         parts = ", ".join(self._of(part) for part in e.parts) or "0"
-        return f"({self.printer.type_name(e.type)}){{{parts}}}", PRIMARY
+        return self.printer.structure_text(e.type, parts), PRIMARY
 
 
 # What the helpers are called in C; those of a library would be other ones by the same name.

@@ -25,7 +25,7 @@ ROOT = {"double": "sqrt", "float": "sqrtf"}
 
 TEXTS = {
     "bits": "typedef union {{\n    {scalar} number;\n    uint{width}_t bits;\n}} Bits;\n",
-    "copysign": """static inline {scalar} with_sign({scalar} x, {scalar} sign)
+    "copysign": """{inline} {scalar} with_sign({scalar} x, {scalar} sign)
 {{
     Bits size = {{x}};
     const Bits side = {{sign}};
@@ -33,44 +33,44 @@ TEXTS = {
     return size.number;
 }}
 """,
-    "abs": """static inline {scalar} magnitude({scalar} x)
+    "abs": """{inline} {scalar} magnitude({scalar} x)
 {{
     Bits size = {{x}};
     size.bits &= {unsigned}({top}) - 1U;
     return size.number;
 }}
 """,
-    "sqrt": "static inline {scalar} root({scalar} x)\n{{\n    return {root}(x);\n}}\n",
-    "floor": """static inline {integer} next_below({scalar} x)
+    "sqrt": "{inline} {scalar} root({scalar} x)\n{{\n    return {root}(x);\n}}\n",
+    "floor": """{inline} {integer} next_below({scalar} x)
 {{
     const {integer} cut = ({integer})x;
     return ({scalar})cut > x ? cut - 1 : cut;
 }}
 """,
-    "isinf": "static inline bool is_infinite({scalar} x)\n{{\n    return x > {largest} || x < -{largest};\n}}\n",
-    "isnan": "static inline bool is_nan({scalar} x)\n{{\n    return x != x;\n}}\n",
-    "min": "static inline {scalar} least({scalar} a, {scalar} b)\n{{\n    return b < a ? b : a;\n}}\n",
-    "max": "static inline {scalar} greatest({scalar} a, {scalar} b)\n{{\n    return b > a ? b : a;\n}}\n",
-    "whole_min": "static inline {integer} whole_least({integer} a, {integer} b)\n{{\n    return b < a ? b : a;\n}}\n",
-    "whole_max": """static inline {integer} whole_greatest({integer} a, {integer} b)
+    "isinf": "{inline} bool is_infinite({scalar} x)\n{{\n    return x > {largest} || x < -{largest};\n}}\n",
+    "isnan": "{inline} bool is_nan({scalar} x)\n{{\n    return x != x;\n}}\n",
+    "min": "{inline} {scalar} least({scalar} a, {scalar} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "max": "{inline} {scalar} greatest({scalar} a, {scalar} b)\n{{\n    return b > a ? b : a;\n}}\n",
+    "whole_min": "{inline} {integer} whole_least({integer} a, {integer} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "whole_max": """{inline} {integer} whole_greatest({integer} a, {integer} b)
 {{
     return b > a ? b : a;
 }}
 """,
-    "whole_abs": "static inline {integer} whole_magnitude({integer} a)\n{{\n    return a < 0 ? -a : a;\n}}\n",
-    "floor_divided": """static inline {integer} floor_divided({integer} a, {integer} b)
+    "whole_abs": "{inline} {integer} whole_magnitude({integer} a)\n{{\n    return a < 0 ? -a : a;\n}}\n",
+    "floor_divided": """{inline} {integer} floor_divided({integer} a, {integer} b)
 {{
     const {integer} cut = a / b;
     return a % b != 0 && (a < 0) != (b < 0) ? cut - 1 : cut;
 }}
 """,
-    "floor_rest": """static inline {integer} floor_rest({integer} a, {integer} b)
+    "floor_rest": """{inline} {integer} floor_rest({integer} a, {integer} b)
 {{
     return a - floor_divided(a, b) * b;
 }}
 """,
     "power_of_two": """/* 2 to the k, for an integral k in range: the sum has k and the bias in its last bits. */
-static inline {scalar} power_of_two({scalar} k)
+{inline} {scalar} power_of_two({scalar} k)
 {{
     Bits part = {{k + {place}}};
     part.bits <<= {fraction}U;
@@ -78,7 +78,7 @@ static inline {scalar} power_of_two({scalar} k)
 }}
 """,
     "mantissa": """/* m of x = m 2^k, 1 <= m < 2, for a positive normal number. */
-static inline {scalar} mantissa_of({scalar} x)
+{inline} {scalar} mantissa_of({scalar} x)
 {{
     Bits part = {{x}};
     part.bits = (part.bits & {unsigned}({of_mantissa})) | {unsigned}({of_one});
@@ -86,7 +86,7 @@ static inline {scalar} mantissa_of({scalar} x)
 }}
 """,
     "exponent": """/* k of x = m 2^k, 1 <= m < 2, for a positive normal number. */
-static inline {scalar} exponent_of({scalar} x)
+{inline} {scalar} exponent_of({scalar} x)
 {{
     Bits part = {{x}};
     part.bits = (part.bits >> {fraction}U) | {unsigned}({of_rounder});
@@ -97,11 +97,12 @@ static inline {scalar} exponent_of({scalar} x)
 IN_BITS = ("copysign", "abs", "power_of_two", "mantissa", "exponent")
 
 
-def helpers_text(names: Collection[str], scalar: str, integer: str) -> str:
+def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
     """Return the helpers that are names for."""
     width = WIDTH[scalar]
     facts = {
-        "scalar": scalar, "integer": integer, "width": width, "largest": LARGEST[scalar], "root": ROOT[scalar],
+        "inline": inline, "scalar": scalar, "integer": integer, "width": width, "largest": LARGEST[scalar],
+        "root": ROOT[scalar],
         "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", **BITS[scalar],
     }  # fmt: skip
     chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)

@@ -69,11 +69,11 @@ def export(
     Parameters
     ----------
     model : Model or Variant
-        A friction model; for ``"c"``, ``"st"`` a hysteresis operator too, or a variant of an experiment: its law.
+        A friction model; for ``"c"``, ``"st"``, ``"cuda"`` a operator too; a variant's law for the first two.
     to : str
-        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"st"`` Structured Text for a PLC, ``"table"`` effort over
-        velocity, ``"tf5200"`` the same for this CNC, ``"sinumerik"`` start values for this control, ``"cogging"`` its
-        harmonics, ``"mjcf"`` a scene of MuJoCo, ``"fmu2"`` and ``"fmu3"`` are FMUs.
+        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"st"`` Structured Text for a PLC, ``"cuda"`` lanes of a
+        graphics processor, ``"table"`` effort over velocity, ``"tf5200"`` that of this CNC, ``"sinumerik"`` start
+        values for this control, ``"cogging"`` harmonics, ``"mjcf"`` a scene of MuJoCo, ``"fmu2"``, ``"fmu3"`` FMUs.
     out : path-like
         The new folder; its parent must exist.
     name : str

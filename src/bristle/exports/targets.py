@@ -123,6 +123,14 @@ def _wasm(request: Request) -> Product:
     return Product(wasm_files(subject_of(request.model), request.name, request.source))
 
 
+def _cuda(request: Request) -> Product:
+    from bristle.exports.cuda import cuda_files
+    from bristle.exports.subject import subject_of
+
+    files, notes = cuda_files(subject_of(request.model), request.name, request.source, request.dt)
+    return Product(dict(files), notes)
+
+
 def _st(request: Request) -> Product:
     from bristle.exports.st import st_files
     from bristle.exports.st_names import checked
@@ -279,12 +287,13 @@ def _law_in_st(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
 
 LAWS: dict[str, Callable[[Law, str, Source], dict[str, str | bytes]]] = {"c": _law_in_c, "st": _law_in_st}
 TARGETS: dict[str, Callable[[Request], Product]] = {
-    "c": _c, "wasm": _wasm, "st": _st, "table": _table, "tf5200": _tf5200, "sinumerik": _sinumerik, "cogging": _cogging,
-    "mjcf": _mjcf, "draws": _draws, "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
+    "c": _c, "wasm": _wasm, "st": _st, "cuda": _cuda, "table": _table, "tf5200": _tf5200,
+    "sinumerik": _sinumerik, "cogging": _cogging, "mjcf": _mjcf, "draws": _draws,
+    "fmu2": partial(_fmu, fmi=2), "fmu3": partial(_fmu, fmi=3),
 }  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
-OPERATORS = ("c", "st")
+OPERATORS = ("c", "st", "cuda")
 TUNABLE = ("c", "fmu2", "fmu3")
 TABLES = ("table", "tf5200")
 DRAWS = 1000

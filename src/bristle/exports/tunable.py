@@ -61,7 +61,7 @@ class Tunable:
     def assembled(self, printer: Printer, kind: Struct, name: str, called: str = "assembled") -> str:
         """Return the function that makes what kernels receive."""
         text = self._structure(printer, kind, ())
-        head = f"static inline {printer.named(kind, called)}(const {name}_parameters *given)"
+        head = f"{printer.inline} {printer.named(kind, called)}(const {name}_parameters *given)"
         return "\n".join([head, "{", f"    return {text};", "}", ""])
 
     def _structure(self, printer: Printer, kind: Struct, path: tuple[str, ...]) -> str:
@@ -75,7 +75,7 @@ class Tunable:
             else:
                 fixed = self.fixed[inner]
                 parts.append(number(float(fixed), printer.scalar) if part == REAL else str(int(fixed)))
-        return f"({printer.type_name(kind)}){{{', '.join(parts) or '0'}}}"
+        return printer.structure_text(kind, ", ".join(parts) or "0")
 
 
 def tunable_of(model: Model) -> Tunable:

@@ -1,0 +1,92 @@
+"""CUDA C++ of a friction model or an operator: thousands of axes beside each other, each a thread.
+
+The functions are those that C has, as functions of the device; the state of an axis is the same structure, an array of
+which the caller owns. NVRTC compiles the file without a header of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from bristle.core.errors import InputError
+from bristle.exports.c import CFiles
+from bristle.exports.c_code import Printer
+from bristle.exports.described import Source
+from bristle.exports.rendering import rendered
+from bristle.exports.subject import Subject
+from bristle.exports.tunable import Tunable, tunable_of
+from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
+
+__all__ = ["cuda_files"]
+
+HEAD = [("position", ctypes.c_double), ("force", ctypes.c_double), ("begun", ctypes.c_int32), ("flags", ctypes.c_int32)]
+INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
+
+
+class CudaPrinter(Printer):
+    """Prints functions of the device; C++ makes a structure by its name alone."""
+
+    inline = "static __device__ inline"
+    constant = "static __device__ const"
+    cleared = "{}"
+
+    def structure_text(self, kind: Type, parts: str) -> str:
+        """Return the expression that makes a structure of its parts."""
+        return f"{self.type_name(kind)}{{{parts}}}"
+
+
+class CudaFiles(CFiles):
+    """How a model is written in CUDA C++."""
+
+    printer = CudaPrinter
+
+    def files(self) -> dict[str, str]:
+        """Return the text of each file by its name."""
+        facts = self._facts() | self._lane() | {"device": "__device__ ", "inline": CudaPrinter.inline}
+        return {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
+
+    def _lane(self) -> dict[str, Any]:
+        columns = list(_columns(tunable_of(self.subject.model))) if self.tunable else []
+        return {
+            "output": "output" if self.subject.is_operator else "force", "columns": len(columns),
+            "columns_named": [f"`{name}`" for name in columns], "bytes": self._bytes(len(columns)),
+        }  # fmt: skip
+
+    def _bytes(self, columns: int) -> int:
+        """Return the size of the structure of a lane, laid out as C lays it out."""
+        integer = INTEGERS[CudaPrinter(self.subject.unit, self.scalar).integer]
+        state = [("state", _layout(self.subject.state, integer))] if self.subject.state.fields else []
+        numbers = [
+            (name, ctypes.c_double * count)
+            for name, count in (("memory", self.subject.memory_size), ("parameters", columns)) if count
+        ]  # fmt: skip
+        return ctypes.sizeof(_structure([*HEAD, *state, *numbers]))
+
+
+def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the files of a model in CUDA C++, text by name, and what is to be known of them."""
+    notes = ("compile with --fmad=false: contracted products and sums give other bits",)
+    try:
+        tunable_of(subject.model)
+    except InputError:
+        return CudaFiles(subject, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
+    return CudaFiles(subject, name, source, dt, tunable=True).files(), notes
+
+
+def _columns(tuned: Tunable) -> Iterable[str]:
+    for name, value in tuned.values.items():
+        yield from [f"{name}[{i}]" for i in range(value.size)] if isinstance(value, np.ndarray) else [name]
+
+
+def _layout(kind: Type, integer: type) -> Any:
+    if isinstance(kind, Struct):
+        return _structure([(name, _layout(part, integer)) for name, part in kind.fields])
+    return {REAL: ctypes.c_double, INTEGER: integer, TRUTH: ctypes.c_bool}[kind]  # type: ignore[index]
+
+
+def _structure(fields: list[tuple[str, Any]]) -> type[ctypes.Structure]:
+    return type("Lane", (ctypes.Structure,), {"_fields_": fields})
