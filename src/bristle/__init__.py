@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from bristle.prediction import predict
     from bristle.simulation import simulate
     from bristle.study import read_study
-    from bristle.workflow import compare, identify, load
+    from bristle.workflow import compare, identify, load, prepare
 
 __version__ = "0.1.0"
 
@@ -72,6 +72,7 @@ _FROM = {
     "identify": "bristle.workflow",
     "identify_operator": "bristle.hysteresis_identification",
     "predict": "bristle.prediction",
+    "prepare": "bristle.workflow",
     "read_log": "bristle.files",
     "read_study": "bristle.study",
     "simulate": "bristle.simulation",
@@ -103,6 +104,7 @@ __all__ = [
     "load_model_file",
     "plants",
     "predict",
+    "prepare",
     "propose_axis",
     "read_axis",
     "read_curves",

@@ -12,6 +12,7 @@ import typer
 
 from bristle.cli.failure import NO
 from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "design"]
@@ -44,7 +45,6 @@ def design(
     Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
     circle that two such axes run. The exit code is 1 if the loop is unstable.
     """
-    from bristle.files.experiment import read_experiment
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
@@ -59,7 +59,9 @@ def design(
         progress("designing") as report,
         figure_files(folder, formats, data),
     ):
-        described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
+        described = experiment_in(
+            experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
+        )
         for friction in {
             model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
         }:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Json, folder_named
+from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
@@ -182,13 +183,13 @@ def _law(
     context: typer.Context, path: Path, variant: str | None, to: str, name: str, *, allow_code: bool
 ) -> _Exported:  # fmt: skip
     """Return the control law of a variant of an experiment as files."""
+    from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
     from bristle.exports.targets import law_for, variant_of
-    from bristle.files.experiment import read_experiment
     from bristle.files.provenance import provenance
     from bristle.testing import admit
 
-    experiment = read_experiment(path, allow_code=allow_code)
+    experiment = experiment_in(path, allow_code=allow_code, size_limit=SIZE_LIMIT)
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)

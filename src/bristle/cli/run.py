@@ -13,6 +13,7 @@ import typer
 
 from bristle.cli.failure import NO
 from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -49,7 +50,6 @@ def run(
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.core import InputError
-    from bristle.files.experiment import read_experiment
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
@@ -71,7 +71,9 @@ def run(
         progress("simulating") as report,
         figure_files(folder, formats, data),
     ):
-        described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
+        described = experiment_in(
+            experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
+        )
         for friction in {
             model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
         }:

@@ -14,6 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.files.components import check_keys, check_schema, table_at
 from bristle.files.fill_in import refuse_open
+from bristle.files.pipeline import with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import read_toml
 from bristle.files.variant import SECTIONS, Tables, variant_from
@@ -30,8 +31,9 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     """Return the experiment that a file describes.
 
     The file as it stands is the variant ``base``. Each table ``[compare.<name>]`` is one more, in which some sections
-    differ: tables are merged key by key, but a table that names its own ``model`` or ``file`` takes the place of
-    the one above it. An empty ``[compare.<name>]`` only gives the file as it stands another name than ``base``.
+    differ: tables are merged key by key, but a table that names its own ``model``, ``file`` or ``identified`` takes the
+    place of the one above it. An empty ``[compare.<name>]`` only gives the file as it stands another name than
+    ``base``. ``identified`` names a model of ``[identify.<name>]``, which `bristle.prepare` fits.
 
     Parameters
     ----------
@@ -50,7 +52,7 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     data, source, content = read_toml(path, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
     try:
-        experiment = experiment_from(data, source, sources)
+        experiment = experiment_from(with_models(data, source, sources), source, sources)
     except InputError as error:
         raise error.at(str(source)) from None
     own = {"experiment": (content.origin,)} if content is not None else {}
@@ -118,7 +120,7 @@ def merged(base: Any, override: Any) -> Any:
     """
     if not isinstance(base, Mapping) or not isinstance(override, Mapping):
         return override
-    if "model" in override or "file" in override:
+    if override.keys() & {"model", "file", "identified"}:
         # Parameters belong to the model that was named with them; tables inside have a model of their own.
         base = {key: value for key, value in base.items() if isinstance(value, Mapping)}
     return {**base, **{key: merged(base.get(key), value) for key, value in override.items()}}

@@ -16,6 +16,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.random_numbers import SEED_MAX
 from bristle.files.components import check_keys, check_schema, table_at
 from bristle.files.experiment import experiment_from
+from bristle.files.pipeline import with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.files.variant import SECTIONS
@@ -119,6 +120,7 @@ class _Reader:
         tables, source, _ = read_toml(content)
         sources = Sources(source.parent, self.allow_code, self.size_limit)
         try:
+            tables = with_models(tables, source, sources)
             experiment_from(tables, source, sources)
         except InputError as error:
             raise error.at(str(source)) from None

@@ -4,5 +4,17 @@ from bristle.workflow.compared import Compared, compare
 from bristle.workflow.identified import Identified, identify
 from bristle.workflow.loaded import Loaded, load
 from bristle.workflow.outcome import Outcome, outcome_of
+from bristle.workflow.pipeline import Prepared, prepare
 
-__all__ = ["Compared", "Identified", "Loaded", "Outcome", "compare", "identify", "load", "outcome_of"]
+__all__ = [
+    "Compared",
+    "Identified",
+    "Loaded",
+    "Outcome",
+    "Prepared",
+    "compare",
+    "identify",
+    "load",
+    "outcome_of",
+    "prepare",
+]

@@ -1,0 +1,156 @@
+"""`prepare`: what an experiment file identifies, from its logs or by exciting its rig, before it is simulated."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
+from bristle.core.digest import digest
+from bristle.core.errors import InputError
+from bristle.core.experiment import Experiment, Variant
+from bristle.core.status import Status
+from bristle.files.model import FITTED_TO
+from bristle.files.pipeline import DEPENDS_ON, Planned, planned_in
+from bristle.files.results import results_folder
+from bristle.files.sources import Sources
+from bristle.files.toml import read_toml
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Fit
+    from bristle.logs.log import Log
+    from bristle.workflow.outcome import Outcome
+
+__all__ = ["Prepared", "prepare"]
+
+Progress = Callable[[float, str], None]
+SIGNALS = ("time", "position", "effort", "reference")
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A model that an experiment identifies, ready to be used.
+
+    Parameters
+    ----------
+    name : str
+        What its tables call it.
+    folder : Path
+        Where its results lie, a report among them.
+    best : Fit or None
+        What was fitted; None where it was there already, from the same log or rig.
+    """
+
+    name: str
+    folder: Path
+    best: Fit | None
+
+
+def prepare(
+    experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT,
+    progress: Progress | None = None,
+) -> tuple[Prepared, ...]:  # fmt: skip
+    """Identify what an experiment file has under ``[identify.NAME]``, as far as it is not there already.
+
+    A model is kept until something changes that it depends on: a log or the axis file, or where the rig itself is
+    excited any value of that loop; the options; or the version of bristle.
+
+    Parameters
+    ----------
+    experiment : path-like
+        An experiment file.
+    allow_code : bool
+        Whether components of a person's own, in files that it names, may run without having been allowed before.
+    size_limit : int or str
+        Largest log that it names [byte], or text such as ``"2 GB"``.
+    progress : callable, optional
+        Called with the share of the work done and what is being done.
+
+    Returns
+    -------
+    tuple of Prepared
+        In the order of the file; empty where it identifies nothing.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there; if a log or the rig does not serve, or the folder
+        ``<file>_identified`` cannot be written.
+    """
+    data, source, _ = read_toml(experiment, path="experiment", what="an experiment file")
+    sources = Sources(source.parent, allow_code, size_of(size_limit))
+    try:
+        planned = planned_in(data, source, sources)
+    except InputError as error:
+        raise error.at(str(source)) from None
+    ready = []
+    for number, plan in enumerate(planned.values()):
+        best = None
+        if not plan.is_current:
+            try:
+                best = _identified(plan, source, size_of(size_limit), _part(progress, number, len(planned)))
+            except InputError as error:
+                raise error.at(f"{source}: {plan.path}") from None
+        ready.append(Prepared(plan.name, plan.folder, best))
+    return tuple(ready)
+
+
+def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
+    from bristle.workflow.identified import identify
+
+    plan.folder.parent.mkdir(exist_ok=True)
+    with results_folder(plan.folder, force=True) as folder:
+        logs, axis = _excited(plan.excited, plan.axis) if plan.excited else _read(plan, size_limit)
+        options = {"draws": 0, **plan.options}
+        identification = identify(logs, axis=axis, progress=progress, **options)
+        outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
+        described = _of_rig(outcome, plan.excited, source) if plan.excited else outcome
+        described.write(folder)
+        folder.write(DEPENDS_ON, json.dumps({"identify": plan.name, "digest": plan.digest}, indent=2) + "\n")
+    return identification.best
+
+
+def _read(plan: Planned, size_limit: int) -> tuple[list[Log], Axis | None]:
+    from bristle.files.axis import read_axis
+    from bristle.files.log import read_log
+
+    axis = None if plan.axis is None else read_axis(plan.axis)
+    return [read_log(log, axis, size_limit=size_limit) for log in plan.logs], axis
+
+
+def _excited(variant: Variant, axis_file: Path | None) -> tuple[list[Log], Axis]:
+    """Return what the drive of a loop would record in a run of it, and what is known of the axis."""
+    from bristle.files.axis import read_axis
+    from bristle.logs.log import Log
+    from bristle.simulation import simulate
+
+    kind = variant.plant.kind
+    outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
+    if outcome.status is not Status.OK:
+        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence,
+                         mend="Simulate it alone and mend the loop first")  # fmt: skip
+    signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
+    axis = (
+        Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
+        if axis_file is None
+        else read_axis(axis_file)
+    )
+    return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis
+
+
+def _of_rig(outcome: Outcome, variant: Variant, source: Path) -> Outcome:
+    """Return the results with the friction that was excited in their provenance."""
+    facts = {"identified from a run of": f"{source.name}: {variant.name}", FITTED_TO: digest(variant.friction)}
+    return replace(outcome, provenance={**outcome.provenance, **facts})
+
+
+def _part(progress: Progress | None, number: int, count: int) -> Progress:
+    def report(share: float, words: str) -> None:
+        if progress is not None:
+            progress((number + share) / count, words)
+
+    return report

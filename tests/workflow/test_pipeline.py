@@ -1,0 +1,205 @@
+"""An experiment that identifies its compensator: fitted once, kept, and never met by another rig than its own."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.cli.main import main
+from bristle.core import InputError
+
+RIG = """
+schema = 1
+
+[plant]
+M = "28 kg"
+
+[friction]
+model = "coulomb_viscous"
+F_C = "20 N"
+F_v = "200 N*s/m"
+
+[controller]
+model = "cascade"
+k_p = "60 1/s"
+k_v = "6.7 N*s/mm"
+
+[sensor]
+resolution = "0.1 um"
+
+[reference]
+model = "sine"
+amplitude = "5 mm"
+frequency = "1 Hz"
+
+[run]
+duration = "1 s"
+sample_time = "1 ms"
+
+[identify.axis_x]
+excite = "learning"
+model = "coulomb_viscous"
+
+[compare.learning.reference]
+model = "varied_sine"
+amplitudes = ["0 mm", "8 mm", "2 mm", "6 mm"]
+frequency = "0.7 Hz"
+duration = "6 s"
+
+[compare.learning.run]
+duration = "6 s"
+
+[compare.compensated.controller.feedforward]
+friction = { identified = "axis_x" }
+"""
+
+
+@pytest.fixture
+def rig(tmp_path):
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG)
+    return path
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    path = tmp_path_factory.mktemp("prepared") / "rig.toml"
+    path.write_text(RIG)
+    return path, br.prepare(path)
+
+
+@pytest.fixture
+def copied(prepared, tmp_path):
+    """A rig whose compensator was identified."""
+    shutil.copytree(prepared[0].parent, tmp_path / "copied")
+    return tmp_path / "copied" / "rig.toml"
+
+
+def compensator(path):
+    return next(v for v in br.read_experiment(path).variants if v.name == "compensated").feedforward.friction
+
+
+def test_the_rig_is_excited_and_its_friction_fed_forward(prepared):
+    path, (model,) = prepared
+    assert model.best.friction == compensator(path)
+    assert pytest.approx(20.0, rel=0.02) == compensator(path).F_C
+    assert [variant.name for variant in br.read_experiment(path).variants] == ["base", "compensated"]
+    assert "identified from a run of" in (model.folder / "model.toml").read_text()
+    assert (model.folder / "report.html").exists()
+
+
+def test_the_log_is_what_the_encoder_reads_in_that_run(prepared):
+    log = prepared[1][0].best.traces
+    assert log.time[-1] == pytest.approx(6.0, abs=0.5)
+    assert np.max(np.abs(log.velocity)) == pytest.approx(2 * np.pi * 0.7 * 8e-3, rel=0.15)
+
+
+def test_what_is_there_is_kept(copied):
+    folder = copied.parent / "rig_identified" / "axis_x"
+    before = (folder / "model.toml").stat().st_mtime_ns
+    assert br.prepare(copied)[0].best is None
+    assert (folder / "model.toml").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead"),
+    [
+        ('F_C = "20 N"', 'F_C = "26 N"'),
+        ('k_p = "60 1/s"', 'k_p = "50 1/s"'),
+        ('"8 mm", "2 mm"', '"7 mm", "2 mm"'),
+        ('model = "coulomb_viscous"\n\n[compare', 'model = "coulomb_viscous"\ncutoff = "90 Hz"\n\n[compare'),
+    ],
+)
+def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
+    assert seen in RIG
+    copied.write_text(RIG.replace(seen, instead))
+    with pytest.raises(InputError, match="something else than what the file says now"):
+        br.read_experiment(copied)
+    assert br.prepare(copied)[0].best is not None
+    now = br.read_experiment(copied).variants[0].friction.F_C
+    assert pytest.approx(now, rel=0.02) == compensator(copied).F_C
+
+
+def test_what_is_judged_may_change_without_another_fit(copied):
+    copied.write_text(RIG.replace("[compare.compensated.controller.feedforward]",
+                                  '[compare.compensated.run]\nduration = "2 s"\n\n'
+                                  "[compare.compensated.controller.feedforward]"))  # fmt: skip
+    assert br.prepare(copied)[0].best is None
+
+
+def test_a_model_that_a_person_changed_is_neither_taken_nor_replaced(copied):
+    model = copied.parent / "rig_identified" / "axis_x" / "model.toml"
+    own = model.read_text().replace("F_C =", "F_C = 1.0 #")
+    model.write_text(own)
+    for use in (br.read_experiment, br.prepare):
+        with pytest.raises(InputError, match="was changed since it was identified"):
+            use(copied)
+    copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
+    with pytest.raises(InputError, match="was changed since"):
+        br.prepare(copied)
+    assert model.read_text() == own
+
+
+def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
+    rng = np.random.default_rng(1)
+
+    def record(level):
+        t = np.arange(6000) * 1e-3
+        v = 0.02 * np.cos(2 * np.pi * 0.7 * t) + 0.03 * np.cos(2 * np.pi * 1.3 * t)
+        effort = 28.0 * np.gradient(v, t) + level * np.sign(v) + 200.0 * v + 0.01 * rng.standard_normal(t.size)
+        columns = np.column_stack([t, np.cumsum(v) * 1e-3, effort])
+        np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],position [m],effort [N]", comments="")
+
+    rig.write_text(RIG.replace('excite = "learning"', 'log = "log.csv"').replace(
+        re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.comp)", RIG, re.DOTALL)[0], ""))  # fmt: skip
+    for level in (15.0, 18.0):
+        record(level)
+        assert br.prepare(rig)[0].best is not None
+        assert pytest.approx(level, rel=0.02) == compensator(rig).F_C
+    assert br.prepare(rig)[0].best is None
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead", "said"),
+    [
+        ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
+        ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
+        ('excite = "learning"', 'excite = "compensated"', "is excited before there is a model"),
+        ('excite = "learning"', 'excit = "learning"', "unknown key"),
+        (
+            'identified = "axis_x"',
+            'identified = "axis_y"',
+            r"friction\.identified.*not identified in this file.*axis_x",
+        ),
+        ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),
+        ('identified = "axis_x"', 'identified = "axis_x"', "identify.axis_x: is not identified.*bristle run"),
+    ],
+)
+def test_what_does_not_fit_is_refused_by_its_key(rig, seen, instead, said):
+    rig.write_text(RIG.replace(seen, instead))
+    with pytest.raises(InputError, match=said):
+        br.read_experiment(rig)
+    assert not (rig.parent / "rig_identified").exists()
+
+
+def test_commands_prepare_what_they_need(rig, tmp_path, capsys):
+    assert main(["run", str(rig), "--out", str(tmp_path / "results")]) == 0
+    assert "axis_x: identified (coulomb_viscous" in capsys.readouterr().err
+    assert main(["run", str(rig)]) == 0
+    assert "axis_x: as identified before" in capsys.readouterr().err
+
+
+def test_a_study_takes_what_was_identified(copied, tmp_path):
+    from bristle.study import read_study_file
+
+    study = tmp_path / "study.toml"
+    study.write_text(
+        f'schema = 1\nexperiment = "{copied}"\nruns = 3\nseed = 1\n[vary]\n'
+        '"friction.F_C" = { uniform = ["18 N", "22 N"] }\n'
+    )
+    assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "compensated"}
+    copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
+    with pytest.raises(InputError, match="something else"):
+        read_study_file(study)
