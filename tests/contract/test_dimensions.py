@@ -193,6 +193,14 @@ LAWS = {
     "sliding_mode by an observer": (controllers.sliding_mode, {**ON_SURFACE, "estimator": "tracking_observer"}),
     "super_twisting": (controllers.super_twisting, {**ON_SURFACE, "k_1": 0.5, "k_2": 5.0}),
     "disturbance_observer": (controllers.disturbance_observer, {**ON_SURFACE, "g": 60.0}),
+    "lugre_observer": (
+        controllers.lugre_observer,
+        {**ON_SURFACE, "F_C": 3.0, "F_S": 4.0, "v_S": 0.2, "sigma_0": 1e3, "sigma_2": 2.0, "k": 0.5},
+    ),
+    "adaptive_hysteresis": (
+        controllers.adaptive_hysteresis,
+        {**ON_SURFACE, "reach": 0.01, "Gamma": 50.0, "w_max": 5.0, "delta": 0.01},
+    ),
     "pid": (PID, {"K_P": 2e3, "K_I": 2e4, "K_D": 80.0}),
 }
 

@@ -1,4 +1,4 @@
-"""Sliding mode, super-twisting and disturbance observer, one sample at a time and in a loop."""
+"""Control laws on a surface, one sample at a time and in a loop."""
 
 import math
 
@@ -19,6 +19,10 @@ LAWS = {
     "sliding_mode": controllers.sliding_mode(**GAINS, K_2=2.0, phi=0.01, cutoff=200.0),
     "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0, cutoff=200.0),
     "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0, cutoff=200.0),
+    "lugre_observer": controllers.lugre_observer(**GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5, cutoff=200.0),
+    "adaptive_hysteresis": controllers.adaptive_hysteresis(
+        **GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5, cutoff=200.0
+    ),
 }
 
 

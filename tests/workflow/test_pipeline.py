@@ -51,7 +51,7 @@ duration = "6 s"
 [compare.learning.run]
 duration = "6 s"
 
-[compare.compensated.controller.feedforward]
+[compare.identified.controller.feedforward]
 friction = { identified = "axis_x" }
 """
 
@@ -78,14 +78,14 @@ def copied(prepared, tmp_path):
 
 
 def compensator(path):
-    return next(v for v in br.read_experiment(path).variants if v.name == "compensated").feedforward.friction
+    return next(v for v in br.read_experiment(path).variants if v.name == "identified").feedforward.friction
 
 
 def test_the_rig_is_excited_and_its_friction_fed_forward(prepared):
     path, (model,) = prepared
     assert model.best.friction == compensator(path)
     assert pytest.approx(20.0, rel=0.02) == compensator(path).F_C
-    assert [variant.name for variant in br.read_experiment(path).variants] == ["base", "compensated"]
+    assert [variant.name for variant in br.read_experiment(path).variants] == ["base", "identified"]
     assert "identified from a run of" in (model.folder / "model.toml").read_text()
     assert (model.folder / "report.html").exists()
 
@@ -123,9 +123,9 @@ def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
 
 
 def test_what_is_judged_may_change_without_another_fit(copied):
-    copied.write_text(RIG.replace("[compare.compensated.controller.feedforward]",
-                                  '[compare.compensated.run]\nduration = "2 s"\n\n'
-                                  "[compare.compensated.controller.feedforward]"))  # fmt: skip
+    copied.write_text(RIG.replace("[compare.identified.controller.feedforward]",
+                                  '[compare.identified.run]\nduration = "2 s"\n\n'
+                                  "[compare.identified.controller.feedforward]"))  # fmt: skip
     assert br.prepare(copied)[0].best is None
 
 
@@ -166,7 +166,7 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
     [
         ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is no variant.*"?learning'),
         ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
-        ('excite = "learning"', 'excite = "compensated"', "is excited before there is a model"),
+        ('excite = "learning"', 'excite = "identified"', "is excited before there is a model"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
         (
             'identified = "axis_x"',
@@ -199,7 +199,7 @@ def test_a_study_takes_what_was_identified(copied, tmp_path):
         f'schema = 1\nexperiment = "{copied}"\nruns = 3\nseed = 1\n[vary]\n'
         '"friction.F_C" = { uniform = ["18 N", "22 N"] }\n'
     )
-    assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "compensated"}
+    assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "identified"}
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))
     with pytest.raises(InputError, match="something else"):
         read_study_file(study)

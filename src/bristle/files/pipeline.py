@@ -210,10 +210,10 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
     if not isinstance(level, Mapping):
         return level
     inner = {key: _replaced(value, planned, f"{place}.{key}" if place else str(key)) for key, value in level.items()}
-    if IDENTIFIED not in level:
+    if not isinstance(level.get(IDENTIFIED), str):  # a variant may be called so
         return inner
     name = inner.pop(IDENTIFIED)
     if name not in planned:
         raise InputError("is not identified in this file", path=f"{place}.{IDENTIFIED}", value=name,
-                         allowed=", ".join(planned), mend=did_you_mean(str(name), planned))  # fmt: skip
+                         allowed=", ".join(planned), mend=did_you_mean(name, planned))  # fmt: skip
     return {"file": str(planned[name].folder / MODEL), **inner}
