@@ -12,12 +12,13 @@ from tests.docs.conftest import PAGES, ROOT, blocks
 
 from bristle.cli.application import app
 from bristle.core.dimensions import NAMES
-from bristle.core.errors import InputWarning
+from bristle.core.errors import InputError, InputWarning
 from bristle.files.axis import axis_from
 from bristle.files.axis_schema import AxisFile
 from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged
 from bristle.files.model import friction_from
+from bristle.files.pipeline import planned_in, with_models
 from bristle.files.run import RUN
 from bristle.files.schema import Strict
 from bristle.files.sources import Sources
@@ -148,6 +149,16 @@ def test_experiments_in_pages_are_read(block, at_the_reader):
     assert len(experiment.variants) == len(tomllib.loads(block.text)["compare"])
 
 
+@each("toml experiment-part")
+def test_what_experiments_in_pages_identify_is_planned(block, at_the_reader):
+    whole = next(one for one in blocks("toml experiment") if one.page == block.page)
+    part = tomllib.loads(block.text)
+    read = (merged(tomllib.loads(whole.text), part), at_the_reader / "experiment.toml", Sources(at_the_reader))
+    assert planned_in(*read).keys() == part["identify"].keys()
+    with pytest.raises(InputError, match=r"is not identified\. Run the experiment once"):
+        with_models(*read)
+
+
 @each("toml friction")
 def test_friction_tables_in_pages_are_read(block, at_the_reader):
     table = tomllib.loads(block.text)["friction"]
@@ -165,7 +176,7 @@ def test_tables_in_pages_are_those_of_the_example(block):
 def test_no_block_goes_unchecked():
     checked = (
         "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction",
-        "toml loop", "toml study", "toml study-part", "python", "sh", "text",
+        "toml experiment-part", "toml loop", "toml study", "toml study-part", "python", "sh", "text",
     )  # fmt: skip
     every = sum(page.read_text().count("\n```") for page in PAGES)
     assert len(blocks(*checked)) == every / 2

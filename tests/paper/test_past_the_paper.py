@@ -88,3 +88,20 @@ def _virgin_force(model, travel):
     v = model.values
     reach = v["nu_i"] * v["F_C"] / v["k_i"]
     return np.minimum(travel[:, None], reach) @ v["k_i"] + v["offset"]
+
+
+def test_beside_the_literature():
+    found = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward",
+                 seeds=1)  # fmt: skip
+    expected = {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69,
+                "observer_and_feedforward": 0.42}  # fmt: skip
+    assert peaks(found) == pytest.approx(expected, rel=0.16)
+
+
+def test_what_is_learned_is_near_what_was_identified_from_the_first_period_on():
+    from benchmarks.baselines import learning_time
+
+    found = some("baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0)
+    start, by_period = learning_time(found)
+    assert start == 0.0
+    assert by_period[0, 0] > 1.5 * by_period[0, -2]
