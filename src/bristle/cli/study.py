@@ -24,6 +24,7 @@ __all__ = ["EXAMPLE", "study"]
 EXAMPLE = """Example:
   bristle study study.toml --dry-run
   bristle study study.toml --out tolerances
+  bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
 
 
@@ -38,6 +39,12 @@ def study(
     ] = None,
     workers: Annotated[
         int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here."
+        ),
     ] = None,
     run: Annotated[
         int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")
@@ -62,6 +69,7 @@ def study(
     from bristle.study import read_study_file
     from bristle.testing import admit
 
+    _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
     described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
     for friction in {variant.friction for variant in described.experiment.variants}:
         admit(friction)
@@ -74,7 +82,21 @@ def study(
         from bristle.core import InputError
 
         raise InputError("needs a folder to write into", path="bristle study", mend="Add --out DIR, or --dry-run")
-    return _run(described, study, out, workers, as_json)
+    return _run(described, study, out, workers, scheduler, as_json)
+
+
+def _check(scheduler: str | None, options: Mapping[str, bool]) -> None:
+    """Refuse an address that is none, and options that say nothing of a cluster, before anything is read."""
+    if scheduler is None:
+        return
+    from bristle.core import InputError
+    from bristle.study.cluster import checked
+
+    checked(scheduler)
+    for option, is_chosen in options.items():
+        if is_chosen:
+            raise InputError("simulates on this machine, and --scheduler does not", path=option,
+                             mend=f"Leave {option} or --scheduler out")  # fmt: skip
 
 
 def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
@@ -145,7 +167,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "nothing varies but the seed"
 
 
-def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool) -> int:
+def _run(study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool) -> int:
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.report.study import spread_tables, study_sentences
@@ -155,7 +177,7 @@ def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool
     command = command_told(["study", str(file), "--out", str(out)])
     with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
         try:
-            ran = run_within(store, workers=workers, progress=report)
+            ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         except KeyboardInterrupt:
             complain(f"{out} keeps the runs that are done; the same command goes on")
             raise
@@ -176,7 +198,9 @@ def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool
 
 
 def _ended(code: int | None) -> str:
-    return f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
+    if code is None:
+        return "as the cluster tells it"
+    return f"by signal {-code}" if code < 0 else f"with code {code}"
 
 
 def _write(store: Any, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
