@@ -30,6 +30,12 @@ def children(pid):
     return []
 
 
+def _command_line(pid):
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    return b""
+
+
 def lives(pid):
     """Whether a process runs: one that has ended and was not waited for does not."""
     with suppress(OSError, IndexError):
@@ -126,6 +132,11 @@ class DaskCluster:
         finally:
             process.kill()
             process.wait()
+
+    @staticmethod
+    def nursed(nanny):
+        """Return the numbers of the processes that a nanny starts again where they end."""
+        return [pid for pid in children(nanny.pid) if b"spawn_main" in _command_line(pid)]
 
     def joined(self):
         """Return the threads of the workers that the scheduler knows, by their addresses."""

@@ -2,6 +2,7 @@
 
 import hashlib
 import pickle
+import shutil
 import signal
 import socket
 import subprocess
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from tests.study.conftest import content, same
-from tests.study.processes import DaskCluster, begun, numbers, until
+from tests.study.processes import DaskCluster, begun, numbers, siege, until
 
 from bristle.cli.main import main
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
@@ -271,7 +272,7 @@ def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
 
 def test_a_fault_of_a_worker_is_told(bench, dask):
     study = bench.study()
-    with Cluster(study, dask.address) as cluster, pytest.raises(WorkerError, match="the runs 400 to 403: Traceback"):
+    with Cluster(study, dask.address) as cluster, pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
         list(cluster.results([type(study.blocks[0])(-4, 0)]))
 
 
@@ -291,3 +292,88 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")
         assert not any(client.has_what().values())
+
+
+@pytest.fixture
+def own_dask(tmp_path_factory):
+    """A scheduler without workers, for what ends it or them."""
+    cluster = DaskCluster(tmp_path_factory.mktemp("dask"))
+    yield cluster
+    cluster.close()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
+    bench.rig(duration="10 s", substeps=20)
+    study = bench.study(runs=("runs = 12", "runs = 800"))
+    assert len(study.blocks) == 200
+    file, out = bench.folder / "study.toml", bench.folder / "out"
+    run_study(study, bench.folder / "here", workers=2)
+    nanny, others = own_dask.worker(), [own_dask.worker("--no-nanny")]
+
+    def workers(_):
+        if others[-1].poll() is not None:
+            others.append(own_dask.worker("--no-nanny"))
+        return [others[-1].pid, *own_dask.nursed(nanny)]
+
+    fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=30, longest=3.0)
+    print(fallen, f"workers that joined: {len(others)} and those of a nanny")
+    assert fallen["command"] >= 5, "the study was over before it was disturbed"
+    assert fallen["worker"] >= 10, "the study was over before it was disturbed"
+    until(lambda: own_dask.joined() or (workers(None) and False), "a worker")
+    assert run_study(study, out, scheduler=own_dask.address).is_whole
+    assert numbers(out) == list(range(800))
+    assert content(out) == content(bench.folder / "here")
+    assert not (out / ".partial").exists()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
+    monkeypatch.setattr("bristle.study.cluster.BEGINS", 2.0)
+    own_dask.worker("--no-nanny")
+    study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
+
+    def end(share, text):
+        if share > 0.02:
+            own_dask.scheduler.kill()
+
+    with pytest.raises(InputError, match=r"--scheduler: the scheduler is gone; found 'tcp://.*What is written stays"):
+        run_study(study, out, scheduler=own_dask.address, progress=end)
+    assert 3 <= len(content(out)) < 100
+    assert run_study(study, out, workers=2).is_whole
+
+
+def bristle_that_dies_of(first, folder):
+    """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
+    shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
+    file = folder / "bristle" / "study" / "remote.py"
+    text = file.read_text()
+    place = "    def columns()"
+    assert text.count(place) == 1
+    file.write_text(text.replace(place, f"    import os\n    first == {first} and os._exit(9)\n\n{place}"))
+    return folder
+
+
+@pytest.mark.slow
+def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, own_dask, monkeypatch, capsys):
+    deadly = bristle_that_dies_of(4, bench.folder / "deadly")
+    facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
+    for module in ("cluster", "roster"):
+        monkeypatch.setattr(f"bristle.study.{module}.described", lambda: facts)
+    own_dask.worker(PYTHONPATH=str(deadly))
+    file, out = bench.write(), bench.folder / "out"
+    assert main(["study", str(file), "--out", str(out), "--scheduler", own_dask.address]) == 1
+    assert "runs 4 to 7 are missing: each process that simulated them ended" in capsys.readouterr().err
+    assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
+    monkeypatch.undo()
+    assert run_study(read_study_file(file), out, workers=1).is_whole
+
+
+@pytest.mark.slow
+def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):
+    own_dask.worker("--no-nanny", "--nthreads", "3")
+    study = slow_bench.study(runs=("runs = 12", "runs = 80"))
+    run_study(study, slow_bench.folder / "here", workers=1)
+    run_study(study, slow_bench.folder / "there", scheduler=own_dask.address)
+    assert content(slow_bench.folder / "there") == content(slow_bench.folder / "here")

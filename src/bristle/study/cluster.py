@@ -239,11 +239,7 @@ class Cluster:
         self._blocks.appendleft(held.block)
 
     def _leave(self) -> None:
-        futures = [held.future for held in self._handed_out.values()]
-        with suppress(OSError, TimeoutError, RuntimeError):
-            if futures and self._client.status == "running":
-                self._client.cancel(futures, force=True, callback_timeout=ANSWERS)
-        with suppress(OSError, TimeoutError, RuntimeError):
+        with suppress(OSError, TimeoutError):
             self._client.close(timeout=ANSWERS)
 
 
