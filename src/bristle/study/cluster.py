@@ -182,14 +182,16 @@ class Cluster:
                 self._take_back(held)
 
     def _hand_out(self) -> None:
+        if self._client.status != "running":  # it looks for a scheduler that was lost
+            return
         threads = sum(self._roster.fit.values())
         for _ in range(min(AHEAD * threads - len(self._handed_out), len(self._blocks))):
             block, workers = self._blocks.popleft(), frozenset(self._roster.fit)
-            place = {
+            names = {
                 "import_module": importlib.import_module, "plan": self._plan_there(), "checksum": self._checksum,
                 "code": described()["code"], "first": block.first, "last": block.last,
             }  # fmt: skip
-            future = self._submit(_SIMULATED, place, workers=sorted(workers))
+            future = self._submit(_SIMULATED, names, workers=sorted(workers))
             self._handed_out[future.key] = _HandedOut(block, future, workers)
             future.add_done_callback(self._arrivals.put)
 
@@ -199,12 +201,12 @@ class Cluster:
             self._plan = self._submit("plan", {"plan": self._pickled})
         return self._plan
 
-    def _submit(self, expression: str, place: dict[str, Any], **options: Any) -> Any:
+    def _submit(self, expression: str, names: dict[str, Any], **options: Any) -> Any:
         self._count += 1
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent once
             return self._client.submit(
-                eval, expression, place, key=f"{self._roster.name}-{self._count}", pure=False, **options
+                eval, expression, names, key=f"{self._roster.name}-{self._count}", pure=False, **options
             )
 
     def _columns(self, held: _HandedOut) -> dict[str, Any] | None:
