@@ -87,7 +87,8 @@ def siege(begin, workers, *, kills, longest, seed=1):
             process.wait()
             process.stderr.close()
             process = begin()
-    process.communicate()
+    said = process.communicate()[1].decode()
+    assert all(line.startswith("bristle: ") for line in said.splitlines()), said
     return fallen
 
 
@@ -98,12 +99,15 @@ class DaskCluster:
     ----------
     folder : Path
         What they keep.
+    **environment : str
+        Settings of the scheduler.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder, **environment):
         self.folder, self.processes = folder, []
         at = folder / "scheduler.json"
-        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at)
+        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at,
+                                    **environment)  # fmt: skip
         self.address = until(lambda: self._address(at), "a scheduler")
 
     @staticmethod

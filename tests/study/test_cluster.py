@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import warnings
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -28,16 +29,16 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="lo
 
 @pytest.fixture(scope="module")
 def dask(tmp_path_factory):
-    cluster = DaskCluster(tmp_path_factory.mktemp("dask"))
-    cluster.worker("--no-nanny")
-    cluster.worker("--no-nanny")
-    yield cluster
-    cluster.close()
+    """A scheduler and two workers."""
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
+        cluster.worker("--no-nanny")
+        cluster.worker("--no-nanny")
+        yield cluster
 
 
 def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench, dask):
     bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 120"))
+    study = bench.study(runs=("runs = 12", "runs = 64"))
     out = bench.folder / "out"
     run_study(study, bench.folder / "here", workers=1)
     process = begun(bench.folder / "study.toml", out, "--scheduler", dask.address)
@@ -45,16 +46,16 @@ def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench,
     dask.processes[1].kill()
     dask.worker("--no-nanny")
     before = len(content(out))
-    until(lambda: len(content(out)) >= min(before + 3, 12), "blocks after a worker was killed")
+    until(lambda: len(content(out)) >= min(before + 2, 8), "blocks after a worker was killed")
     process.kill()
     process.wait()
     process.stderr.close()
     before = len(content(out))
-    assert before < 30
+    assert before < 16
     ran = run_study(study, out, scheduler=dask.address)
     assert ran.is_whole
     assert ran.before >= before
-    assert numbers(out) == list(range(120))
+    assert numbers(out) == list(range(64))
     assert content(out) == content(bench.folder / "here")
     assert not (out / ".partial").exists()
 
@@ -187,13 +188,10 @@ def test_what_is_called_on_a_worker_refuses_what_is_not_as_it_was_sent(bench):
     outcome, columns = remote.simulated(plan, checksum, code, 4, 8)
     assert outcome == "done"
     assert same(columns, Simulator(study).columns(study.blocks[1]))
-    for arguments, words in (
-        ((plan, checksum, "another", 4, 8), "the code of bristle has changed on this worker"),
-        ((plan, "0" * 64, code, 4, 8), "the study did not arrive as it was sent"),
-    ):
-        outcome, why = remote.simulated(*arguments)
-        assert outcome == "failed"
-        assert words in why
+    outcome, why = remote.simulated(plan, "0" * 64, code, 4, 8)
+    assert outcome == "failed"
+    assert "the study did not arrive as it was sent" in why
+    assert remote.simulated(plan, checksum, "another", 4, 8) == (remote.UNFIT, None)
 
 
 @pytest.fixture
@@ -261,11 +259,13 @@ def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
 
 def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
     file, out = bench.write(), bench.folder / "out"
-    code = (
-        f"import sys; from bristle.cli.main import main; code = main(['study', {str(file)!r}, '--out', {str(out)!r}, "
-        "'--workers', '1']); sys.exit(code or bool({'dask', 'distributed', 'tornado'} & set(sys.modules)))"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+    code = f"""
+import sys, bristle.cli.study
+from bristle.study import read_study_file, run_study
+run_study(read_study_file({str(file)!r}), {str(out)!r}, workers=1)
+sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     # What is there already needs no cluster.
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
@@ -276,6 +276,7 @@ def test_a_fault_of_a_worker_is_told(bench, dask):
         list(cluster.results([type(study.blocks[0])(-4, 0)]))
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
     import distributed
 
@@ -297,9 +298,8 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
 @pytest.fixture
 def own_dask(tmp_path_factory):
     """A scheduler without workers, for what ends it or them."""
-    cluster = DaskCluster(tmp_path_factory.mktemp("dask"))
-    yield cluster
-    cluster.close()
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
+        yield cluster
 
 
 @pytest.mark.slow
@@ -356,14 +356,16 @@ def bristle_that_dies_of(first, folder):
 
 
 @pytest.mark.slow
-def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, own_dask, monkeypatch, capsys):
+def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
     deadly = bristle_that_dies_of(4, bench.folder / "deadly")
     facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
     for module in ("cluster", "roster"):
         monkeypatch.setattr(f"bristle.study.{module}.described", lambda: facts)
-    own_dask.worker(PYTHONPATH=str(deadly))
     file, out = bench.write(), bench.folder / "out"
-    assert main(["study", str(file), "--out", str(out), "--scheduler", own_dask.address]) == 1
+    tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:
+        cluster.worker(PYTHONPATH=str(deadly))
+        assert main(["study", str(file), "--out", str(out), "--scheduler", cluster.address]) == 1
     assert "runs 4 to 7 are missing: each process that simulated them ended" in capsys.readouterr().err
     assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
     monkeypatch.undo()

@@ -16,7 +16,7 @@ import re
 import secrets
 import socket
 import warnings
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -25,9 +25,9 @@ from typing import Any
 
 from bristle.core.cores import Abreast
 from bristle.core.errors import InputError, InputWarning, said_by_library
-from bristle.study.crew import PATIENCE, TRIES, WorkerError
+from bristle.study.crew import PATIENCE, WorkerError
 from bristle.study.plan import Block, Study
-from bristle.study.remote import described
+from bristle.study.remote import UNFIT, described
 from bristle.study.roster import Roster
 from bristle.study.store import library
 
@@ -37,7 +37,7 @@ OPTION, FEATURE = "--scheduler", "bristle study --scheduler"
 PORT = 8786
 ANSWERS = 5.0  # [s] until which something answers at the address
 BEGINS = 10.0  # [s] until which that turns out to be a scheduler, or one that was lost is there again
-SENDS = 20.0  # [s] until which the columns of a block arrive
+SENDS = 10.0  # [s] until which the columns of a block arrive
 AHEAD = 4  # blocks for each thread: while it simulates one, others are on their way there and back
 _ADDRESS = re.compile(r"(?:tcp|tls)://(?P<host>\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(?P<port>\d{1,5})/?")
 _SIMULATED = "import_module('bristle.study.remote').simulated(plan, checksum, code, first, last)"
@@ -75,13 +75,13 @@ def checked(address: str) -> Any:
     return library("distributed", FEATURE)
 
 
-@dataclass
+@dataclass(frozen=True)
 class _HandedOut:
-    """A block that the cluster has: what its columns come with, and the workers that may simulate it."""
+    """A block that the cluster has, what its columns come with, and whether it has no other."""
 
     block: Block
     future: Any
-    workers: frozenset[str]
+    is_alone: bool
 
 
 @dataclass
@@ -107,7 +107,7 @@ class Cluster:
     _checksum: str = ""
     _handed_out: dict[str, _HandedOut] = field(default_factory=dict)
     _blocks: deque[Block] = field(default_factory=deque)
-    _endings: Counter[int] = field(default_factory=Counter)
+    _suspects: deque[Block] = field(default_factory=deque)
     _arrivals: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     _count: int = 0
     _stack: ExitStack = field(default_factory=ExitStack)
@@ -121,8 +121,8 @@ class Cluster:
             If no scheduler answers, or one of its workers has another bristle.
         """
         with ExitStack() as stack:
-            stack.enter_context(_silent())
             self._library = checked(self.address)
+            stack.enter_context(_silent())
             self._client = _connected(self._library, self.address)
             stack.callback(self._leave)
             self._roster = Roster(self._client, self.address, f"bristle-{secrets.token_hex(8)}")
@@ -149,7 +149,8 @@ class Cluster:
     def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
         """Yield blocks with their columns, in the order in which they arrive.
 
-        A block whose workers ended `TRIES` times is left out, and noted among those `lost`.
+        A block whose workers ended as often as the scheduler tries is tried as often once more at the end, with no
+        other in the cluster that might have ended them; then it is left out, and noted among those `lost`.
 
         Raises
         ------
@@ -159,41 +160,42 @@ class Cluster:
             If the scheduler is gone.
         """
         self._blocks.extend(blocks)
-        while self._blocks or self._handed_out:
+        while self._blocks or self._handed_out or self._suspects:
             self._look()
             self._hand_out()
             with suppress(queue.Empty):
                 arrival = self._arrivals.get(timeout=PATIENCE)
-                held = self._handed_out.get(arrival.key)
+                held = self._handed_out.pop(arrival.key, None)
                 if held is not None and (columns := self._columns(held)) is not None:
                     yield held.block, columns
 
     def _look(self) -> None:
-        """Look which workers there are; blocks that only others may simulate are taken back."""
+        """Look which workers there are."""
         if self._client.status in ("closing", "closed"):
             raise InputError(
                 "the scheduler is gone", path=OPTION, value=self.address,
                 mend="What is written stays. Start it and its workers, and give the same command again",
             )  # fmt: skip
         self._roster.look()
-        fit = self._roster.fit.keys()
-        for held in list(self._handed_out.values()):
-            if held.workers.isdisjoint(fit):
-                self._take_back(held)
 
     def _hand_out(self) -> None:
-        if self._client.status != "running":  # it looks for a scheduler that was lost
+        if self._client.status != "running" or not self._roster.fit:  # it may look for a scheduler that was lost
             return
-        threads = sum(self._roster.fit.values())
-        for _ in range(min(AHEAD * threads - len(self._handed_out), len(self._blocks))):
-            block, workers = self._blocks.popleft(), frozenset(self._roster.fit)
-            names = {
-                "import_module": importlib.import_module, "plan": self._plan_there(), "checksum": self._checksum,
-                "code": described()["code"], "first": block.first, "last": block.last,
-            }  # fmt: skip
-            future = self._submit(_SIMULATED, names, workers=sorted(workers))
-            self._handed_out[future.key] = _HandedOut(block, future, workers)
-            future.add_done_callback(self._arrivals.put)
+        most = AHEAD * sum(self._roster.fit.values())
+        while self._blocks and len(self._handed_out) < most:
+            self._send(self._blocks.popleft(), is_alone=False)
+        if self._suspects and not self._handed_out:
+            self._send(self._suspects.popleft(), is_alone=True)
+
+    def _send(self, block: Block, *, is_alone: bool) -> None:
+        names = {
+            "import_module": importlib.import_module, "plan": self._plan_there(), "checksum": self._checksum,
+            "code": described()["code"], "first": block.first, "last": block.last,
+        }  # fmt: skip
+        # Where all of these end, the scheduler may take others: one that is unfit gives the block back.
+        future = self._submit(_SIMULATED, names, workers=sorted(self._roster.fit), allow_other_workers=True)
+        self._handed_out[future.key] = _HandedOut(block, future, is_alone)
+        future.add_done_callback(self._arrivals.put)
 
     def _plan_there(self) -> Any:
         """Return the study as the cluster has it; where it lost it with all of its tasks, it gets it again."""
@@ -217,28 +219,29 @@ class Cluster:
         try:
             outcome, content = held.future.result(timeout=SENDS)
         except (OSError, TimeoutError, self._library.CancelledError):  # all that the cluster had, or the way to it
-            self._take_back(held)
+            self._blocks.appendleft(held.block)
             return None
         if outcome == "failed":
             raise _failure(held.block, content)
-        del self._handed_out[held.future.key]
+        if outcome == UNFIT:
+            self._take_from_unfit(held.block)
         return content
 
     def _note_ending(self, held: _HandedOut, error: Any) -> None:
-        """Note that workers ended over a block, which the cluster has tried as often as it does."""
-        if not isinstance(error, self._library.KilledWorker):
-            raise _failure(held.block, f"{type(error).__name__}: {error}")
-        self._endings[held.block.first] += error.allowed_failures + 1
-        if self._endings[held.block.first] < TRIES:
-            self._take_back(held)
+        if isinstance(error, self._library.KilledWorker):
+            if held.is_alone:
+                self.lost.append((held.block, None))
+            else:
+                self._suspects.append(held.block)
+        elif self._roster.unfit:  # it came to one of those, which cannot even say so
+            self._take_from_unfit(held.block)
         else:
-            del self._handed_out[held.future.key]
-            self.lost.append((held.block, None))
+            raise _failure(held.block, f"{type(error).__name__}: {error}")
 
-    def _take_back(self, held: _HandedOut) -> None:
-        del self._handed_out[held.future.key]
-        held.future.release()
-        self._blocks.appendleft(held.block)
+    def _take_from_unfit(self, block: Block) -> None:
+        """Take a block back, and ask all workers again: one may have begun anew as another one."""
+        self._blocks.appendleft(block)
+        self._roster.fit.clear()
 
     def _leave(self) -> None:
         with suppress(OSError, TimeoutError):
@@ -279,10 +282,12 @@ async def _identity(distributed: Any, address: str) -> Mapping[str, Any]:
 @contextmanager
 def _silent() -> Iterator[None]:
     """Leave out what the library says of connections that are lost: what comes of them is told."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "asyncio")]
+    levels = {name: logging.getLogger(name).level for name in names}
     try:
+        for name in names:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         yield
     finally:
-        logger.setLevel(level)
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)

@@ -18,9 +18,10 @@ from bristle.study.block import Simulator
 from bristle.study.plan import Block
 from bristle.study.worker import outcome_of
 
-__all__ = ["LIBRARIES", "checksum_of_code", "described", "simulated"]
+__all__ = ["LIBRARIES", "UNFIT", "checksum_of_code", "described", "simulated"]
 
 LIBRARIES = ("numpy", "scipy", "numba")
+UNFIT = "unfit"
 LETTERS = 12
 KEPT = 4  # studies, the last ones
 
@@ -50,7 +51,7 @@ def checksum_of_code(root: Path) -> str:
 
 
 def simulated(plan: bytes, checksum: str, code: str, first: int, last: int) -> tuple[str, Any]:
-    """Return what is kept of a block, as a worker of this machine tells it: ``("done", columns)``.
+    """Return what is kept of a block, as a worker of this machine tells it; of a bristle that is unfit, that it is.
 
     Parameters
     ----------
@@ -65,12 +66,10 @@ def simulated(plan: bytes, checksum: str, code: str, first: int, last: int) -> t
     """
 
     def columns() -> dict[str, Any]:
-        if described()["code"] != code:
-            raise RuntimeError("the code of bristle has changed on this worker")
         with cores_for_simulations():
             return _simulator(plan, checksum).columns(Block(first, last))
 
-    return outcome_of(columns)
+    return outcome_of(columns) if described()["code"] == code else (UNFIT, None)
 
 
 def _simulator(plan: bytes, checksum: str) -> Simulator:

@@ -13,7 +13,7 @@ from bristle.study.remote import LIBRARIES, described
 
 __all__ = ["Roster"]
 
-LOOKS = 0.25  # [s]: so often it is looked which workers there are
+LOOKS = 0.5  # [s]: so often it is looked which workers there are
 ANSWERS = 10.0  # [s] until which a scheduler says which
 SAYS = 60.0  # [s] until which workers that are there have said what they are: they load libraries for it
 ALONE = 5.0  # [s] without a worker, after which it is told
