@@ -87,6 +87,7 @@ def siege(begin, workers, *, kills, longest, seed=1):
             process.wait()
             process.stderr.close()
             process = begin()
+    workers(process)  # where those join that are missing
     said = process.communicate()[1].decode()
     assert all(line.startswith("bristle: ") for line in said.splitlines()), said
     return fallen

@@ -310,15 +310,16 @@ def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
     assert len(study.blocks) == 200
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "here", workers=2)
-    nanny, others = own_dask.worker(), [own_dask.worker("--no-nanny")]
+    joined = {"nanny": [], "plain": []}
 
     def workers(_):
-        if others[-1].poll() is not None:
-            others.append(own_dask.worker("--no-nanny"))
-        return [others[-1].pid, *own_dask.nursed(nanny)]
+        for kind, options in (("nanny", ()), ("plain", ("--no-nanny",))):
+            if not joined[kind] or joined[kind][-1].poll() is not None:  # so ends a nanny whose worker could not begin
+                joined[kind].append(own_dask.worker(*options))
+        return [joined["plain"][-1].pid, *own_dask.nursed(joined["nanny"][-1])]
 
     fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=30, longest=3.0)
-    print(fallen, f"workers that joined: {len(others)} and those of a nanny")
+    print(fallen, {kind: len(processes) for kind, processes in joined.items()})
     assert fallen["command"] >= 5, "the study was over before it was disturbed"
     assert fallen["worker"] >= 10, "the study was over before it was disturbed"
     until(lambda: own_dask.joined() or (workers(None) and False), "a worker")
