@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bootstrap import bootstrap
+from benchmarks.cluster import cluster
 from benchmarks.composite import composite
 from benchmarks.coverage import Share, coverage
 from benchmarks.fits import fits
@@ -166,6 +167,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         fits,
         readers,
         study,
+        cluster,
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.

@@ -12,7 +12,7 @@ from bristle.files.results import SUMMARY
 from bristle.report.latex import as_latex
 
 COMMANDS = typer.main.get_command(app).commands
-WITHOUT_REPORT = {"export", "lab", "study"}  # a study has one, in a folder that goes on
+WITHOUT_REPORT = {"export", "lab"}
 WITH_RESULTS = sorted(
     name
     for name, one in COMMANDS.items()

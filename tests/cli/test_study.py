@@ -80,3 +80,21 @@ def test_a_report_of_a_grid_and_of_indices(bench, capsys):
     summary = json.loads((bench.folder / "indices" / "summary.json").read_text())
     assert [entry["cause"] for entry in summary["sobol_indices"]][:2] == ["friction.F_C", "plant.M"]
     assert "Sobol indices" in (bench.folder / "indices" / "report.html").read_text()
+
+
+def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench, capsys):
+    assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--data", "csv"]) == 0
+    figures = bench.folder / "out" / "figures"
+    names = {file.name for file in figures.iterdir()}
+    assert {"spread.svg", "influence.svg", "captions.tex"} <= names
+    assert any(name.startswith("spread") and name.endswith(".csv") for name in names)
+    page = (bench.folder / "out" / "report.html").read_text()
+    assert page.count("<figure id=") == len(list(figures.glob("*.svg")))
+    (figures / "mine.svg").write_text("of a person")
+    assert main(["study", "study.toml", "--out", "out", "--format", "pdf"]) == 0
+    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.pdf", "influence.pdf", "captions.tex"}
+    assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
+    assert list((bench.folder / "again" / "figures").glob("*.svg"))
+    capsys.readouterr()
+    assert main(["study", "study.toml", "--dry-run", "--format", "svg"]) == 2
+    assert "--format: needs a folder to write into" in capsys.readouterr().err

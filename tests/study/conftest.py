@@ -103,6 +103,13 @@ def bench(tmp_path):
     return Bench(tmp_path)
 
 
+@pytest.fixture
+def slow_bench(bench):
+    """Blocks that take some hundredths of a second."""
+    bench.rig(duration="5 s", substeps=20)
+    return bench
+
+
 def content(folder):
     """Return a checksum of each file with runs, and what stands beside them."""
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(folder.glob("runs/*"))}

@@ -1,7 +1,6 @@
 """Workers, and the process that hands out the work, are killed at any time: every run is there once, bit by bit."""
 
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -9,60 +8,15 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-import pyarrow.parquet
 import pytest
 from tests.study.conftest import content
+from tests.study.processes import PATIENCE, begun, children, lives, numbers, siege, until
 
-from bristle.core.errors import InputError
 from bristle.study import run_study
 from bristle.study.crew import Crew, WorkerError
 from bristle.study.worker import read_message, write_message
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-
-COMMAND = "import sys; from bristle.cli.main import main; sys.exit(main())"
-PATIENCE = 60.0  # [s]
-
-
-def begun(study, out, workers=2):
-    """Return the command, begun as a process."""
-    return subprocess.Popen(
-        [sys.executable, "-c", COMMAND, "study", study, "--out", out, "--workers", str(workers)],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-    )  # fmt: skip
-
-
-def children(pid):
-    with suppress(OSError):
-        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    return []
-
-
-def lives(pid):
-    """Whether a process runs: one that has ended and was not waited for does not."""
-    with suppress(OSError, IndexError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    return False
-
-
-def until(condition, what):
-    end = time.monotonic() + PATIENCE
-    while not (value := condition()):
-        assert time.monotonic() < end, f"waited in vain for {what}"
-        time.sleep(0.005)
-    return value
-
-
-def numbers(folder):
-    tables = [pyarrow.parquet.read_table(file) for file in sorted((folder / "runs").iterdir())]
-    return [number for table in tables for number in table["run"].to_pylist()]
-
-
-@pytest.fixture
-def slow_bench(bench):
-    """Blocks that take some hundredths of a second."""
-    bench.rig(duration="5 s", substeps=20)
-    return bench
 
 
 def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
@@ -70,7 +24,7 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     study = bench.study(runs=("runs = 12", "runs = 160"))
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "undisturbed", workers=1)
-    process = begun(file, out)
+    process = begun(file, out, "--workers", "2")
     until(lambda: len(content(out)) >= 2, "the first blocks")
     os.kill(until(lambda: children(process.pid), "a worker")[0], signal.SIGKILL)
     before = len(content(out))
@@ -94,7 +48,7 @@ def test_ctrl_c_ends_the_workers_and_says_what_to_do(slow_bench):
     bench = slow_bench
     bench.study(runs=("runs = 12", "runs = 400"))
     out = bench.folder / "out"
-    process = begun(bench.folder / "study.toml", out)
+    process = begun(bench.folder / "study.toml", out, "--workers", "2")
     until(lambda: content(out), "the first block")
     workers = children(process.pid)
     process.send_signal(signal.SIGINT)
@@ -187,24 +141,10 @@ def test_thirty_kills_in_two_hundred_blocks(slow_bench):
     assert len(study.blocks) == 200
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "undisturbed", workers=2)
-    chance, kills, process = random.Random(1), 0, begun(file, out)
-    while kills < 30:
-        time.sleep(chance.uniform(0.0, 0.7))
-        if process.poll() is not None:
-            assert process.returncode == 0, process.stderr.read()
-            break
-        victims = [*children(process.pid), process.pid]
-        victim = chance.choice(victims)
-        with suppress(ProcessLookupError):
-            os.kill(victim, signal.SIGKILL)
-            kills += 1
-        if victim == process.pid:
-            process.wait()
-            process.stderr.close()
-            with suppress(InputError, FileNotFoundError):
-                process = begun(file, out)
-    process.communicate()
-    assert kills >= 15, "the study was over before it was disturbed"
+    fallen = siege(
+        lambda: begun(file, out, "--workers", "2"), lambda process: children(process.pid), kills=30, longest=0.7
+    )
+    assert sum(fallen.values()) >= 15, "the study was over before it was disturbed"
     assert run_study(study, out, workers=2).is_whole
     assert numbers(out) == list(range(800))
     assert content(out) == content(bench.folder / "undisturbed")

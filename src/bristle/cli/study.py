@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -12,19 +13,23 @@ import typer
 
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Json, SizeLimit, bytes_asked, folder_named
+from bristle.cli.options import AllowCode, Data, Figures, Formats, Json, SizeLimit, bytes_asked, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
     from bristle.study import Study
     from bristle.study.run import Ran
+    from bristle.study.store import Store
 
 __all__ = ["EXAMPLE", "study"]
 
 EXAMPLE = """Example:
   bristle study study.toml --dry-run
   bristle study study.toml --out tolerances
+  bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
+
+OF_REPORT = r"captions\.tex|(spread|influence)(-panel-\d+)?\.(svg|pdf|png|csv)"
 
 
 def study(
@@ -39,12 +44,20 @@ def study(
     workers: Annotated[
         int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here."
+        ),
+    ] = None,
     run: Annotated[
         int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Tell how many runs it has and how long they take, from a few of them.")
     ] = False,
+    formats: Formats = None,
+    data: Data = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     as_json: Json = False,
@@ -59,22 +72,40 @@ def study(
     Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
     and the log of that run.
     """
+    from bristle.report.figure_files import figure_files
     from bristle.study import read_study_file
     from bristle.testing import admit
 
+    _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
     described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
     for friction in {variant.friction for variant in described.experiment.variants}:
         admit(friction)
+    figures = formats, data
     if dry_run:
-        _tell_cost(described, workers, as_json)
+        with figure_files(None, *figures):
+            _tell_cost(described, workers, as_json)
         return 0
     if run is not None:
-        return _repeat(context, described, run, out, as_json)
+        return _repeat(context, described, run, out, as_json, figures)
     if out is None:
         from bristle.core import InputError
 
         raise InputError("needs a folder to write into", path="bristle study", mend="Add --out DIR, or --dry-run")
-    return _run(described, study, out, workers, as_json)
+    return _run(described, study, out, workers, scheduler, as_json, figures)
+
+
+def _check(scheduler: str | None, options: Mapping[str, bool]) -> None:
+    """Refuse an address that is none, and options that say nothing of a cluster, before anything is read."""
+    if scheduler is None:
+        return
+    from bristle.core import InputError
+    from bristle.study.cluster import checked
+
+    checked(scheduler)
+    for option, is_chosen in options.items():
+        if is_chosen:
+            raise InputError("simulates on this machine, and --scheduler does not", path=option,
+                             mend=f"Leave {option} or --scheduler out")  # fmt: skip
 
 
 def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
@@ -101,11 +132,14 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
     )
 
 
-def _repeat(context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool) -> int:
+def _repeat(
+    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures
+) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report
@@ -113,7 +147,11 @@ def _repeat(context: typer.Context, study: Study, number: int, out: Path | None,
     from bristle.study.repeat import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
-    with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"):
+    with (
+        results_folder(out) if out else nullcontext() as folder,
+        progress(f"run {number}"),
+        figure_files(folder, *figures),
+    ):
         result = repeat_run(study, number)
         source = provenance(context.obj, **study.origins)
         files = write_logs(folder, result) if folder else {}
@@ -145,9 +183,12 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "nothing varies but the seed"
 
 
-def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool) -> int:
+def _run(
+    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures
+) -> int:
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
+    from bristle.report.figure_files import figure_files
     from bristle.report.study import spread_tables, study_sentences
     from bristle.study.run import run_within
     from bristle.study.store import opened
@@ -155,12 +196,13 @@ def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool
     command = command_told(["study", str(file), "--out", str(out)])
     with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
         try:
-            ran = run_within(store, workers=workers, progress=report)
+            ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         except KeyboardInterrupt:
             complain(f"{out} keeps the runs that are done; the same command goes on")
             raise
         report(1.0, "writing the report")
-        summary = _write(store, ran, command, command_told(["study", str(file)]))
+        with figure_files(_Figures(store), *figures):
+            summary = _write(store, ran, command, command_told(["study", str(file)]))
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -175,11 +217,28 @@ def _run(study: Study, file: Path, out: Path, workers: int | None, as_json: bool
     return 0 if ran.is_whole else NO
 
 
+class _Figures:
+    """The figures in the folder of a study: those of an earlier report go before those of the one that is written."""
+
+    def __init__(self, store: Store) -> None:
+        self.store = store
+        for file in store.folder.glob("figures/*"):
+            if re.fullmatch(OF_REPORT, file.name):
+                file.unlink()
+
+    def write(self, name: str, content: str | bytes) -> None:
+        """Write one of them."""
+        data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+        self.store.write_file(name, data)
+
+
 def _ended(code: int | None) -> str:
-    return f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
+    if code is None:
+        return "as the cluster tells it"
+    return f"by signal {-code}" if code < 0 else f"with code {code}"
 
 
-def _write(store: Any, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
+def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
     """Write traces, numbers and report of a study; return the numbers."""
     from bristle.files.results import SUMMARY
     from bristle.files.summary import as_json as json_text

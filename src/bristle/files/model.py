@@ -25,6 +25,7 @@ from bristle.files.components import (
     table_at,
 )
 from bristle.files.kernel import OperatorRead, operator_beside, with_operator
+from bristle.files.permission import CodeRead, code_beside
 from bristle.files.toml import read_toml
 from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
@@ -291,7 +292,7 @@ def kind_at(value: Any, path: str) -> Kind:
 
 def friction_from(
     table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False,
-    read_operator: OperatorRead | None = None,
+    read_operator: OperatorRead | None = None, read_code: CodeRead | None = None,
 ) -> Model:  # fmt: skip
     """Return the friction model of a table, by name or from a user's own file.
 
@@ -312,6 +313,8 @@ def friction_from(
         Whether a user's own file may run without having been allowed before.
     read_operator : callable, optional
         What reads the file of an operator; by default from `folder`.
+    read_code : callable, optional
+        What reads a user's own file, where it may run; by default from `folder`.
 
     Raises
     ------
@@ -319,7 +322,8 @@ def friction_from(
         With the path of the key that does not fit, its value and what is allowed.
     """
     entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
-    component = _user_model(entries, folder, path, allow_code) if "file" in entries else _own_model(entries, path)
+    read_code = read_code or code_beside(folder, allow_code=allow_code)
+    component = _user_model(entries, path, read_code) if "file" in entries else _own_model(entries, path)
     beside = ("file", "slots") if "file" in entries else ("model",)
     values = parameters_in(entries, component, path, beside=beside)
     return make_model(component, values, kind=kind, validate=True, related=related, path=path)
@@ -332,11 +336,11 @@ def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:
     return find(table["model"], f"{path}.model")
 
 
-def _user_model(table: Mapping[str, Any], folder: Path, path: str, allow_code: bool) -> FrictionModel:
+def _user_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
     from bristle.files.user_model import component_in
 
     slots = table.get("slots", [])
     if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
         raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
-    own = component_in(table, FrictionModel, folder=folder, path=path, allow_code=allow_code)
+    own = component_in(table, FrictionModel, path=path, read_code=read_code)
     return with_slots(own, slots, f"{path}.slots")

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 from bristle.core.content import Content, FixedLimit, content_of
@@ -17,9 +18,20 @@ from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.state import state_folder
 
-__all__ = ["CODE_LIMIT", "allow", "code_named", "is_allowed"]
+__all__ = ["CODE_LIMIT", "CodeRead", "allow", "code_beside", "code_named", "is_allowed"]
 
 CODE_LIMIT = FixedLimit(2**20)
+CodeRead = Callable[[str, str], Content]
+"""What reads the code that a file names, by its name as it is written and the key that it stands under."""
+
+
+def code_beside(folder: Path, *, allow_code: bool) -> CodeRead:
+    """Return what reads code beside the file that names it, where it may run; as `code_named`."""
+
+    def read(file: str, path: str) -> Content:
+        return code_named(file, folder, path, allow_code=allow_code)
+
+    return read
 
 
 def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:

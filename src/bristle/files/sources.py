@@ -1,4 +1,8 @@
-"""The files that an experiment names: each is read once, relative to the folder of the experiment."""
+"""The files that an experiment names: each is read once, relative to the folder of the experiment.
+
+What was read travels with them to another process: there the same tables are read again without a file, on whatever
+machine, and code that was allowed where it was read is not asked for once more.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,7 @@ from bristle.files.kernel import contact_over
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
 from bristle.files.operator import OperatorFile, holds_operator, read_operator
+from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Described, component_in, origins_of_code
 from bristle.friction import base_of
@@ -83,7 +88,8 @@ class Sources:
         def read(content: Content) -> Log:
             return read_log(content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit)
 
-        return self._once(("log", self._file(file, path), id(axis)), path, read, content_of_log)
+        described_by = next((key[1] for key, value in self._read.items() if value is axis), None)
+        return self._once(("log", self._file(file, path), described_by), path, read, content_of_log)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (where a model file gives one) and the friction model of a table.
@@ -96,12 +102,9 @@ class Sources:
         entries = table_at(table, path)
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
-            model = friction_from(
-                entries, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code,
-                read_operator=self.operator,
-            )  # fmt: skip
-            self._note_code(base_of(model.component))
-            return None, model
+            return None, friction_from(
+                entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code
+            )
         described = self.model(file, f"{path}.file")
         if described.friction.kind != kind:
             raise InputError(
@@ -123,9 +126,21 @@ class Sources:
         entries = table_at(table, path)
         if "file" not in entries:
             return None
-        own = component_in(entries, family, folder=self.folder, path=path, allow_code=self.allow_code)
-        self._note_code(own)
-        return own
+        return component_in(entries, family, path=path, read_code=self.code)
+
+    def code(self, file: str, path: str) -> Content:
+        """Return the code in a file, which may run here.
+
+        Raises
+        ------
+        InputError
+            If it may not run.
+        """
+        key = ("code", self._file(file, path))
+        if key not in self._read:
+            self._read[key] = code_named(file, self.folder, path, allow_code=self.allow_code)
+            self._origins.setdefault("code", []).append(self._read[key].origin)
+        return self._read[key]
 
     def fitted_to(self, table: Any, path: str) -> str:
         """Return the digest of the friction that the model of a table was identified on, "" where it tells none."""

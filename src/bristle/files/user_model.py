@@ -18,7 +18,7 @@ from bristle.core.contracts import Component, Controller, FrictionModel, Plant, 
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.locks import LOADING
 from bristle.core.variable import variables_of
-from bristle.files.permission import CODE_LIMIT, code_named
+from bristle.files.permission import CODE_LIMIT, CodeRead
 
 __all__ = ["SourceText", "code_of", "component_in", "load_component_file", "load_model_file", "origins_of_code"]
 
@@ -120,9 +120,7 @@ def _arguments_of(family: type[Component]) -> str:
     return ", ".join(f"{name}=..." if name in ("name", "description") else f"{name}={name}" for name in needed)
 
 
-def component_in(
-    table: Mapping[str, Any], family: type[Described], *, folder: Path, path: str, allow_code: bool
-) -> Described:
+def component_in(table: Mapping[str, Any], family: type[Described], *, path: str, read_code: CodeRead) -> Described:
     """Return the component of a person's own that a table names, ``file = "my_law.py"``.
 
     Parameters
@@ -131,12 +129,10 @@ def component_in(
         The table, with a key `file`.
     family : type
         The descriptor that it must be.
-    folder : Path
-        What a relative file starts from.
     path : str
         Key of the table, for messages.
-    allow_code : bool
-        Whether the code may run without having been allowed before.
+    read_code : callable
+        What reads the code, where it may run.
 
     Raises
     ------
@@ -151,7 +147,7 @@ def component_in(
             f"is no file with a {WORDS[family].split()[-1]}", path=f"{path}.file", value=file,
             allowed=f"a file of Python, my_{WORDS[family].split()[-1]}.py",
         )  # fmt: skip
-    return load_component_file(code_named(file, folder, f"{path}.file", allow_code=allow_code), family)
+    return load_component_file(read_code(file, f"{path}.file"), family)
 
 
 def _refuse_odd_quantities(model: Component, source: Path) -> None:

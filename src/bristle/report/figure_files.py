@@ -6,17 +6,14 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.typography import typeset_sentence
 from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates
 
-if TYPE_CHECKING:
-    from bristle.files.results import Results
-
-__all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
+__all__ = ["CAPTIONS", "FOLDER", "Results", "captions", "figure_files"]
 
 FOLDER = "figures"
 CAPTIONS = "captions.tex"
@@ -28,6 +25,14 @@ HEAD = r"""% The figures of a report of bristle, with their captions. In the pre
 % Then each has a command. Its figure is as wide as the page; with [figure] as wide as one column.
 """
 WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --format pdf.\n"
+
+
+class Results(Protocol):
+    """A folder of results while they are written into it."""
+
+    def write(self, name: str, content: str | bytes, /) -> object:
+        """Write a file of it."""
+        ...
 
 
 @contextmanager

@@ -79,6 +79,11 @@ class Crew:
         """The workers that run, by the number of their process."""
         return list(self._processes)
 
+    @property
+    def workers(self) -> int:
+        """How many workers there are."""
+        return len(self._processes)
+
     def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
         """Yield blocks with their columns, in the order in which they are ready.
 

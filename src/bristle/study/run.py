@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bristle.core.cores import core_count
+from bristle.core.errors import InputError
 from bristle.study.block import Simulator
+from bristle.study.cluster import Cluster
 from bristle.study.crew import Crew
 from bristle.study.plan import Block, Study
 from bristle.study.store import Store, opened
@@ -90,8 +92,8 @@ def cost_of(study: Study) -> Cost:
 
 
 def run_study(
-    study: Study, folder: str | Path, *, workers: int | None = None, progress: Progress | None = None,
-    provenance: Mapping[str, str] | None = None,
+    study: Study, folder: str | Path, *, workers: int | None = None, scheduler: str | None = None,
+    progress: Progress | None = None, provenance: Mapping[str, str] | None = None,
 ) -> Ran:  # fmt: skip
     """Run what is missing of a study, and keep it in a folder.
 
@@ -103,6 +105,8 @@ def run_study(
         A new folder, or that of the same study, which is gone on with.
     workers : int, optional
         Processes; as many as there are cores where not given. With 1 this process works itself.
+    scheduler : str, optional
+        The scheduler of a Dask cluster, ``tcp://HOST:PORT``, whose workers simulate in place of those of this machine.
     progress : callable, optional
         Called with the share done, and how long the rest takes.
     provenance : mapping of str to str, optional
@@ -116,34 +120,56 @@ def run_study(
     Raises
     ------
     InputError
-        If another process writes there, the folder holds something else, or the disk is full.
+        If another process writes there, the folder holds something else, the disk is full, or no scheduler answers.
     """
     with opened(Path(folder), study, provenance or {}) as store:
-        return run_within(store, workers=workers, progress=progress)
+        return run_within(store, workers=workers, scheduler=scheduler, progress=progress)
 
 
-def run_within(store: Store, *, workers: int | None = None, progress: Progress | None = None) -> Ran:
+def run_within(
+    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None
+) -> Ran:
     """Run what is missing of a study in its folder, which this process has; as `run_study`."""
     study, begin = store.study, time.monotonic()
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
-    count = min(workers or core_count(), max(len(missing), 1))
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
-    lost: tuple[tuple[Block, int | None], ...] = ()
-    with Crew(study, count) if count > 1 else nullcontext() as crew:
-        for block, columns in crew.results(missing) if crew is not None else _in_this_process(study, missing):
+    with _crew(study, len(missing), workers, scheduler) as crew:
+        for block, columns in crew.results(missing):
             store.write(block, columns)
-            tally.add(block.count)
-        lost = tuple(crew.lost) if crew is not None else ()
-    return Ran(len(study.blocks), len(present), lost, time.monotonic() - begin)
+            tally.add(block.count, crew.workers if scheduler is not None else None)
+    return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
 
 
-def _in_this_process(study: Study, blocks: list[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-    if not blocks:
-        return
-    simulator = Simulator(study)
-    for block in blocks:
-        yield block, simulator.columns(block)
+def _crew(
+    study: Study, missing: int, workers: int | None, scheduler: str | None
+) -> AbstractContextManager[Crew | Cluster | _ThisProcess]:
+    """Return what simulates the blocks that are missing."""
+    if scheduler is not None and workers is not None:
+        raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers,
+                         mend="Leave one of them out")  # fmt: skip
+    if scheduler is not None and missing:
+        return Cluster(study, scheduler)
+    count = min(workers or core_count(), max(missing, 1))
+    return Crew(study, count) if count > 1 else nullcontext(_ThisProcess(study))
+
+
+@dataclass(frozen=True)
+class _ThisProcess:
+    """What simulates the blocks of a study where no other process does."""
+
+    study: Study
+    lost: tuple[tuple[Block, int | None], ...] = ()
+
+    @property
+    def workers(self) -> int:
+        return 1
+
+    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
+        simulator = None
+        for block in blocks:
+            simulator = simulator or Simulator(self.study)
+            yield block, simulator.columns(block)
 
 
 class _Tally:
@@ -154,8 +180,8 @@ class _Tally:
         self.ran, self.first, self.begin = 0, 0, time.monotonic()
         self.add(0)
 
-    def add(self, count: int) -> None:
-        """Count runs that are kept, and report."""
+    def add(self, count: int, workers: int | None = None) -> None:
+        """Count runs that are kept, and report, with how many workers there are where that changes."""
         self.ran += count
         if self.progress is None:
             return
@@ -166,7 +192,8 @@ class _Tally:
         elif count:  # until the first block is there workers begin, which tells nothing of the others
             self.first, self.begin = count, time.monotonic()
         present = self.total - self.missing + self.ran
-        self.progress(present / self.total, f"{present} of {self.total} runs{left}")
+        crew = "" if workers is None else f", {workers} {'worker' if workers == 1 else 'workers'}"
+        self.progress(present / self.total, f"{present} of {self.total} runs{left}{crew}")
 
 
 def in_words(seconds: float) -> str:

@@ -26,8 +26,15 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO}
 LONGEST = 60
 
 
-def library(name: str) -> Any:
+def library(name: str, feature: str = "bristle study") -> Any:
     """Return a library of the extra ``study``.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    feature : str
+        What needs it, for the message.
 
     Raises
     ------
@@ -39,7 +46,7 @@ def library(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise MissingExtraError.of("bristle study", "study") from None
+        raise MissingExtraError.of(feature, "study") from None
 
 
 class Store:

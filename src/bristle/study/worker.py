@@ -14,9 +14,10 @@ import struct
 import sys
 import threading
 import traceback
+from collections.abc import Callable
 from typing import Any, BinaryIO
 
-__all__ = ["main", "read_message", "write_message"]
+__all__ = ["main", "outcome_of", "read_message", "write_message"]
 
 LENGTH = struct.Struct("<Q")
 
@@ -75,11 +76,15 @@ def _serve(messages: queue.SimpleQueue[Any], answers: BinaryIO) -> None:
         write_message(answers, ("ready", None))
         while True:
             block = messages.get()
-            try:
-                answer = ("done", simulator.columns(block))
-            except BaseException:  # noqa: BLE001  (told where a person can read it)
-                answer = ("failed", traceback.format_exc())
-            write_message(answers, answer)
+            write_message(answers, outcome_of(lambda block=block: simulator.columns(block)))
+
+
+def outcome_of(columns: Callable[[], dict[str, Any]]) -> tuple[str, Any]:
+    """Return how the simulation of a block ends: ``("done", columns)``, or ``("failed", why)``."""
+    try:
+        return "done", columns()
+    except BaseException:  # noqa: BLE001  (told where a person can read it)
+        return "failed", traceback.format_exc()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,162 @@
+"""Commands, their workers and those of a Dask cluster as processes, which are killed at any time."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pyarrow.parquet
+
+COMMAND = "import sys; from bristle.cli.main import main; sys.exit(main())"
+PATIENCE = 60.0  # [s]
+
+
+def begun(study, out, *options):
+    """Return the command, begun as a process."""
+    return subprocess.Popen(
+        [sys.executable, "-c", COMMAND, "study", study, "--out", out, *options],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def children(pid):
+    """Return the processes that a process has begun, from whichever of its threads."""
+    found = []
+    for thread in Path(f"/proc/{pid}/task").glob("*"):
+        with suppress(OSError):
+            found += [int(child) for child in (thread / "children").read_text().split()]
+    return found
+
+
+def _command_line(pid):
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    return b""
+
+
+def lives(pid):
+    """Whether a process runs: one that has ended and was not waited for does not."""
+    with suppress(OSError, IndexError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
+
+
+def until(condition, what, patience=PATIENCE):
+    end = time.monotonic() + patience
+    while not (value := condition()):
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.005)
+    return value
+
+
+def numbers(folder):
+    tables = [pyarrow.parquet.read_table(file) for file in sorted((folder / "runs").iterdir())]
+    return [number for table in tables for number in table["run"].to_pylist()]
+
+
+def siege(begin, workers, *, kills, longest, seed=1):
+    """Kill workers of a study, and the command itself, which is given again, at random times; return how many fell.
+
+    Parameters
+    ----------
+    begin : callable
+        What begins the command as a process.
+    workers : callable
+        What returns the workers by the number of their process, of the command as it runs now.
+    kills : int
+        How many are killed, unless the study is over before.
+    longest : float
+        Time between two of them, at most [s].
+    """
+    chance, fallen, process = random.Random(seed), {"command": 0, "worker": 0}, begin()
+    while sum(fallen.values()) < kills:
+        time.sleep(chance.uniform(0.0, longest))
+        if process.poll() is not None:
+            assert process.returncode == 0, process.stderr.read()
+            break
+        victim = chance.choice([*workers(process), process.pid])
+        with suppress(ProcessLookupError):
+            os.kill(victim, signal.SIGKILL)
+            fallen["command" if victim == process.pid else "worker"] += 1
+        if victim == process.pid:
+            process.wait()
+            process.stderr.close()
+            process = begin()
+    workers(process)  # where those join that are missing
+    said = process.communicate()[1].decode()
+    assert all(line.startswith("bristle: ") for line in said.splitlines()), said
+    return fallen
+
+
+class DaskCluster:
+    """A scheduler on this machine, and workers that join it, each a process.
+
+    Parameters
+    ----------
+    folder : Path
+        What they keep.
+    **environment : str
+        Settings of the scheduler.
+    """
+
+    def __init__(self, folder, **environment):
+        self.folder, self.processes = folder, []
+        at = folder / "scheduler.json"
+        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at,
+                                    **environment)  # fmt: skip
+        self.address = until(lambda: self._address(at), "a scheduler")
+
+    @staticmethod
+    def _address(file):
+        with suppress(OSError, ValueError):
+            return json.loads(file.read_text())["address"]
+        return None
+
+    def _dask(self, *arguments, **environment):
+        process = subprocess.Popen(
+            [sys.executable, "-m", "dask", *arguments, "--no-dashboard"], env=os.environ | environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.folder,
+        )  # fmt: skip
+        self.processes.append(process)
+        return process
+
+    def worker(self, *options, **environment):
+        """Let a worker join; return its process."""
+        folder = self.folder / f"worker_{len(self.processes)}"
+        return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options,
+                          **environment)  # fmt: skip
+
+    @contextmanager
+    def stranger(self, path):
+        """Let a worker join whose Python finds a bristle elsewhere."""
+        process = self.worker("--no-nanny", PYTHONPATH=path)
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait()
+
+    @staticmethod
+    def nursed(nanny):
+        """Return the numbers of the processes that a nanny starts again where they end."""
+        return [pid for pid in children(nanny.pid) if b"spawn_main" in _command_line(pid)]
+
+    def joined(self):
+        """Return the threads of the workers that the scheduler knows, by their addresses."""
+        import distributed
+
+        with distributed.Client(self.address, set_as_default=False) as client:
+            return client.nthreads()
+
+    def close(self):
+        for process in self.processes:
+            for child in children(process.pid):  # of a nanny
+                with suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGKILL)
+            process.kill()
+            process.wait()

@@ -1,0 +1,382 @@
+"""The blocks of a study on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine."""
+
+import hashlib
+import pickle
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+import warnings
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from tests.study.conftest import content, same
+from tests.study.processes import DaskCluster, begun, numbers, siege, until
+
+from bristle.cli.main import main
+from bristle.core.errors import InputError, InputWarning, MissingExtraError
+from bristle.study import read_study_file, remote, run_study
+from bristle.study.block import Simulator
+from bristle.study.cluster import Cluster, host_and_port
+from bristle.study.crew import WorkerError
+
+pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+
+
+@pytest.fixture(scope="module")
+def dask(tmp_path_factory):
+    """A scheduler and two workers."""
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
+        cluster.worker("--no-nanny")
+        cluster.worker("--no-nanny")
+        yield cluster
+
+
+def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench, dask):
+    bench = slow_bench
+    study = bench.study(runs=("runs = 12", "runs = 64"))
+    out = bench.folder / "out"
+    run_study(study, bench.folder / "here", workers=1)
+    process = begun(bench.folder / "study.toml", out, "--scheduler", dask.address)
+    until(lambda: len(content(out)) >= 2, "the first blocks")
+    dask.processes[1].kill()
+    dask.worker("--no-nanny")
+    before = len(content(out))
+    until(lambda: len(content(out)) >= min(before + 2, 8), "blocks after a worker was killed")
+    process.kill()
+    process.wait()
+    process.stderr.close()
+    before = len(content(out))
+    assert before < 16
+    ran = run_study(study, out, scheduler=dask.address)
+    assert ran.is_whole
+    assert ran.before >= before
+    assert numbers(out) == list(range(64))
+    assert content(out) == content(bench.folder / "here")
+    assert not (out / ".partial").exists()
+
+
+RECORDED = """
+schema = 1
+[axis]
+file = "axis.toml"
+[plant]
+M = "20 kg"
+[friction]
+file = "own.py"
+F_C = "8 N"
+F_q = 40.0
+[controller]
+model = "cascade"
+k_p = "80 1/s"
+k_v = "4 N*s/mm"
+[reference]
+model = "recorded"
+file = "motion.csv"
+[run]
+settle = "20 ms"
+"""
+AXIS = """
+schema = 1
+kind = "translational"
+columns.time = { column = "t", unit = "s" }
+columns.position = { column = "x", unit = "m" }
+"""
+OF_TABLES = """
+schema = 1
+experiment = "recorded.toml"
+runs = 6
+seed = 3
+block = 2
+[vary]
+"friction.F_C" = { uniform = ["6 N", "10 N"] }
+"run.delay" = { choice = [0, 1, 2] }
+"""
+
+
+@pytest.fixture
+def own_study(bench):
+    """A study with code, an axis and a motion of its own, whose tables each run reads anew."""
+    text = Path("examples/quadratic_drag.py").read_text()
+    (bench.folder / "own.py").write_text(text)
+    (bench.folder / "axis.toml").write_text(AXIS)
+    time = [0.001 * k for k in range(200)]
+    lines = [f"{t:.3f},{0.002 * t * t:.9f}" for t in time]
+    (bench.folder / "motion.csv").write_text("\n".join(["t,x", *lines]))
+    (bench.folder / "recorded.toml").write_text(RECORDED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)
+        study = read_study_file(bench.write(OF_TABLES), allow_code=True)
+    assert not Simulator(study).varied.is_direct
+    return study
+
+
+def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, bench, dask):
+    run_study(own_study, bench.folder / "here", workers=1)
+    names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")
+    for name in names:
+        (bench.folder / name).unlink()
+    told = []
+    with pytest.warns(InputWarning, match=r"the code in own.py \(SHA-256 [0-9a-f]{64}\) is run on every worker of tcp"):
+        run_study(
+            own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: told.append(text)
+        )
+    assert content(bench.folder / "there") == content(bench.folder / "here")
+    assert len(content(bench.folder / "there")) == 3
+    assert told[-1] == "6 of 6 runs, 1 s left, 2 workers"
+
+
+def bristle_of_another_kind(folder, remote):
+    """Write a bristle that is not this one; return where Python finds it."""
+    inner = folder / "bristle" / "study"
+    inner.mkdir(parents=True)
+    for package in (inner.parent, inner):
+        (package / "__init__.py").write_text("")
+    if remote is not None:
+        (inner / "remote.py").write_text(f"def described():\n    return {remote!r}\n")
+    return str(folder)
+
+
+def test_a_worker_that_cannot_load_bristle_is_refused(bench, dask, tmp_path):
+    with dask.stranger(bristle_of_another_kind(tmp_path / "other", None)):
+        until(lambda: len(dask.joined()) == 3, "the third worker")
+        with pytest.raises(InputError) as refused:
+            run_study(bench.study(), bench.folder / "out", scheduler=dask.address)
+    own, said = remote.described(), str(refused.value)
+    assert said.startswith("tcp://127.0.0.1:")
+    assert (
+        "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.remo" in said
+    )
+    assert f"allowed bristle {own['bristle']}, code {own['code']}. Install the same" in said
+    assert numbers(bench.folder / "out") == []
+
+
+def test_a_worker_of_another_version_that_joins_later_gets_no_runs(bench, dask, tmp_path):
+    path = bristle_of_another_kind(tmp_path / "other", remote.described() | {"bristle": "0.0.9"})
+    study = bench.study()
+    with Cluster(study, dask.address) as cluster, dask.stranger(path):
+        with pytest.warns(InputWarning, match=r"has another bristle; found 'bristle 0\.0\.9, code .*it gets no runs"):
+            until(lambda: cluster._look() or cluster._roster.unfit, "the stranger")
+        assert [block.first for block, _ in sorted(cluster.results(study.blocks), key=lambda pair: pair[0].first)] == [
+            0, 4, 8,
+        ]  # fmt: skip
+        assert cluster.workers == 2
+
+
+def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "first.py").write_bytes(b"a = 1\n")
+    (tmp_path / "inner" / "second.py").write_bytes(b"b = 2\n")
+    checksum = remote.checksum_of_code(tmp_path)
+    (tmp_path / "first.py").write_bytes(b"a = 1\r\n")  # as a checkout on another system has it
+    (tmp_path / "first.pyc").write_bytes(b"compiled")
+    assert remote.checksum_of_code(tmp_path) == checksum
+    (tmp_path / "inner" / "second.py").write_bytes(b"b = 3\n")
+    changed = remote.checksum_of_code(tmp_path)
+    (tmp_path / "inner" / "second.py").rename(tmp_path / "inner" / "third.py")
+    assert len({checksum, changed, remote.checksum_of_code(tmp_path)}) == 3
+
+
+def test_what_is_called_on_a_worker_refuses_what_is_not_as_it_was_sent(bench):
+    study = bench.study()
+    plan, code = pickle.dumps(study), remote.described()["code"]
+    checksum = hashlib.sha256(plan).hexdigest()
+    outcome, columns = remote.simulated(plan, checksum, code, 4, 8)
+    assert outcome == "done"
+    assert same(columns, Simulator(study).columns(study.blocks[1]))
+    outcome, why = remote.simulated(plan, "0" * 64, code, 4, 8)
+    assert outcome == "failed"
+    assert "the study did not arrive as it was sent" in why
+    assert remote.simulated(plan, checksum, "another", 4, 8) == (remote.UNFIT, None)
+
+
+@pytest.fixture
+def deaf():
+    """A port at which something listens that never answers."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen()
+        yield listener.getsockname()[1]
+
+
+def test_where_no_scheduler_answers_that_is_told_at_once(bench, deaf, monkeypatch):
+    monkeypatch.setattr("bristle.study.cluster.BEGINS", 0.5)
+    study = bench.study()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    for address, words in (
+        (f"tcp://127.0.0.1:{port}", "nothing answers there"),
+        (f"tcp://127.0.0.1:{deaf}", "what answers there is no scheduler of Dask"),
+    ):
+        begin = time.monotonic()
+        with pytest.raises(InputError) as refused:
+            run_study(study, bench.folder / "out", scheduler=address)
+        assert time.monotonic() < begin + 5.0
+        assert f"--scheduler: {words}" in str(refused.value)
+        assert f"found '{address}'" in str(refused.value)
+        assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ["big-machine:8786", "tcp://big-machine", "tcp://:8786", "tcp://a:0", "tcp://a:65536",
+                                  "http://a:80", "tcp://a b:80", ""])  # fmt: skip
+def test_what_is_no_address_is_refused(text):
+    with pytest.raises(InputError, match=r"is no address of a scheduler; found .* allowed tcp://HOST:PORT"):
+        host_and_port(text)
+
+
+def test_addresses_are_told_apart():
+    assert host_and_port("tls://[::1]:8786") == ("::1", 8786)
+
+
+@pytest.mark.parametrize("option", [("--workers", "2"), ("--dry-run",), ("--run", "3")])
+def test_options_of_this_machine_do_not_go_with_a_cluster(bench, capsys, option):
+    file = str(bench.write())
+    assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2
+    assert f"{option[0]}: simulates on this machine, and --scheduler does not" in capsys.readouterr().err
+    assert not (bench.folder / "out").exists()
+
+
+def test_workers_of_this_machine_do_not_go_with_a_cluster(bench):
+    with pytest.raises(InputError, match="workers: are those of the cluster"):
+        run_study(bench.study(), bench.folder / "out", workers=2, scheduler="tcp://a:1")
+
+
+def test_without_the_library_the_extra_is_told(bench, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    file = str(bench.write())
+    assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1"]) == 2
+    said = capsys.readouterr().err
+    assert 'bristle study --scheduler needs an optional dependency. Type: pip install "bristle[study]"' in said
+    assert not (bench.folder / "out").exists()
+    with pytest.raises(MissingExtraError):
+        run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
+
+
+def test_on_this_machine_nothing_of_the_cluster_is_loaded(bench):
+    file, out = bench.write(), bench.folder / "out"
+    code = f"""
+import sys, bristle.cli.study
+from bristle.study import read_study_file, run_study
+run_study(read_study_file({str(file)!r}), {str(out)!r}, workers=1)
+sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
+"""
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    # What is there already needs no cluster.
+    assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
+
+
+def test_a_fault_of_a_worker_is_told(bench, dask):
+    study = bench.study()
+    with Cluster(study, dask.address) as cluster, pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
+        list(cluster.results([type(study.blocks[0])(-4, 0)]))
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
+    import distributed
+
+    slow_bench.study(runs=("runs = 12", "runs = 400"))
+    out = slow_bench.folder / "out"
+    process = begun(slow_bench.folder / "study.toml", out, "--scheduler", dask.address)
+    until(lambda: content(out), "the first block")
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=60.0)[1].decode()
+    assert process.returncode == 130
+    assert said.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on",
+                                 "bristle: interrupted"]  # fmt: skip
+    assert len(content(out)) < 100
+    with distributed.Client(dask.address, set_as_default=False) as client:
+        until(lambda: not any(client.processing().values()), "workers without work")
+        assert not any(client.has_what().values())
+
+
+@pytest.fixture
+def own_dask(tmp_path_factory):
+    """A scheduler without workers, for what ends it or them."""
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
+        yield cluster
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
+    bench.rig(duration="10 s", substeps=20)
+    study = bench.study(runs=("runs = 12", "runs = 800"))
+    assert len(study.blocks) == 200
+    file, out = bench.folder / "study.toml", bench.folder / "out"
+    run_study(study, bench.folder / "here", workers=2)
+    joined = {"nanny": [], "plain": []}
+
+    def workers(_):
+        for kind, options in (("nanny", ()), ("plain", ("--no-nanny",))):
+            if not joined[kind] or joined[kind][-1].poll() is not None:  # so ends a nanny whose worker could not begin
+                joined[kind].append(own_dask.worker(*options))
+        return [joined["plain"][-1].pid, *own_dask.nursed(joined["nanny"][-1])]
+
+    fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=30, longest=3.0)
+    print(fallen, {kind: len(processes) for kind, processes in joined.items()})
+    assert fallen["command"] >= 5, "the study was over before it was disturbed"
+    assert fallen["worker"] >= 10, "the study was over before it was disturbed"
+    until(lambda: own_dask.joined() or (workers(None) and False), "a worker")
+    assert run_study(study, out, scheduler=own_dask.address).is_whole
+    assert numbers(out) == list(range(800))
+    assert content(out) == content(bench.folder / "here")
+    assert not (out / ".partial").exists()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
+    monkeypatch.setattr("bristle.study.cluster.BEGINS", 2.0)
+    own_dask.worker("--no-nanny")
+    study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
+
+    def end(share, text):
+        if share > 0.02:
+            own_dask.scheduler.kill()
+
+    with pytest.raises(InputError, match=r"--scheduler: the scheduler is gone; found 'tcp://.*What is written stays"):
+        run_study(study, out, scheduler=own_dask.address, progress=end)
+    assert 3 <= len(content(out)) < 100
+    assert run_study(study, out, workers=2).is_whole
+
+
+def bristle_that_dies_of(first, folder):
+    """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
+    shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
+    file = folder / "bristle" / "study" / "remote.py"
+    text = file.read_text()
+    place = "    def columns()"
+    assert text.count(place) == 1
+    file.write_text(text.replace(place, f"    import os\n    first == {first} and os._exit(9)\n\n{place}"))
+    return folder
+
+
+@pytest.mark.slow
+def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
+    deadly = bristle_that_dies_of(4, bench.folder / "deadly")
+    facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
+    for module in ("cluster", "roster"):
+        monkeypatch.setattr(f"bristle.study.{module}.described", lambda: facts)
+    file, out = bench.write(), bench.folder / "out"
+    tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+    with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:
+        cluster.worker(PYTHONPATH=str(deadly))
+        assert main(["study", str(file), "--out", str(out), "--scheduler", cluster.address]) == 1
+    assert "runs 4 to 7 are missing: each process that simulated them ended" in capsys.readouterr().err
+    assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
+    monkeypatch.undo()
+    assert run_study(read_study_file(file), out, workers=1).is_whole
+
+
+@pytest.mark.slow
+def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):
+    own_dask.worker("--no-nanny", "--nthreads", "3")
+    study = slow_bench.study(runs=("runs = 12", "runs = 80"))
+    run_study(study, slow_bench.folder / "here", workers=1)
+    run_study(study, slow_bench.folder / "there", scheduler=own_dask.address)
+    assert content(slow_bench.folder / "there") == content(slow_bench.folder / "here")
