@@ -29,14 +29,8 @@ def test_every_model_meets_the_contract(name):
     assert len(checks) == len(CHECKS)
 
 
-# Another operator and slip law than those above; the others of their pairs take two minutes.
-FIRST = {("reformed_dahl_exact", "elastoplastic")}
-
-
-@pytest.mark.parametrize(
-    ("kernel", "transition"),
-    [pytest.param(*pair, marks=() if pair in FIRST else pytest.mark.slow) for pair in product(KERNELS, TRANSITIONS)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("kernel", "transition"), product(KERNELS, TRANSITIONS))
 def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
     model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
     assert [check for check in check_model(model) if not check.passed] == []

@@ -37,9 +37,9 @@ def case(letter):
     return pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(500)
 
 
-LONG = (("preisach_lugre", "stick-slip"), ("preisach_lugre", "pre-sliding"))  # longer than all others together
+LONG = "preisach_lugre"  # longer than all others together
 CASES = [
-    pytest.param(name, letter, marks=pytest.mark.slow if (name, letter) in LONG else ())
+    pytest.param(name, letter, marks=pytest.mark.slow if name == LONG else ())
     for name in SCREW for letter in ("pre-sliding", "break-away", "stick-slip")
 ]  # fmt: skip
 
@@ -99,6 +99,7 @@ def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
     assert np.all(orders > 4.5), (errors, orders)
 
 
+@pytest.mark.slow
 def test_far_into_sliding_step_doubling_takes_few_steps():
     # Carried along for metres, the contact only follows; what is left is a mass on a spring, for every model.
     model = friction.preisach_lugre(

@@ -14,10 +14,8 @@ ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("in_processes.py")
 
 
-FIRST, *OTHERS = multiprocessing.get_all_start_methods()
-
-
-@pytest.mark.parametrize("method", [FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
 def test_the_bits_of_each_process_are_those_of_this_one(method, tmp_path):
     file = tmp_path / "quadratic_drag.py"
     shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", file)

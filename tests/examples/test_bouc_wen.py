@@ -29,6 +29,7 @@ def folder() -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_the_truth_comes_back_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
     out = tmp_path / "out"
