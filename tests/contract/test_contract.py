@@ -30,7 +30,7 @@ def test_every_model_meets_the_contract(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kernel", "transition"), product(KERNELS, TRANSITIONS))
+@pytest.mark.parametrize(("kernel", "transition"), list(product(KERNELS, TRANSITIONS)))
 def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
     model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
     assert [check for check in check_model(model) if not check.passed] == []
