@@ -20,6 +20,7 @@ from bristle.exports.scope import defined
 from bristle.exports.types import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
+from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
 __all__ = ["BEGUN", "SAMPLE", "law_kernel", "loop_described", "paper_experiment"]
@@ -66,7 +67,7 @@ def paper_experiment() -> Experiment:
 @cache
 def loop_described() -> dict[str, Any]:
     """Return what the page knows of the loop: its module, and the numbers of the paper."""
-    from bristle.lab.described import body_described, packed
+    from bristle.lab.described import body_described
 
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain, observing = variants["none"], variants["observer"]

@@ -95,14 +95,15 @@ class Outcome:
 
     @cached_property
     def page(self) -> str:
-        """The report, one HTML page."""
+        """The report, one HTML page, whose parameters can be moved where a page can compute the model."""
+        from bristle.lab.living import living_part
         from bristle.report.identification import identification_report
 
         return identification_report(
             self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
             certificates=self.certificates, banner=self.banner, following=self.following,
-            axis=self.axis,
+            axis=self.axis, living=living_part(self.identification, self.axis),
         )  # fmt: skip
 
     def following_experiment(self, folder: Path) -> NextExperiment:

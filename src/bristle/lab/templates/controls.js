@@ -70,6 +70,15 @@ function control(variable, index, { input, change, start }) {
   };
 }
 
+// The conditions that the values break, each with its mend: symbols and mends are written by bristle, escaped there.
+function brokenLines(model, values) {
+  const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));
+  const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
+  const lines = broken(model, values).map(({ left, sign, right, mend, advisory }) =>
+    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
+  return lines.map((line) => `<li>${line}</li>`).join("");
+}
+
 // The identified interval on the track of a slider, if there is one.
 function markOf(variable, slider) {
   if (!variable.interval) return null;

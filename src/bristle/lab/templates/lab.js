@@ -78,11 +78,7 @@ function showAll() {
 }
 
 function tellBroken() {
-  const symbols = Object.fromEntries(lab.model.variables.map(({ name, symbol }) => [name, symbol]));
-  const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
-  const list = broken(lab.model, lab.values).map(({ left, sign, right, mend, advisory }) =>
-    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
-  const html = list.map((line) => `<li>${line}</li>`).join("");
+  const html = brokenLines(lab.model, lab.values);
   if (byId("broken").innerHTML !== html) byId("broken").innerHTML = html;
 }
 

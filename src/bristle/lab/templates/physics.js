@@ -29,6 +29,7 @@ async function loaded(model) {
       return into;
     },
     back(kept) { numbers.set(kept, lasting); },
+    lasts(place, number) { numbers[lasting + place] = number; },
     // The mass, put somewhere at a velocity and pushed.
     put(x, v) {
       numbers[body] = x;

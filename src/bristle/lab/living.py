@@ -1,0 +1,78 @@
+"""The part of a report in which parameters move: the module of the model, and the rows that it was fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from bristle.core.normal import NORMAL_95
+from bristle.core.typography import typeset
+from bristle.core.variable import unit_of
+from bristle.exports.scope import NotExportableError
+from bristle.lab.described import described, variables_of
+from bristle.lab.packing import as_json
+from bristle.lab.page import joined, policy
+from bristle.lab.rows import fitted_rows
+from bristle.report.living import Living
+
+if TYPE_CHECKING:
+    from bristle.core.axis import Axis
+    from bristle.identification.result import Estimate, Fit, Identification
+
+__all__ = ["living_part"]
+
+SHARED = ("inflate.js", "physics.js", "loop.js")
+SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "living.js")
+STYLES = ("controls.css", "living.css")
+AROUND = 3.0  # times up and down from an identified value
+
+
+def living_part(identification: Identification, axis: Axis | None) -> Living | None:
+    """Return what makes the report of an identification move; None where the model cannot be computed on a page.
+
+    Parameters
+    ----------
+    identification : Identification
+        Models fitted to a log, best first.
+    axis : Axis, optional
+        What was known of the axis of the log, the first of several.
+    """
+    data = _data(identification, axis)
+    if data is None:
+        return None
+    shared, script = joined(SHARED), joined(SCRIPTS)
+    return Living(
+        policy([shared, script]), Markup(joined(STYLES)), Markup(shared), Markup(script), Markup(as_json(data)),
+        follows=False,
+    )  # fmt: skip
+
+
+def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] | None:
+    fit = identification.best
+    rows = fitted_rows(fit, identification.log, axis, identification.treatment)
+    if rows is None:
+        return None
+    known = {name: _known(estimate) for name, estimate in fit.parameters.items()}
+    try:
+        model = described(fit.friction, uncertainty=known, around=AROUND, proven=False)
+    except NotExportableError:
+        return None
+    moved = [column.name for column in rows.mechanical if column.name]
+    plant = [
+        row for row in variables_of(fit.plant, moved, model["scales"]["force"], known, AROUND) if not row["fixed"]
+    ]  # fmt: skip
+    return {
+        "model": model, "plant": plant, "rows": rows.as_data(), "effort": typeset(unit_of("force", fit.plant.kind)),
+        "word": "torque" if fit.plant.kind == "rotational" else "force", "logs": 1 + len(identification.further_logs),
+    }  # fmt: skip
+
+
+def _known(estimate: Estimate) -> Mapping[str, Any]:
+    """Return whether a parameter is identified, and its 95 % interval where there is one."""
+    interval = estimate.interval
+    if interval is None and estimate.larger_std is not None:
+        half = NORMAL_95 * estimate.larger_std
+        interval = (estimate.value - half, estimate.value + half)
+    return {"status": estimate.status, "interval": interval}
