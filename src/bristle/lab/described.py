@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Container, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,10 @@ from markupsafe import escape
 from bristle.core.contracts import Model
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
+from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.subject import Subject, subject_of
+from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
 from bristle.friction import MODELS, base_of
@@ -69,12 +71,13 @@ def described(
     around : float
         How many times a slider goes up and down from the value that it begins with.
     proven : bool
-        Whether walks are there that prove the bits.
+        Whether there are walks that prove the bits, and what passivity asks for.
     """
     subject = subject_of(model)
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
-    module, facts = _module(subject, plant)
+    others = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
+    module, facts = _module(subject, plant, others)
     if proven:
         walks = stored().get(model.name) if not named else None
         facts["walks"] = walks or walked(subject, plant, scales, SHORT)
@@ -93,15 +96,16 @@ def described(
 def body_described(model: Model) -> dict[str, Any]:
     """Return what a page knows of a friction model that only a mass in a loop has."""
     subject = subject_of(model)
-    module, facts = _module(subject, pulled_by(scales_of(subject), model))
+    module, facts = _module(subject, pulled_by(scales_of(subject), model), {})
     values = {name: value for name, value in model.values.items() if name in module.places}
     return facts | {"values": {name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()}}
 
 
-def _module(subject: Subject, plant: Model) -> tuple[Module, dict[str, Any]]:
-    """Return the module of a friction model, and what is known of it."""
-    further = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
-    module = module_of(subject, plant, choices=True, others=further)
+def _module(
+    subject: Subject, plant: Model, others: Mapping[str, Callable[[Builder], Function]]
+) -> tuple[Module, dict[str, Any]]:
+    """Return the module of a friction model with other functions, and what is known of it."""
+    module = module_of(subject, plant, choices=True, others=others)
     return module, {
         "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,

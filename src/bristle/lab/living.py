@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import typeset
 from bristle.core.variable import unit_of
-from bristle.exports.scope import NotExportableError
 from bristle.lab.described import described, variables_of
+from bristle.lab.followed import followed_part
 from bristle.lab.packing import as_json
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
@@ -19,17 +20,24 @@ from bristle.report.living import Living
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
-    from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.identification.result import Estimate, Identification
+    from bristle.prediction.following import Following
+    from bristle.simulation.result import SimulationResult
 
 __all__ = ["living_part"]
 
-SHARED = ("inflate.js", "physics.js", "loop.js")
-SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "living.js")
+SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
+SCRIPTS = (
+    "paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js",
+)  # fmt: skip
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # times up and down from an identified value
 
 
-def living_part(identification: Identification, axis: Axis | None) -> Living | None:
+def living_part(
+    identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None,
+    following: Following | None = None,
+) -> Living | None:  # fmt: skip
     """Return what makes the report of an identification move; None where the model cannot be computed on a page.
 
     Parameters
@@ -38,14 +46,19 @@ def living_part(identification: Identification, axis: Axis | None) -> Living | N
         Models fitted to a log, best first.
     axis : Axis, optional
         What was known of the axis of the log, the first of several.
+    simulation : SimulationResult, optional
+        The loop as recorded and compensated.
+    following : Following, optional
+        How the axis followed its reference in the log.
     """
     data = _data(identification, axis)
     if data is None:
         return None
+    data["loop"] = followed_part(identification.best.friction, simulation, following)
     shared, script = joined(SHARED), joined(SCRIPTS)
     return Living(
         policy([shared, script]), Markup(joined(STYLES)), Markup(shared), Markup(script), Markup(as_json(data)),
-        follows=False,
+        follows=data["loop"] is not None,
     )  # fmt: skip
 
 
@@ -57,7 +70,7 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     known = {name: _known(estimate) for name, estimate in fit.parameters.items()}
     try:
         model = described(fit.friction, uncertainty=known, around=AROUND, proven=False)
-    except NotExportableError:
+    except InputError:
         return None
     moved = [column.name for column in rows.mechanical if column.name]
     plant = [

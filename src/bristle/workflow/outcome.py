@@ -103,7 +103,8 @@ class Outcome:
             self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
             certificates=self.certificates, banner=self.banner, following=self.following,
-            axis=self.axis, living=living_part(self.identification, self.axis),
+            axis=self.axis,
+            living=living_part(self.identification, self.axis, self.simulation, self.following),
         )  # fmt: skip
 
     def following_experiment(self, folder: Path) -> NextExperiment:

@@ -26,7 +26,7 @@ function numbered(symbol, number) {
 let controls = 0;
 
 // A field and a slider for one number of a variable. `input` is called while it moves, `change` when it stays.
-function control(variable, index, { input, change, start }) {
+function control(variable, index, { input, change, start, text = typed }) {
   const slider = { ...variable.sliders[index], low: Number(variable.sliders[index].low), high: Number(variable.sliders[index].high) };
   const name = variable.array ? `${variable.name}[${index + 1}]` : variable.name;
   const id = `number-${controls++}`, told_ = `${variable.description}${variable.array ? `, ${index + 1}` : ""}`;
@@ -61,7 +61,7 @@ function control(variable, index, { input, change, start }) {
   return {
     root,
     show(value, from) {
-      field.value = typed(value);
+      field.value = text(value);
       if (from !== "slider") range.value = stopAt(slider, value);
       range.setAttribute("aria-valuetext", `${typed(value)} ${variable.unit}`.trim());
       back.hidden = value === start();

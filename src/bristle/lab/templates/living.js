@@ -1,4 +1,3 @@
-"use strict";
 // The report moves: what the model leaves over in the rows that it was fitted to, with values that are not the identified ones.
 
 const byId = (id) => document.getElementById(id);
@@ -142,7 +141,8 @@ function setValue({ name }, index, value, from) {
 }
 
 function cardsFor(variable) {
-  const handlers = (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => {}, start: () => first[variable.name][i] });
+  const handlers = (i) => ({ input: (value, from) => setValue(variable, i, value, from), change: () => {},
+    start: () => first[variable.name][i], text: (value) => typed(Number.isFinite(value) ? Number(value.toPrecision(6)) : value) });
   if (variable.choices.length) return [choice(variable, handlers(0))];
   return first[variable.name].map((_, i) => control(variable, i, handlers(i)));
 }

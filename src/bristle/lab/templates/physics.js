@@ -30,6 +30,7 @@ async function loaded(model) {
     },
     back(kept) { numbers.set(kept, lasting); },
     lasts(place, number) { numbers[lasting + place] = number; },
+    bodyLasts(place, number) { numbers[body + place] = number; },
     // The mass, put somewhere at a velocity and pushed.
     put(x, v) {
       numbers[body] = x;
