@@ -11,7 +11,7 @@ from markupsafe import escape
 
 from bristle.core.contracts import Model
 from bristle.core.typography import typeset
-from bristle.core.variable import unit_of
+from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.subject import Subject, subject_of
@@ -31,7 +31,7 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "variables_of", "walks_of"]
+__all__ = ["body_described", "described", "example_named", "numbers_in", "variables_of", "walks_of"]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -136,8 +136,7 @@ def variables_of(
     rows = []
     for name, variable in model.component.variables.items():
         value, facts = model.values[name], uncertainty.get(name, {})
-        coded = variable.choices.index(value) if isinstance(value, str) else value
-        numbers = [float(number) for number in np.atleast_1d(coded)]
+        numbers = numbers_in(variable, value)
         interval = facts.get("interval") if len(numbers) == 1 else None
         span = force if variable.quantity == "force" else 0.0
         rows.append({
@@ -153,6 +152,12 @@ def variables_of(
             ],
         })  # fmt: skip
     return rows
+
+
+def numbers_in(variable: Variable, value: Any) -> list[float]:
+    """Return the numbers of a parameter as a page has them: of one of several names, its place among them."""
+    coded = variable.choices.index(value) if isinstance(value, str) else value
+    return [float(number) for number in np.atleast_1d(coded)]
 
 
 def _symbol(name: str) -> str:

@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST_SAMPLES", "followed_part"]
 
-MOST_SAMPLES = 20_000
+MOST_SAMPLES = 25_000
 """Samples of the loop that a page carries at most."""
 COLUMNS = 1000  # of the line of a following error
 SHOWN = 4096.0  # steps of a following error that is shown
-FINE = 2**14  # steps of the reference in a count of the encoder, or in its own longest step
+FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step
 PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 MEASURED = "measured"
 

@@ -20,11 +20,11 @@ from bristle.report.living import Living
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis
-    from bristle.identification.result import Estimate, Identification
+    from bristle.identification.result import Estimate, Fit, Identification
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["living_part"]
+__all__ = ["known_of", "living_part"]
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = (
@@ -67,7 +67,7 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)
     if rows is None:
         return None
-    known = {name: _known(estimate) for name, estimate in fit.parameters.items()}
+    known = known_of(fit)
     try:
         model = described(fit.friction, uncertainty=known, around=AROUND, proven=False)
     except InputError:
@@ -82,8 +82,12 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     }  # fmt: skip
 
 
+def known_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
+    """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
+    return {name: _known(estimate) for name, estimate in fit.parameters.items()}
+
+
 def _known(estimate: Estimate) -> Mapping[str, Any]:
-    """Return whether a parameter is identified, and its 95 % interval where there is one."""
     interval = estimate.interval
     if interval is None and estimate.larger_std is not None:
         half = NORMAL_95 * estimate.larger_std

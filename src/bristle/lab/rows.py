@@ -28,7 +28,7 @@ from bristle.simulation.result import relative_error_percent
 
 __all__ = ["MOST_INTERVALS", "MOST_ROWS", "Column", "FittedRows", "Stretch", "fitted_rows"]
 
-MOST_INTERVALS, MOST_ROWS = 40_000, 16_000
+MOST_INTERVALS, MOST_ROWS = 30_000, 12_000
 """Intervals of the motion and rows that a page carries at most."""
 FINE = 2**20  # steps in the longest way of an interval
 SHOWN = 64.0  # steps in the root mean square of what the model leaves over
