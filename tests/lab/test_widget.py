@@ -121,8 +121,8 @@ MOUNTED = """
   window.gone = await module.default.render({ model, el });
   window.root = el.firstChild.shadowRoot;
   window.still = () => new Promise((done) => setTimeout(done, 150));
-  window.drawn = (name) => [...root.getElementById(name).toDataURL()].reduce((sum, letter) => (sum * 31 + letter.charCodeAt(0)) % 1000003, 0);
-  window.field = (name) => root.querySelector(`[name="${name}"]`).closest(".card").querySelector("input[type=text]").value;
+  window.drawn = (name) => root.getElementById(name).toDataURL();
+  window.field = (name) => root.querySelector(`.card:has([name="${name}"]) input[type=text]`).value;
   await still();
   return await module.walked(proven);
 })()
@@ -168,7 +168,12 @@ def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, widt
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     with browser(tmp_path / "profile", width=width) as tab:
         tab.open(page.as_uri())
-        given = {"esm": widget._esm, "state": state, "other": others, "proven": plain(described(example_named("lugre")))}
+        given = {
+            "esm": widget._esm,
+            "state": state,
+            "other": others,
+            "proven": plain(described(example_named("lugre"))),
+        }
         for name, value in given.items():
             tab.run(f"window.{name} = {json.dumps(value)}; 0")
         tab.run(STUB + "0")

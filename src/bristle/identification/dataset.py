@@ -283,7 +283,7 @@ class Dataset:
 
     @property
     def response(self) -> np.ndarray:
-        """What a row takes of a signal at the samples around it, which is its middle: shape (2 n + 1,), the sum is 1."""
+        """What a row takes of a signal at the samples around its own, shape (2 n + 1,); the sum is 1."""
         beside = REACH_PERIODS * SETTLED * math.ceil(1.0 / (self.cutoff * self.sample_time))
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0

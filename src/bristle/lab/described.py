@@ -31,7 +31,7 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "numbers_in", "variables_of", "walks_of"]
+__all__ = ["body_described", "described", "example_named", "values_of", "variables_of", "walks_of"]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -136,7 +136,7 @@ def variables_of(
     rows = []
     for name, variable in model.component.variables.items():
         value, facts = model.values[name], uncertainty.get(name, {})
-        numbers = numbers_in(variable, value)
+        numbers = _numbers(variable, value)
         interval = facts.get("interval") if len(numbers) == 1 else None
         span = force if variable.quantity == "force" else 0.0
         rows.append({
@@ -154,7 +154,12 @@ def variables_of(
     return rows
 
 
-def numbers_in(variable: Variable, value: Any) -> list[float]:
+def values_of(model: Model) -> dict[str, list[float]]:
+    """Return the values of a model as a page has them: a list of numbers for each parameter."""
+    return {name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()}
+
+
+def _numbers(variable: Variable, value: Any) -> list[float]:
     """Return the numbers of a parameter as a page has them: of one of several names, its place among them."""
     coded = variable.choices.index(value) if isinstance(value, str) else value
     return [float(number) for number in np.atleast_1d(coded)]

@@ -22,7 +22,7 @@ from bristle.exports.build import Builder
 from bristle.exports.fmu_core import SOLVER
 from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
-from bristle.lab.described import body_described
+from bristle.lab.described import body_described, values_of
 from bristle.lab.loop import law_part, sensor_part
 from bristle.lab.packing import differences, packed, packed_numbers
 from bristle.plants.pulled_inertia import MODEL as BODY
@@ -45,7 +45,9 @@ PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 MEASURED = "measured"
 
 
-def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
+def followed_part(
+    friction: Model, simulation: SimulationResult | None, following: Following | None
+) -> dict[str, Any] | None:
     """Return how the loop followed, and what computes it; None where nothing followed.
 
     Parameters
@@ -60,16 +62,28 @@ def followed_part(friction: Model, simulation: SimulationResult | None, followin
     errors = _errors(simulation, following)
     if not errors:
         return None
-    contradicted = following is not None and following.contradiction is not None
-    variant = None if simulation is None or contradicted else _compensated(simulation)
-    why = "the log contradicts the simulated loop" if contradicted else "no loop was simulated" if variant is None else _why_not(variant, friction)
+    variant, why = _computable(friction, simulation, following)
     loop: dict[str, Any] | None = None
-    if variant is not None and not why:
+    if variant is not None:
         try:
             loop = _loop(variant, friction)
         except InputError:
             why = "a part of it cannot be computed on a page"
     return {"traces": [_trace(name, time, error) for name, time, error in errors], "why": why, "loop": loop}
+
+
+def _computable(
+    friction: Model, simulation: SimulationResult | None, following: Following | None
+) -> tuple[Variant | None, str]:
+    """Return the loop in which friction is fed forward, or why a page has none to compute."""
+    if following is not None and following.contradiction is not None:
+        return None, "the log contradicts the simulated loop"
+    variants = () if simulation is None else simulation.experiment.variants
+    variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
+    if variant is None:
+        return None, "no loop was simulated, for which the axis file needs a controller"
+    why = _why_not(variant, friction)
+    return (None, why) if why else (variant, "")
 
 
 def _errors(
@@ -98,11 +112,6 @@ def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
             "time": float(time[0]), "sampleTime": float(time[1] - time[0])}  # fmt: skip
 
 
-def _compensated(simulation: SimulationResult) -> Variant | None:
-    named = (variant for variant in simulation.experiment.variants if variant.name == COMPENSATED)
-    return next(named, None)
-
-
 def _why_not(variant: Variant, friction: Model) -> str:
     """Return why a page cannot compute a loop; nothing where it can."""
     fed = variant.feedforward
@@ -122,24 +131,24 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     run, dt = variant.run, variant.run.sample_time
     count = min(round(run.duration / dt), MOST_SAMPLES)
     reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
-    start = variant.start or Start(*(float(signal[0]) for signal in reference))
-    law = within_drive(variant.controller, run.effort_limit)
-    first = Reference(*(float(signal[0]) for signal in reference), 0.0)
+    x, v, a = (float(signal[0]) for signal in reference)
+    start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit)
     # A perfect encoder reads the first position as it is; one with counts, the nearest of them.
-    read, _ = ENCODER.step(ENCODER.initial_state(variant.sensor.parameters), start.position, dt, variant.sensor.parameters)
-    state = begun(law, first, read, start.velocity, start.acceleration, start.effort, dt)
+    sensor = variant.sensor.parameters
+    read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
+    state = begun(law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt)
     builder = Builder()
     parts = {"law": law_part(builder, law, state), "sense": sensor_part(builder, variant.sensor)}
     binary, addresses = module_of_parts(builder, parts)
     left = drive_over(dt / run.substeps, 0.0, run.current_lag)
-    own = variant.friction.component is friction.component
-    body = body_described(variant.friction)
+    body = None if variant.friction == friction else body_described(variant.friction)
     return {
-        "code": packed(binary), "size": len(binary), "parts": addresses, "body": None if own else body,
-        "bodyValues": body["values"], "M": variant.plant.values["M"], "mass": variant.feedforward.mass,
+        "code": packed(binary), "size": len(binary), "parts": addresses, "body": body,
+        "bodyValues": values_of(variant.friction) if body is None else body["values"], "count": count,
+        "M": variant.plant.values["M"], "mass": variant.feedforward.mass, "all": round(run.duration / dt),
         "sampleTime": dt, "substeps": run.substeps, "delay": run.delay, "limit": run.effort_limit,
         "lag": {"inMean": left.in_mean, "atEnd": left.at_end}, "effortBefore": start.effort or 0.0,
-        "begin": _begin(variant, start), "count": count, "all": round(run.duration / dt),
+        "begin": _begin(variant, start),
         "settle": round(run.settle / dt), **_signals(variant, reference[0], count),
     }  # fmt: skip
 

@@ -33,7 +33,10 @@ FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
 SHARED = ("inflate.js", "physics.js", "loop.js")
 """What a worker runs too."""
-SCRIPTS = ("paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "bench.js", "asking.js", "tracking.js", "lab.js")
+SCRIPTS = (
+    "paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "bench.js", "asking.js",
+    "tracking.js", "lab.js",
+)  # fmt: skip
 STYLES = ("lab.css", "controls.css")
 
 

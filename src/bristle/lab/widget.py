@@ -14,7 +14,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, MissingExtraError
-from bristle.lab.described import described, numbers_in
+from bristle.lab.described import described, values_of
 from bristle.lab.packing import plain
 from bristle.lab.page import joined
 
@@ -32,7 +32,8 @@ STYLES = ("lab.css", "controls.css", "widget.css")
 
 def _script() -> str:
     """Return the module that a notebook runs: the scripts of the lab, and what draws them there."""
-    return f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(joined(STYLES))};\nexport {{ walked }};\nexport default {{ render }};\n"
+    style = f"const STYLE = {json.dumps(joined(STYLES))};"
+    return "\n".join([joined(SCRIPTS), style, "export { walked };", "export default { render };", ""])
 
 
 class Widget(anywidget.AnyWidget):
@@ -98,7 +99,9 @@ class Widget(anywidget.AnyWidget):
         before, model = change["old"], change["new"]
         alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
         values = _values_of(model)
-        if not alike or {name: len(row) for name, row in values.items()} != {k: len(v) for k, v in self._values.items()}:
+        if not alike or {name: len(row) for name, row in values.items()} != {
+            k: len(v) for k, v in self._values.items()
+        }:
             facts = described(model, uncertainty=None if isinstance(before, Model) else self._known,
                               fastest=self._fastest, proven=False)  # fmt: skip
             with self.hold_sync():
@@ -119,15 +122,15 @@ class Widget(anywidget.AnyWidget):
 
 def _checked(model: Any) -> Model:
     if not isinstance(model, Model) or model.component.family != "friction":
-        raise InputError("must be a friction model with parameters", path="model", value=model,
-                         mend='Write bristle.friction.lugre(F_C="20 N", ...), or the model of an identification')  # fmt: skip
+        raise InputError(
+            "must be a friction model with parameters", path="model", value=model,
+            mend='Write bristle.friction.coulomb(F_C="20 N"), or take that of an identification',
+        )  # fmt: skip
     return model
 
 
 def _values_of(model: Model) -> dict[str, Any]:
-    """Return the values as a page has them: a list of numbers for each parameter."""
-    rows = {name: numbers_in(variable, model.values[name]) for name, variable in model.component.variables.items()}
-    return plain(rows)
+    return plain(values_of(model))
 
 
 def _written(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
