@@ -1,6 +1,7 @@
 // A model in a notebook: the views of the lab in a root of their own, its values those of a model of Python.
 
 const SHOWN = ["triangle", "loops", "minor", "presliding"];
+const SETTINGS = { loop: ["amplitude", "period"], speed: ["top"] };
 
 function plainValues(bench) {
   const told_ = (value) => (Number.isFinite(value) ? value : typed(value) === "inf" ? "Infinity" : "-Infinity");
@@ -28,7 +29,7 @@ class Bench {
       name === "loop" ? element("div", { class: "presets", role: "group", "aria-label": "Path" }) : null,
       element("canvas", { id: name, role: "img", "aria-label": label, "aria-describedby": `${name}-reading` }),
       element("p", { class: "reading", id: `${name}-reading` }),
-      name === "loop" ? element("div", { class: "settings" }) : null);
+      SETTINGS[name] ? element("div", { class: "settings", id: `${name}-settings` }) : null);
     return element("div", { class: "host" },
       element("p", { class: "problem", role: "alert" }), element("ul", { class: "broken", role: "status" }),
       element("div", { class: "bench" },
@@ -44,7 +45,7 @@ class Bench {
   async build() {
     const turn = ++this.turn, described = this.model.get("_described"), contact = await loaded(described);
     if (turn !== this.turn) return;
-    const bench = newBench(colours(this.host)), names = ["amplitude", "period", "top"];
+    const bench = newBench(colours(this.host)), names = Object.values(SETTINGS).flat();
     bench.take(described, contact, settingsOf(described).filter(({ name }) => names.includes(name)));
     this.bench = bench;
     bench.aim("triangle");
@@ -63,7 +64,10 @@ class Bench {
   buildCards() {
     this.shown = {};
     this.root.querySelector(".cards").replaceChildren(...this.bench.model.variables.flatMap((variable) => this.cardsFor(variable)));
-    this.root.querySelector(".settings").replaceChildren(...this.bench.settings.flatMap((variable) => this.cardsFor(variable)));
+    for (const [view, names] of Object.entries(SETTINGS)) {
+      const settings = this.bench.settings.filter(({ name }) => names.includes(name));
+      this.at(`${view}-settings`).replaceChildren(...settings.flatMap((variable) => this.cardsFor(variable)));
+    }
   }
 
   buildPaths() {
