@@ -184,7 +184,7 @@ def test_a_loop_that_begins_in_motion_begins_with_a_contact_that_has_slid(stage,
 
 def test_a_loop_that_a_page_cannot_compute_says_why(stage):
     model = stage.identified.best.friction
-    assert followed_part(model, stage.looped, None)["why"] == ""
+    assert followed_part(model, stage.looped, None)["reason"] == ""
     assert followed_part(model, None, None) is None
     last = stage.looped.experiment.variants[-1]
     halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
@@ -194,7 +194,7 @@ def test_a_loop_that_a_page_cannot_compute_says_why(stage):
         other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
         part = followed_part(model, other, None)
         assert part["loop"] is None
-        assert "than the friction alone" in part["why"]
+        assert "than the friction alone" in part["reason"]
         assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
 
 

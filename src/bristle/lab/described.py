@@ -76,8 +76,8 @@ def described(
     subject = subject_of(model)
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
-    others = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
-    module, facts = _module(subject, plant, others)
+    functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
+    module, facts = _module(subject, plant, functions)
     if proven:
         walks = stored().get(model.name) if not named else None
         facts["walks"] = walks or walked(subject, plant, scales, SHORT)
@@ -102,10 +102,10 @@ def body_described(model: Model) -> dict[str, Any]:
 
 
 def _module(
-    subject: Subject, plant: Model, others: Mapping[str, Callable[[Builder], Function]]
+    subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]
 ) -> tuple[Module, dict[str, Any]]:
     """Return the module of a friction model with other functions, and what is known of it."""
-    module = module_of(subject, plant, choices=True, others=others)
+    module = module_of(subject, plant, choices=True, others=functions)
     return module, {
         "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,

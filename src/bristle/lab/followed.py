@@ -39,7 +39,7 @@ __all__ = ["MOST_SAMPLES", "followed_part"]
 MOST_SAMPLES = 25_000
 """Samples of the loop that a page carries at most."""
 COLUMNS = 1000  # of the line of a following error
-SHOWN = 4096.0  # steps of a following error that is shown
+STEPS = 4096.0  # steps of a following error that is shown
 FINE = 2**12  # steps of the reference in a count of the encoder, or in its own longest step
 PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 MEASURED = "measured"
@@ -62,14 +62,14 @@ def followed_part(
     errors = _errors(simulation, following)
     if not errors:
         return None
-    variant, why = _computable(friction, simulation, following)
+    variant, reason = _computable(friction, simulation, following)
     loop: dict[str, Any] | None = None
     if variant is not None:
         try:
             loop = _loop(variant, friction)
         except InputError:
-            why = "a part of it cannot be computed on a page"
-    return {"traces": [_trace(name, time, error) for name, time, error in errors], "why": why, "loop": loop}
+            reason = "a part of it cannot be computed on a page"
+    return {"traces": [_trace(name, time, error) for name, time, error in errors], "reason": reason, "loop": loop}
 
 
 def _computable(
@@ -82,8 +82,8 @@ def _computable(
     variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
     if variant is None:
         return None, "no loop was simulated, for which the axis file needs a controller"
-    why = _why_not(variant, friction)
-    return (None, why) if why else (variant, "")
+    reason = _reason_against(variant, friction)
+    return (None, reason) if reason else (variant, "")
 
 
 def _errors(
@@ -97,7 +97,9 @@ def _errors(
     variants = simulation.experiment.variants[: 1 if contradicted else None]
     results = [simulation.variants[variant.name] for variant in variants]
     return rows + [
-        (one.name, one.time, one.reference - one.measured) for one in results if one.status is not Status.NOT_FINITE
+        (result.name, result.time, result.reference - result.measured)
+        for result in results
+        if result.status is not Status.NOT_FINITE
     ]  # fmt: skip
 
 
@@ -106,13 +108,13 @@ def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
     from bristle.figures.envelope import envelope
 
     samples = envelope(error, COLUMNS)
-    step = float(np.max(np.abs(error))) / SHOWN or 1.0
+    step = float(np.max(np.abs(error))) / STEPS or 1.0
     numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
     return {"name": name, "numbers": packed_numbers(numbers), "count": samples.size, "step": step,
             "time": float(time[0]), "sampleTime": float(time[1] - time[0])}  # fmt: skip
 
 
-def _why_not(variant: Variant, friction: Model) -> str:
+def _reason_against(variant: Variant, friction: Model) -> str:
     """Return why a page cannot compute a loop; nothing where it can."""
     fed = variant.feedforward
     if variant.plant.name != "inertia" or variant.table is not None:

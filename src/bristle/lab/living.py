@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["known_of", "living_part"]
+__all__ = ["living_part", "uncertainty_of"]
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = (
@@ -67,14 +67,14 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     rows = fitted_rows(fit, identification.log, axis, identification.treatment)
     if rows is None:
         return None
-    known = known_of(fit)
+    uncertainty = uncertainty_of(fit)
     try:
-        model = described(fit.friction, uncertainty=known, around=AROUND, proven=False)
+        model = described(fit.friction, uncertainty=uncertainty, around=AROUND, proven=False)
     except InputError:
         return None
     moved = [column.name for column in rows.mechanical if column.name]
     plant = [
-        row for row in variables_of(fit.plant, moved, model["scales"]["force"], known, AROUND) if not row["fixed"]
+        row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, AROUND) if not row["fixed"]
     ]  # fmt: skip
     return {
         "model": model, "plant": plant, "rows": rows.as_data(), "effort": typeset(unit_of("force", fit.plant.kind)),
@@ -82,12 +82,12 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     }  # fmt: skip
 
 
-def known_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
+def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     """Return of each parameter whether it is identified, and its 95 % interval where there is one."""
-    return {name: _known(estimate) for name, estimate in fit.parameters.items()}
+    return {name: _uncertainty_of(estimate) for name, estimate in fit.parameters.items()}
 
 
-def _known(estimate: Estimate) -> Mapping[str, Any]:
+def _uncertainty_of(estimate: Estimate) -> Mapping[str, Any]:
     interval = estimate.interval
     if interval is None and estimate.larger_std is not None:
         half = NORMAL_95 * estimate.larger_std

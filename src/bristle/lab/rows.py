@@ -31,7 +31,7 @@ __all__ = ["MOST_INTERVALS", "MOST_ROWS", "Column", "FittedRows", "Stretch", "fi
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000
 """Intervals of the motion and rows that a page carries at most."""
 FINE = 2**20  # steps in the longest way of an interval
-SHOWN = 64.0  # steps in the root mean square of what the model leaves over
+STEPS = 64.0  # steps in the root mean square of what the model leaves over
 TURNS = 0.5  # share of the intervals that are around turns at most
 AROUND_TURN = 0.9  # share of the response of the filters that is looked at sample by sample around a turn
 TAIL = 1e-4  # share of the response of the filters that is left out on either side
@@ -133,46 +133,46 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     if rises_with_effort(fit.friction) or not set(SURROUNDINGS).isdisjoint(fit.friction.name.split("+")[1:]):
         return None
     options = {name: treatment.get(name) for name in ("cutoff", "delay", "smoothing", "slow")}
-    dataset = rows_as_fitted(log, axis, decimation=_whole(treatment.get("decimation")), **options)
+    dataset = rows_as_fitted(log, axis, decimation=_integer(treatment.get("decimation")), **options)
     traces, count = fit.traces, dataset.time.size
     # A person's own treatment, or another version's, is not repeated by halves.
     if not np.array_equal(dataset.time, traces.time[:count]):
         return None
-    every = math.ceil(count / MOST_ROWS)
-    kept = _kept(dataset, every)
+    spacing = math.ceil(count / MOST_ROWS)
+    selection = _chosen_rows(dataset, spacing)
     response = _summed(dataset.response)
-    stretches, step = _stretches(dataset, fit, kept, response)
-    chosen = np.concatenate(kept)
+    stretches, step = _stretches(dataset, fit, selection, response)
+    chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
     rms = float(np.sqrt(np.mean(residual**2)))
-    finest = rms / SHOWN or NEGLIGIBLE * float(np.max(np.abs(measured)))
+    finest = rms / STEPS or NEGLIGIBLE * float(np.max(np.abs(measured)))
     return FittedRows(
         dataset.sample_time, step, response, stretches, _column("", measured[chosen], finest),
         _mechanical(dataset, fit, chosen, finest), rms, relative_error_percent(measured, measured - residual),
     )  # fmt: skip
 
 
-def _whole(number: float | None) -> int | None:
+def _integer(number: float | None) -> int | None:
     return None if number is None else int(number)
 
 
-def _kept(dataset: Dataset, every: int) -> list[np.ndarray]:
-    """Return which rows of each segment are kept: one of so many decimated samples, where it is a row."""
+def _chosen_rows(dataset: Dataset, spacing: int) -> list[np.ndarray]:
+    """Return which rows of each segment are shown: one of so many decimated samples, where it is a row."""
     segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
     thinned = (sample - dataset.dropped) // dataset.decimation
-    return [np.flatnonzero((segment == i) & (thinned % every == 0)) for i in range(len(dataset.segments))]
+    return [np.flatnonzero((segment == i) & (thinned % spacing == 0)) for i in range(len(dataset.segments))]
 
 
 def _summed(response: np.ndarray) -> np.ndarray:
     """Return the response of the filters summed up from its first sample on, without its tails."""
-    whole, middle = np.cumsum(response), response.size // 2
-    left = np.flatnonzero(np.abs(whole[:middle]) > TAIL)
+    summed, middle = np.cumsum(response), response.size // 2
+    left = np.flatnonzero(np.abs(summed[:middle]) > TAIL)
     reach = middle - int(left[0]) if left.size else 0
-    return whole[middle - reach : middle + reach + 1]
+    return summed[middle - reach : middle + reach + 1]
 
 
 def _stretches(
-    dataset: Dataset, fit: Fit, kept: Sequence[np.ndarray], response: np.ndarray
+    dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray
 ) -> tuple[list[Stretch], float]:
     """Return the motion of each segment, and the step of its positions."""
     runs = [_run(segment, dataset.sample_time) for segment in dataset.segments]
@@ -184,7 +184,7 @@ def _stretches(
     step = (step or 1.0) / FINE
     stretches = []
     for segment, run, end, rows, contact in zip(
-        dataset.segments, runs, ends, kept, dataset.contacts(fit.friction, fit.plant), strict=True
+        dataset.segments, runs, ends, selection, dataset.contacts(fit.friction, fit.plant), strict=True
     ):
         origin = float(segment.position[0])
         stretches.append(Stretch(
@@ -204,11 +204,11 @@ def _ends(runs: Sequence[np.ndarray], near: int) -> list[np.ndarray]:
         fine = [
             np.unique(np.clip(turns_of(run, depth)[:, None] + around, 0, run.size - 1)) for run in runs
         ]  # fmt: skip
-        room = MOST_INTERVALS - sum(map(len, fine))
-        if room >= (1.0 - TURNS) * MOST_INTERVALS:
+        budget = MOST_INTERVALS - sum(map(len, fine))
+        if budget >= (1.0 - TURNS) * MOST_INTERVALS:
             break
         depth = max(2.0 * depth, travel / FINE)
-    stride = -(-samples // room)
+    stride = -(-samples // budget)
     return [np.union1d(end, np.arange(0, run.size, stride)) for run, end in zip(runs, fine, strict=True)]
 
 
@@ -227,15 +227,15 @@ def _begin(fit: Fit, contact: float | None) -> list[tuple[int, float]]:
 def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -> list[Column]:
     """Return what the plant takes for 1 of each identified parameter that it is linear in, and the rest of it."""
     plant, columns = fit.plant, []
-    whole = dataset.mechanical_rows(plant)
-    rest, negligible = whole.copy(), NEGLIGIBLE * float(np.max(np.abs(fit.traces.measured)))
+    effort = dataset.mechanical_rows(plant)
+    rest, negligible = effort.copy(), NEGLIGIBLE * float(np.max(np.abs(fit.traces.measured)))
     for name in plant.component.variables:
         estimate, value = fit.parameters.get(name), plant.values[name]
         if estimate is None or estimate.status != "identified" or isinstance(value, str) or np.ndim(value):
             continue
         change = CHANGE * (abs(value) or 1.0)
         once, twice = (
-            dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - whole for i in (1, 2)
+            dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2)
         )  # fmt: skip
         if float(np.max(np.abs(twice - 2.0 * once))) <= negligible:
             columns.append(_column(name, once[chosen] / change, finest / abs(value or 1.0)))

@@ -78,7 +78,7 @@ class Widget(anywidget.AnyWidget):
     def __init__(
         self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0
     ) -> None:
-        self._known, self._fastest = dict(uncertainty or {}), fastest
+        self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
         super().__init__(model=_checked(model))
 
     @property
@@ -102,7 +102,7 @@ class Widget(anywidget.AnyWidget):
         if not alike or {name: len(row) for name, row in values.items()} != {
             k: len(v) for k, v in self._values.items()
         }:
-            facts = described(model, uncertainty=None if isinstance(before, Model) else self._known,
+            facts = described(model, uncertainty=None if isinstance(before, Model) else self._uncertainty,
                               fastest=self._fastest, proven=False)  # fmt: skip
             with self.hold_sync():
                 self._values, self._described = values, plain(facts)

@@ -191,10 +191,10 @@ class ModelInHand(WithCard):
             If anywidget is not installed.
         """
         from bristle.lab import Widget
-        from bristle.lab.living import known_of
+        from bristle.lab.living import uncertainty_of
 
         fastest = float(self._treatment.get("velocity_max", 0.0))
-        return Widget(self.model, uncertainty=known_of(self.best), fastest=fastest)
+        return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=fastest)
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row a parameter.

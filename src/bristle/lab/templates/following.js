@@ -101,8 +101,8 @@ function followed(found) {
 }
 
 function tellFollowing() {
-  const { loop, why } = data.loop, words = [];
-  if (!loop) words.push(`It is not computed with other values: ${why}.`);
+  const { loop, reason } = data.loop, words = [];
+  if (!loop) words.push(`It is not computed with other values: ${reason}.`);
   else if (following.start) {
     const part = loop.count < loop.all ? `the first ${told(loop.count * loop.sampleTime, "s")} of the loop` : "the loop";
     const now = allTraces().at(-1).name === "moved" ? `, with these values ${peakToPeak(following.asked.found)}` : "";
