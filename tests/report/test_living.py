@@ -112,9 +112,25 @@ def test_a_log_that_is_thinned_keeps_its_turns_and_its_number(stage, tmp_path, m
     assert stretch.ends.size < 1500
     turns = turns_of(all_of_it.positions, 0.0)
     assert turns.size > 20
-    assert set(turns) <= set(stretch.ends)
+    assert {max(turn + k, 0) for turn in turns[1:-1] for k in range(-4, 5)} <= set(stretch.ends)
     _, percent, *_ = computed(living_of(stage), tmp_path, LEFT)
     assert percent == pytest.approx(fit.force_error_percent, rel=THINNED)
+
+
+RESTS = """
+const contact = await loaded(data.model), stretch = { origin: 0, ends: [0, 1, 2, 3], begin: [] };
+for (const [name, values] of Object.entries(first(data.model.variables))) contact.set(name, values);
+const led = (places) => forcesIn(contact, { ...stretch, places }, 1e-3);
+say([led([1e-4, 2e-4, 2e-4, 2e-4]), led([-1e-4, -2e-4, -2e-4, -2e-4])]);
+"""
+
+
+@needs_node
+def test_a_rest_keeps_the_force_of_the_side_that_it_was_reached_from(stage, tmp_path):
+    values = stage.identified.best.friction.values
+    forward, backward = computed(living_of(stage), tmp_path, RESTS)
+    assert forward[2:] == pytest.approx([values["F_S_pos"] + values["offset"]] * 2)
+    assert backward[2:] == pytest.approx([values["offset"] - values["F_S_neg"]] * 2)
 
 
 def test_only_some_of_many_rows_are_kept(stage, monkeypatch):
