@@ -15,7 +15,7 @@ from bristle.certificates.quasi_static import holding_of
 from bristle.core import InputError
 from bristle.friction import MODELS, unvaried, with_slots
 from bristle.lab.described import described, example_named
-from bristle.lab.page import _plain
+from bristle.lab.packing import plain
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -44,7 +44,7 @@ say(answers);
 
 @cache
 def page_model(name, slots=()):
-    return _plain(described(model_of(name, slots)))
+    return plain(described(model_of(name, slots)))
 
 
 def model_of(name, slots=()):
@@ -89,7 +89,7 @@ def coded(model):
         rows[name] = [
             float(x) for x in np.atleast_1d(variable.choices.index(value) if isinstance(value, str) else value)
         ]
-    return _plain(rows)
+    return plain(rows)
 
 
 def compared(name, slots, count, folder):

@@ -16,7 +16,7 @@ from bristle.exports.subject import subject_of
 from bristle.exports.walk import presliding_distance
 from bristle.lab.described import described, example_named
 from bristle.lab.loop import loop_described, paper_experiment
-from bristle.lab.page import _plain
+from bristle.lab.packing import plain
 from bristle.plants import inertia, pulled_inertia
 from bristle.simulation.feedforward import feedforward_effort
 
@@ -87,13 +87,13 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     values |= {"K_2": 1e-3, "phi": 2e-5} if law_name == "sliding" else {"g": 60.0}
     sensor = paper_experiment().variants[0].sensor
     given = {
-        "LOOP": json.dumps(_plain(loop_described())), "MASS": mass, "LAW": json.dumps(law_name), "COUNT": COUNT,
+        "LOOP": json.dumps(plain(loop_described())), "MASS": mass, "LAW": json.dumps(law_name), "COUNT": COUNT,
         "DT": DT, "DELAY": DELAY, "FEEDS": json.dumps(feeds),
         "DESIRED": json.dumps({key: column.tolist() for key, column in desired.items()}),
         "VALUES": json.dumps(values | {key: sensor.values[key] for key in ("resolution", "noise")}),
     }  # fmt: skip
     script = "\n".join([*(f"const {word} = {text};" for word, text in given.items()), RUN])
-    told, x, read = node(tmp_path, [_plain(described(model, named="m"))], script)
+    told, x, read = node(tmp_path, [plain(described(model, named="m"))], script)
     controller = controller.with_values(**values)
     # What is fed forward has the bits of the engine, rests too.
     wanted = feedforward_effort(Feedforward(friction=model), desired["x"], desired["a"], DT)
@@ -112,7 +112,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
 
 def test_the_rig_of_the_paper_errs_on_the_page_as_in_its_experiment(tmp_path):
     script = f"""
-    const loop = {json.dumps(_plain(loop_described()))}, body = loop.rig, {{ paper }} = loop;
+    const loop = {json.dumps(plain(loop_described()))}, body = loop.rig, {{ paper }} = loop;
     const values = Object.fromEntries(models[0].variables.map(({{ name, values }}) => [name, numbersOf(values)]));
     const settings = {{ M: paper.M, gain: paper.gain, K_2: paper.K_2, g: paper.g, resolution: paper.resolution,
       A: paper.amplitude, f: paper.frequency }};
@@ -121,7 +121,7 @@ def test_the_rig_of_the_paper_errs_on_the_page_as_in_its_experiment(tmp_path):
     const width = (values) => Math.max(...values) - Math.min(...values);
     say([period, ...["none", "observer"].map((way) => width(errors[way])), width(across.none)]);
     """
-    period, none, observer, other = node(tmp_path, [_plain(described(example_named("lugre"), named="m"))], script)
+    period, none, observer, other = node(tmp_path, [plain(described(example_named("lugre"), named="m"))], script)
     assert period == 8000
     # Six runs of the experiment, of amplitudes up to this one: 1.47 and 0.2 um peak to peak.
     assert none == pytest.approx(1.47e-6, rel=0.15)

@@ -10,9 +10,12 @@ import pytest
 
 import bristle as br
 from bristle.core.relation import Relation
+from bristle.demo import axis_simulated
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.lab.conditions import conditions_of
+from bristle.lab.described import described
+from bristle.lab.passivity import inner_of
 from bristle.testing import example_of
 
 LARGEST = 400_000
@@ -98,3 +101,12 @@ def test_words_of_a_model_of_a_persons_own_are_words():
     relation = Relation("F_S > F_C", lambda p: p.F_S > p.F_C, "<img src=x> raise F_S; or not")
     (condition,) = conditions_of(replace(model.component, relations=(relation,)))
     assert condition["mend"] == "&lt;img src=x&gt; raise <i>F</i><sub>S</sub>"
+
+
+def test_a_parameter_of_a_persons_own_may_have_the_name_of_a_layer():
+    model = axis_simulated.friction()
+    assert {"forward", "backward"} <= set(model.values)
+    facts = described(model, proven=False)
+    assert facts["passive"] is None
+    assert {row["name"] for row in facts["variables"]} == set(model.values)
+    assert inner_of(model.parameters) == (model.parameters, "")

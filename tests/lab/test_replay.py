@@ -11,7 +11,7 @@ import bristle as br
 from bristle.core.contracts import Motion
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
-from bristle.lab.page import _plain
+from bristle.lab.packing import plain
 from bristle.lab.replay import MOST, decimated, replay_of_log, replay_of_traces, turns_of
 
 COUNT = 40_000
@@ -112,7 +112,7 @@ def test_the_page_leads_the_model_along_the_log_as_python_does(name, tmp_path):
     const recorded = recordedMotion({json.dumps(data["replay"])}), contact = await loaded(models[0]);
     say([[...recorded.t], [...recorded.x], [...recorded.measured], [...contact.along(recorded)]]);
     """
-    times, places, measured, forces = node(tmp_path, [_plain(described(model, named="m"))], script)
+    times, places, measured, forces = node(tmp_path, [plain(described(model, named="m"))], script)
     assert times == replay.time.tolist()
     assert places == replay.position.tolist()
     assert measured == [float(value) for value in replay.friction]

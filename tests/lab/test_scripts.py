@@ -12,7 +12,7 @@ from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
 from bristle.lab.conditions import conditions_of
 from bristle.lab.described import described, example_named
-from bristle.lab.page import _plain
+from bristle.lab.packing import plain
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -25,7 +25,7 @@ say([differ, of]);
 
 
 def page_model(model, **options):
-    return _plain(described(model, **options))
+    return plain(described(model, **options))
 
 
 @pytest.fixture(scope="module")
@@ -240,7 +240,7 @@ def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
             truths.append(all(relation.holds(p) for relation in model.component.relations))
         script = f"""
         const numbered = (values) => Object.entries(values).map(([name, each]) => [name, numbersOf(each)]);
-        const cases = {json.dumps(_plain(cases))};
+        const cases = {json.dumps(plain(cases))};
         say(cases.map((values) => broken(models[0], Object.fromEntries(numbered(values))).length === 0));
         """
         given = node(tmp_path, [page_model(model)], script)

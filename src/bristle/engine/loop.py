@@ -23,7 +23,7 @@ from bristle.engine.entry_points import Compensate, Control, MechanismVectors, S
 from bristle.engine.instance import Instance, memory_of
 from bristle.engine.screwed import TABLE, through_screw
 
-__all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
+__all__ = ["Compensator", "LoopTrace", "Trace", "begun", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
@@ -287,7 +287,7 @@ def run_closed_loop(
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)
     started, _ = _sensed(sensor, x, dt)
-    control.state = pack(_begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt))
+    control.state = pack(begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt))
     extra, unseen = (np.zeros(count) if signal is None else signal for signal in (injected, disturbance))
     check_run(count, injected=extra, disturbance=unseen)
     mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
@@ -310,7 +310,7 @@ def run_closed_loop(
     return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached])
 
 
-def _begun(
+def begun(
     controller: Model, reference: Reference, measured: float, v: float, acceleration: float,
     resumed_effort: float | None, dt: float,
 ) -> Any:  # fmt: skip

@@ -54,15 +54,13 @@ def _reached(unit: Unit, roots: list[Function]) -> list[Function]:
 
 def _without_dead_variables(function: Function) -> bool:
     """Leave out values that nobody reads; return whether there were some."""
-    read = {part.name for part in _read(function.body)}
-    before = sum(1 for _ in walk(function.body))
-    function.body = _live(function.body, read)
-    return sum(1 for _ in walk(function.body)) != before
+    parts = list(walk(function.body))
+    function.body = _live(function.body, {part.name for part in _read(parts)})
+    return sum(1 for _ in walk(function.body)) != len(parts)
 
 
-def _read(node: Node | list[Statement]) -> Iterable[Variable]:
-    """Give the variables that are looked at; what takes a value is not."""
-    parts = list(walk(node))
+def _read(parts: list[Node]) -> list[Variable]:
+    """Return the variables that are looked at among parts of a tree; what takes a value is not."""
     assigned = {id(part.variable) for part in parts if isinstance(part, (Assign, For))}
     return [part for part in parts if isinstance(part, Variable) and id(part) not in assigned]
 
@@ -87,14 +85,16 @@ def _live(block: list[Statement], read: set[str]) -> list[Statement]:
 def _without_arguments(functions: list[Function]) -> bool:
     """Leave out arguments that nobody looks at; return whether there were some."""
     used: dict[int, set[str]] = {id(function): set() for function in functions}
-    while _spread(functions, used):
+    parts = [list(walk(function.body)) for function in functions]
+    calls = [[part for part in each if isinstance(part, Call)] for each in parts]
+    read = [_read(each) for each in parts]
+    while _spread(functions, calls, read, used):
         pass
+    for call in (call for each in calls for call in each):
+        needed = used[id(call.function)]
+        pairs = zip(call.function.parameters, call.arguments, strict=True)
+        call.arguments = [argument for parameter, argument in pairs if parameter.name in needed]
     dropped = False
-    for function in functions:
-        for call in (part for part in walk(function.body) if isinstance(part, Call)):
-            needed = used[id(call.function)]
-            pairs = zip(call.function.parameters, call.arguments, strict=True)
-            call.arguments = [argument for parameter, argument in pairs if parameter.name in needed]
     for function in functions:
         left = [parameter for parameter in function.parameters if parameter.name in used[id(function)]]
         dropped |= len(left) < len(function.parameters)
@@ -102,18 +102,19 @@ def _without_arguments(functions: list[Function]) -> bool:
     return dropped
 
 
-def _spread(functions: list[Function], used: dict[int, set[str]]) -> bool:
+def _spread(
+    functions: list[Function], calls: list[list[Call]], read: list[list[Variable]], used: dict[int, set[str]]
+) -> bool:
     """Mark the arguments that are looked at, given those of the functions called that are; whether some are new."""
     news = False
-    for function in functions:
+    for function, called, variables in zip(functions, calls, read, strict=True):
         idle = {
             id(argument)
-            for call in walk(function.body)
-            if isinstance(call, Call)
+            for call in called
             for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
             if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
         }
-        looked_at = {part.name for part in _read(function.body) if id(part) not in idle}
+        looked_at = {part.name for part in variables if id(part) not in idle}
         fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
         used[id(function)] |= fresh
         news |= bool(fresh)

@@ -29,6 +29,7 @@ __all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mech
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
+SETTLED = 2  # times as far, its response has died out
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
@@ -279,6 +280,15 @@ class Dataset:
             return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
+
+    @property
+    def response(self) -> np.ndarray:
+        """What a row takes of a signal at the samples around its own, shape (2 n + 1,); the sum is 1."""
+        beside = REACH_PERIODS * SETTLED * math.ceil(1.0 / (self.cutoff * self.sample_time))
+        impulse = np.zeros(2 * beside + 1)
+        impulse[beside] = 1.0
+        passed = self.filtered(impulse)
+        return np.convolve(passed, _taps(self.decimation)) if self.decimation > 1 else passed
 
     @property
     def reach(self) -> int:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import inspect
-import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,9 +11,11 @@ from markupsafe import escape
 
 from bristle.core.contracts import Model
 from bristle.core.typography import typeset
-from bristle.core.variable import unit_of
+from bristle.core.variable import Variable, unit_of
+from bristle.exports.build import Builder
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
 from bristle.exports.subject import Subject, subject_of
+from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
 from bristle.friction import MODELS, base_of
@@ -23,14 +23,15 @@ from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
 from bristle.lab.elements import elements_of
+from bristle.lab.packing import packed
 from bristle.lab.passivity import passivity_of, release_of
-from bristle.lab.scales import Scales, pulled_by, scales_of
-from bristle.lab.sliders import slider_for
+from bristle.lab.scales import pulled_by, scales_of
+from bristle.lab.sliders import AROUND, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "packed", "walks_of"]
+__all__ = ["body_described", "described", "example_named", "values_of", "variables_of", "walks_of"]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -51,7 +52,7 @@ def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
 
 def described(
     model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
-    fastest: float = 0.0, named: str = "",
+    fastest: float = 0.0, named: str = "", around: float = AROUND, proven: bool = True,
 ) -> dict[str, Any]:  # fmt: skip
     """Return what a page knows of a friction model.
 
@@ -67,37 +68,44 @@ def described(
         Largest speed that it was fitted to, where known [m/s or rad/s].
     named : str
         What it is called in the list of models, where that is not its name.
+    around : float
+        How many times a slider goes up and down from the value that it begins with.
+    proven : bool
+        Whether there are walks that prove the bits, and what passivity asks for.
     """
     subject = subject_of(model)
     scales = scales_of(subject)
     plant = pulled_by(scales, model, mass)
-    walks = stored().get(model.name) if not named else None
-    module, facts = _module(subject, plant)
+    functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
+    module, facts = _module(subject, plant, functions)
+    if proven:
+        walks = stored().get(model.name) if not named else None
+        facts["walks"] = walks or walked(subject, plant, scales, SHORT)
     return facts | {
         "name": named or model.name, "model": model.name, "description": model.component.description,
-        "variables": _variables(model, module.places, scales, uncertainty or {}),
-        "pull": _variables(plant, module.places, scales, {}),
+        "variables": variables_of(model, module.places, scales.force, uncertainty or {}, around),
+        "pull": variables_of(plant, module.places, scales.force, {}),
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),
         "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
         "scales": scales._asdict(), "head": _head(model), "fastest": fastest, "mass": mass,
         "varies": bool(variations_of(model.component)),
-        "walks": walks or walked(subject, plant, scales, SHORT),
     }  # fmt: skip
 
 
 def body_described(model: Model) -> dict[str, Any]:
     """Return what a page knows of a friction model that only a mass in a loop has."""
     subject = subject_of(model)
-    module, facts = _module(subject, pulled_by(scales_of(subject), model))
+    module, facts = _module(subject, pulled_by(scales_of(subject), model), {})
     values = {name: value for name, value in model.values.items() if name in module.places}
     return facts | {"values": {name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()}}
 
 
-def _module(subject: Subject, plant: Model) -> tuple[Module, dict[str, Any]]:
-    """Return the module of a friction model, and what is known of it."""
-    further = {"rest": lambda builder: at_rest_of(subject, builder), **release_of(subject)}
-    module = module_of(subject, plant, choices=True, others=further)
+def _module(
+    subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]
+) -> tuple[Module, dict[str, Any]]:
+    """Return the module of a friction model with other functions, and what is known of it."""
+    module = module_of(subject, plant, choices=True, others=functions)
     return module, {
         "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
         "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
@@ -106,32 +114,55 @@ def _module(subject: Subject, plant: Model) -> tuple[Module, dict[str, Any]]:
     }  # fmt: skip
 
 
-def _variables(
-    model: Model, places: Mapping[str, Any], scales: Scales, uncertainty: Mapping[str, Mapping[str, Any]]
-) -> list[dict[str, Any]]:
+def variables_of(
+    model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]],
+    around: float = AROUND,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Return what a page knows of the parameters of a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    movable : container of str
+        Names of those that may be moved.
+    force : float
+        How far the slider goes of a force of either sign that is 0 [N or N*m].
+    uncertainty : mapping
+        For a parameter, what is known of how sure it is.
+    around : float
+        How many times a slider goes up and down from the value that it begins with.
+    """
     rows = []
     for name, variable in model.component.variables.items():
         value, facts = model.values[name], uncertainty.get(name, {})
-        coded = variable.choices.index(value) if isinstance(value, str) else value
-        numbers = [float(number) for number in np.atleast_1d(coded)]
+        numbers = _numbers(variable, value)
         interval = facts.get("interval") if len(numbers) == 1 else None
-        span = scales.force if variable.quantity == "force" else 0.0
+        span = force if variable.quantity == "force" else 0.0
         rows.append({
             "name": name, "key": key_of(name), "symbol": _symbol(name), "values": numbers,
             "unit": typeset(variable.unit(model.kind)), "description": " ".join(variable.description.split()),
             "min": variable.min, "max": variable.max, "choices": list(variable.choices),
             "array": np.ndim(value) == 1, "whole": model.component.is_integer(name) and not variable.choices,
-            "fixed": name not in places, "interval": list(interval) if interval else None,
+            "fixed": name not in movable, "interval": list(interval) if interval else None,
             "status": str(facts.get("status", "")),
-            "sliders": [slider_for(variable, number, interval=interval, span=span)._asdict() for number in numbers],
+            "sliders": [
+                slider_for(variable, number, interval=interval, span=span, around=around)._asdict()
+                for number in numbers
+            ],
         })  # fmt: skip
     return rows
 
 
-def packed(content: bytes) -> str:
-    """Return bytes as text: deflated, without a head, and in base 64."""
-    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
-    return base64.b64encode(packer.compress(content) + packer.flush()).decode("ascii")
+def values_of(model: Model) -> dict[str, list[float]]:
+    """Return the values of a model as a page has them: a list of numbers for each parameter."""
+    return {name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()}
+
+
+def _numbers(variable: Variable, value: Any) -> list[float]:
+    """Return the numbers of a parameter as a page has them: of one of several names, its place among them."""
+    coded = variable.choices.index(value) if isinstance(value, str) else value
+    return [float(number) for number in np.atleast_1d(coded)]
 
 
 def _symbol(name: str) -> str:

@@ -20,9 +20,10 @@ from bristle.exports.scope import defined
 from bristle.exports.types import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
+from bristle.lab.packing import packed
 from bristle.sensors.encoder import MODEL as ENCODER
 
-__all__ = ["BEGUN", "SAMPLE", "law_kernel", "loop_described", "paper_experiment"]
+__all__ = ["BEGUN", "SAMPLE", "law_kernel", "law_part", "loop_described", "paper_experiment", "sensor_part"]
 
 BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
 """What lasts of a law: whether it has begun, what it is told, and from there on its state."""
@@ -66,15 +67,15 @@ def paper_experiment() -> Experiment:
 @cache
 def loop_described() -> dict[str, Any]:
     """Return what the page knows of the loop: its module, and the numbers of the paper."""
-    from bristle.lab.described import body_described, packed
+    from bristle.lab.described import body_described
 
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain, observing = variants["none"], variants["observer"]
     builder = Builder()
     parts = {
-        "sliding": _law_part(builder, plain.controller),
-        "observer": _law_part(builder, observing.controller),
-        "sense": _sensor_part(builder, plain.sensor),
+        "sliding": law_part(builder, plain.controller),
+        "observer": law_part(builder, observing.controller),
+        "sense": sensor_part(builder, plain.sensor),
     }
     binary, addresses = module_of_parts(builder, parts)
     law_values, sensor, motion = plain.controller.values, plain.sensor.values, plain.reference.values
@@ -89,8 +90,11 @@ def loop_described() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _law_part(builder: Builder, controller: Model) -> Part:
+def law_part(builder: Builder, controller: Model, state: Any = None) -> Part:
+    """Return a law as a part of a module; it begins by itself where no state is given."""
     begin = np.zeros(STATE + len(controller.component.State._fields))
+    if state is not None:
+        begin[BEGUN], begin[STATE:] = 1.0, state
     component = controller.component
     assert isinstance(component, Controller)
     entry = builder.function(
@@ -100,7 +104,8 @@ def _law_part(builder: Builder, controller: Model) -> Part:
     return Part(entry, begin, controller)
 
 
-def _sensor_part(builder: Builder, sensor: Model) -> Part:
+def sensor_part(builder: Builder, sensor: Model) -> Part:
+    """Return an encoder as a part of a module."""
     scope = {"__name__": __name__, "State": ENCODER.State, "step": ENCODER.step}
     kernel = defined("sense", SENSE, scope)
     entry = builder.function(kernel, [Array(1, writable=True), REAL, REAL, type_of(sensor.parameters)])

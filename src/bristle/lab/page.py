@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
-import math
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import resources
@@ -17,8 +15,9 @@ from markupsafe import Markup
 from bristle.core.contracts import Model
 from bristle.exports.rendering import version
 from bristle.friction import MODELS
-from bristle.lab.described import described, example_named, packed
+from bristle.lab.described import described, example_named
 from bristle.lab.loop import loop_described
+from bristle.lab.packing import as_json, packed
 from bristle.lab.presets import presets
 
 if TYPE_CHECKING:
@@ -26,15 +25,19 @@ if TYPE_CHECKING:
 
     from bristle.lab.replay import Replay
 
-__all__ = ["FIRST", "MARK", "lab_page", "policy"]
+__all__ = ["FIRST", "MARK", "SHARED", "joined", "lab_page", "policy"]
 
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
 FIRST = "preisach_lugre"
 """The model that is shown first, where none is given."""
-SHARED = ("inflate.js", "physics.js", "loop.js")  # what a worker runs too
-SCRIPTS = ("paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "tracking.js", "lab.js")
-STYLES = ("lab.css",)
+SHARED = ("inflate.js", "physics.js", "loop.js")
+"""What a worker runs too."""
+SCRIPTS = (
+    "paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "bench.js", "asking.js",
+    "tracking.js", "lab.js",
+)  # fmt: skip
+STYLES = ("lab.css", "controls.css")
 
 
 def lab_page(
@@ -69,14 +72,14 @@ def lab_page(
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
-    shared, script, style = _joined(SHARED), _joined(SCRIPTS), _joined(STYLES)
+    shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
     data = {
         "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
         "presets": presets(),
     }  # fmt: skip
     return _environment().get_template("lab.html").render(
         mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
-        script=Markup(script), data=Markup(_json(data)), provenance=dict(provenance or {}), version=version(),
+        script=Markup(script), data=Markup(as_json(data)), provenance=dict(provenance or {}), version=version(),
     )  # fmt: skip
 
 
@@ -93,10 +96,18 @@ def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
-    """Return what the page may do: run these scripts and their modules, by a worker too, use these styles."""
+def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
+    """Return what a page may do: run these scripts and their modules, by a worker too, use these styles.
+
+    Parameters
+    ----------
+    scripts : iterable of str
+        The scripts.
+    styles : iterable of str, optional
+        The styles; any that stands in the page where not given, as figures have some for each line.
+    """
     script = " ".join(_hash(text) for text in scripts)
-    style = " ".join(_hash(text) for text in styles)
+    style = "'unsafe-inline'" if styles is None else " ".join(_hash(text) for text in styles)
     return (
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
         "worker-src blob:; base-uri 'none'; form-action 'none'"
@@ -112,25 +123,10 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def _joined(names: Iterable[str]) -> str:
+def joined(names: Iterable[str]) -> str:
+    """Return scripts, or styles, of the page as one."""
     folder = resources.files("bristle.lab").joinpath("templates")
     return "\n" + "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in names)
-
-
-def _json(value: Any) -> str:
-    """Return data for a page; no text of it can end the element that it stands in."""
-    return json.dumps(_plain(value), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-
-
-def _plain(value: Any) -> Any:
-    """Return data in which numbers without an end are words that a script reads as such."""
-    if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return "Infinity" if value > 0.0 else "-Infinity"
-    return value
 
 
 @cache

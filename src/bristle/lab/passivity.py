@@ -117,7 +117,13 @@ def release_of(subject: Subject) -> dict[str, Callable[[Builder], Function]]:
 
 def inner_of(p: Any) -> tuple[Any, str]:
     """Return the parameters of one direction, inside of layers that vary it, and how they are reached from there."""
-    p, path = getattr(p, "forward", p), ""
-    while "inner" in p._fields:
-        p, path = p.inner, path + ".inner"
+    p, path = _layer(p, "forward") or p, ""
+    while (layer := _layer(p, "inner")) is not None:
+        p, path = layer, path + ".inner"
     return p, path
+
+
+def _layer(p: Any, name: str) -> Any:
+    """Return the parameters under this name; None where it is a number, as a model of a person's own may call one."""
+    layer = getattr(p, name, None)
+    return layer if hasattr(layer, "_fields") else None

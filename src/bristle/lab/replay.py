@@ -119,14 +119,22 @@ def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most:
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
     """Return both ends, and where a motion turns by more than a depth, as indices."""
     turns, way, last = [0], 0, 0
-    values = x.tolist()
-    for i, value in enumerate(values):
+    # Between two changes of direction nothing can turn: the rest of the motion need not be looked at.
+    candidates = _extremes(x)
+    for i, value in zip(candidates.tolist(), x[candidates].tolist(), strict=True):
         if way == 0:
-            if abs(value - values[0]) > depth:
-                way, last = (1 if value > values[0] else -1), i
-        elif way * (value - values[last]) >= 0.0:
+            if abs(value - x[0]) > depth:
+                way, last = (1 if value > x[0] else -1), i
+        elif way * (value - x[last]) >= 0.0:
             last = i
-        elif way * (values[last] - value) > depth:
+        elif way * (x[last] - value) > depth:
             turns.append(last)
             way, last = -way, i
-    return np.array(sorted({*turns, last, len(values) - 1}))
+    return np.array(sorted({*turns, last, x.size - 1}))
+
+
+def _extremes(x: np.ndarray) -> np.ndarray:
+    """Return the last sample of each way in one direction, with the rest behind it, and the last one of all."""
+    moves = np.flatnonzero(np.diff(x))
+    changes = np.flatnonzero(np.diff(np.sign(np.diff(x)[moves])))
+    return np.append(moves[changes + 1], x.size - 1)

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 from bristle.core.variable import Variable
 
-__all__ = ["Slider", "slider_for"]
+__all__ = ["AROUND", "Slider", "slider_for"]
 
-AROUND = 100.0  # factor from the middle of a slider without ends to either end
+AROUND = 100.0
+"""Factor from the middle of a slider without ends to either end."""
 DECADES = 100.0  # from this ratio on equal factors are taken
 SIGNED = 4.0  # ends of a number of either sign, over its value
 
@@ -28,8 +29,9 @@ class Slider(NamedTuple):
 
 
 def slider_for(
-    variable: Variable, value: float, *, interval: tuple[float, float] | None = None, span: float = 0.0
-) -> Slider:
+    variable: Variable, value: float, *, interval: tuple[float, float] | None = None, span: float = 0.0,
+    around: float = AROUND,
+) -> Slider:  # fmt: skip
     """Return the slider of a parameter.
 
     Parameters
@@ -42,6 +44,8 @@ def slider_for(
         What is to lie on the slider with it.
     span : float
         How far a number of either sign goes that is 0.
+    around : float
+        How many times it goes up and down from the value, where the parameter has no ends.
 
     Examples
     --------
@@ -56,8 +60,8 @@ def slider_for(
         return Slider(low, high, logarithmic=False)
     if low >= 0.0:
         middle = value if 0.0 < value < math.inf else max(variable.nominal, low)
-        first = min([middle / AROUND, *(number for number in within if number > 0.0)])
-        last = max([middle * AROUND, *within])
+        first = min([middle / around, *(number for number in within if number > 0.0)])
+        last = max([middle * around, *within])
         return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0,
                       endless=math.isinf(value))  # fmt: skip
     farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)

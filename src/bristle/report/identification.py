@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
+    from bristle.report.living import Living
     from bristle.report.page import Picture
     from bristle.simulation.result import Prediction, SimulationResult
 
@@ -47,6 +48,7 @@ def identification_report(
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
     axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
     banner: str | None = None, following: Following | None = None, axis: Axis | None = None,
+    living: Living | None = None,
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -74,6 +76,8 @@ def identification_report(
         How the axis followed its reference in the log.
     axis : Axis, optional
         The units of its drive.
+    living : Living, optional
+        What lets its parameters be moved.
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
@@ -118,6 +122,7 @@ def identification_report(
         + scatter_facts(fit.resampling, kind),
         certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=identification.notes,
+        living=living,
     )
 
 

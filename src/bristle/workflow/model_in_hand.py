@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.identification.result import Estimate, Fit
+    from bristle.lab.widget import Widget
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
@@ -173,6 +174,27 @@ class ModelInHand(WithCard):
         from bristle import figures
 
         return figures.fitted(self.best)
+
+    def widget(self) -> Widget:
+        """Return the model to be touched in a notebook, each identified interval under its slider.
+
+        Returns
+        -------
+        bristle.lab.Widget
+            What a notebook shows with sliders; ``.model`` is the model with the values of now.
+
+        Raises
+        ------
+        InputError
+            If a page cannot compute the model.
+        MissingExtraError
+            If anywidget is not installed.
+        """
+        from bristle.lab import Widget
+        from bristle.lab.living import uncertainty_of
+
+        fastest = float(self._treatment.get("velocity_max", 0.0))
+        return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=fastest)
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row a parameter.

@@ -95,7 +95,8 @@ class Outcome:
 
     @cached_property
     def page(self) -> str:
-        """The report, one HTML page."""
+        """The report, one HTML page, whose parameters can be moved where a page can compute the model."""
+        from bristle.lab.living import living_part
         from bristle.report.identification import identification_report
 
         return identification_report(
@@ -103,6 +104,7 @@ class Outcome:
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
             certificates=self.certificates, banner=self.banner, following=self.following,
             axis=self.axis,
+            living=living_part(self.identification, self.axis, self.simulation, self.following),
         )  # fmt: skip
 
     def following_experiment(self, folder: Path) -> NextExperiment:

@@ -26,7 +26,7 @@ function numbered(symbol, number) {
 let controls = 0;
 
 // A field and a slider for one number of a variable. `input` is called while it moves, `change` when it stays.
-function control(variable, index, { input, change, start }) {
+function control(variable, index, { input, change, start, text = typed }) {
   const slider = { ...variable.sliders[index], low: Number(variable.sliders[index].low), high: Number(variable.sliders[index].high) };
   const name = variable.array ? `${variable.name}[${index + 1}]` : variable.name;
   const id = `number-${controls++}`, told_ = `${variable.description}${variable.array ? `, ${index + 1}` : ""}`;
@@ -61,13 +61,22 @@ function control(variable, index, { input, change, start }) {
   return {
     root,
     show(value, from) {
-      field.value = typed(value);
+      field.value = text(value);
       if (from !== "slider") range.value = stopAt(slider, value);
       range.setAttribute("aria-valuetext", `${typed(value)} ${variable.unit}`.trim());
       back.hidden = value === start();
       root.classList.toggle("moved", value !== start());
     },
   };
+}
+
+// The conditions that the values break, each with its mend: symbols and mends are written by bristle, escaped there.
+function brokenLines(model, values) {
+  const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));
+  const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
+  const lines = broken(model, values).map(({ left, sign, right, mend, advisory }) =>
+    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
+  return lines.map((line) => `<li>${line}</li>`).join("");
 }
 
 // The identified interval on the track of a slider, if there is one.
@@ -99,12 +108,12 @@ function setting(name, symbol, unit, description, value, low, high, logarithmic 
 }
 
 // The loop: stiff beside the contact, where no mass is known; numbers of the paper where its rig is chosen by a preset.
-function loopSettings(model) {
-  const { reach, speed, force } = model.scales, { paper } = data.loop, gain = 150, { units } = model;
+function loopSettings(model, loop) {
+  const { reach, speed, force } = model.scales, { paper } = loop, gain = 150, { units } = model;
   const mass = model.mass ?? round(2 * force / (reach * gain * gain)), amplitude = round(2.8 * reach);
   const bodies = ["this model, with the values of the start", "the rig of the paper"];
   return [
-    { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === data.loop.rig.kind ? bodies : bodies.slice(0, 1) },
+    { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === loop.rig.kind ? bodies : bodies.slice(0, 1) },
     setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass that the law moves", mass, mass / 100, 100 * mass),
     setting("loop_gain", "<i>λ</i>", "1/s", "gain λ of the law, and its K₁", gain, 10, 400),
     setting("loop_K_2", "<i>K</i><sub>2</sub>", `${units.velocity}²`, "switching gain of the law", 0, 0, 10 * paper.K_2, false),
@@ -115,14 +124,14 @@ function loopSettings(model) {
   ];
 }
 
-function settingsOf(model) {
+function settingsOf(model, loop = null) {
   const { reach, speed } = model.scales, amplitude = PRESETS.triangle.amplitude * reach;
   const [m, k, v] = ["M", "k", "v_e"].map((name) => model.pull.find((variable) => variable.name === name));
   const natural = 2 * Math.PI * Math.sqrt(m.values[0] / k.values[0]);
   return [
     setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
     setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
-    ...loopSettings(model),
+    ...(loop ? loopSettings(model, loop) : []),
     setting("zoom", "<i>n</i>", "", "how many times the time is enlarged around the moment", 1, 1, 1000),
     setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),

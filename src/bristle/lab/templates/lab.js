@@ -9,16 +9,7 @@ const MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, PAUSE = 80, JUDGED = 150; // [ms]
 let kept = "", waiting = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
-const lab = {
-  model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme: colours(), settings: [],
-  recorded: data.replay && recordedMotion(data.replay),
-  setAll(values) {
-    for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
-  },
-  isMoved() {
-    return this.model.variables.some(({ name }) => this.values[name].some((value, i) => value !== this.first[name][i]));
-  },
-};
+const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
@@ -54,13 +45,11 @@ function draw() {
 
 // --- values -------------------------------------------------------------------------------------------------------------
 
-function allVariables() { return [...lab.model.variables, ...lab.settings]; }
+function allVariables() { return lab.all(); }
 
 function setValue(variable, index, value, from) {
   const { name } = variable;
-  lab.values[name] = lab.values[name].map((old, i) => (i === index ? value : old));
-  if (lab.model.shares.includes(name) && lab.values[name].length > 1) lab.values[name] = shared(lab.values[name], index);
-  lab.contact.set(name, lab.values[name]);
+  lab.move(name, index, value);
   shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
   tellBroken();
   draw();
@@ -78,11 +67,7 @@ function showAll() {
 }
 
 function tellBroken() {
-  const symbols = Object.fromEntries(lab.model.variables.map(({ name, symbol }) => [name, symbol]));
-  const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
-  const list = broken(lab.model, lab.values).map(({ left, sign, right, mend, advisory }) =>
-    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
-  const html = list.map((line) => `<li>${line}</li>`).join("");
+  const html = brokenLines(lab.model, lab.values);
   if (byId("broken").innerHTML !== html) byId("broken").innerHTML = html;
 }
 
@@ -176,13 +161,7 @@ async function step(from, to) {
 
 async function show(model) {
   if (!ready.has(model)) ready.set(model, await loaded(model));
-  lab.model = model;
-  lab.contact = ready.get(model);
-  lab.settings = settingsOf(model);
-  lab.first = Object.fromEntries(allVariables().map(({ name, values }) => [name, numbersOf(values)]));
-  lab.values = Object.fromEntries(Object.entries(lab.first).map(([name, values]) => [name, [...values]]));
-  lab.ghost = null;
-  lab.moment = 1;
+  lab.take(model, ready.get(model), settingsOf(model, data.loop));
   byId("model").value = String(data.models.indexOf(model));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
   byId("view-plane").hidden = !model.stack && !model.elements;
@@ -199,14 +178,7 @@ function canReplay() { return Boolean(lab.recorded) && data.replay.kind === lab.
 
 function usualPath() { return canReplay() && lab.model === usual ? "log" : "triangle"; }
 
-// Move the contact along another path, which begins with an amplitude of its own.
-function aim(preset) {
-  lab.preset = preset === "log" && !canReplay() ? "triangle" : preset;
-  preset = lab.preset;
-  lab.moment = 1;
-  lab.first.amplitude = [round(PRESETS[preset].amplitude * lab.model.scales.reach)];
-  lab.values.amplitude = [...lab.first.amplitude];
-}
+function aim(preset) { lab.aim(preset === "log" && !canReplay() ? "triangle" : preset); }
 
 function take(preset) {
   if (preset === "drawn" && lab.preset !== "drawn") lab.turns = [0];

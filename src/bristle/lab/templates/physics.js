@@ -29,6 +29,8 @@ async function loaded(model) {
       return into;
     },
     back(kept) { numbers.set(kept, lasting); },
+    lasts(place, number) { numbers[lasting + place] = number; },
+    bodyLasts(place, number) { numbers[body + place] = number; },
     // The mass, put somewhere at a velocity and pushed.
     put(x, v) {
       numbers[body] = x;
@@ -83,12 +85,12 @@ async function loaded(model) {
 }
 
 // A recorded motion: times, positions, what was measured, and where stretches begin.
-function recordedMotion({ code, count, step, begins }) {
+function recordedMotion({ code, count, step, begins, depth, hasInertia }) {
   const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 16 * count).buffer;
   const t = new Float64Array(bytes, 0, count), moves = new Int32Array(bytes, 8 * count, count), x = new Float64Array(count);
   let place = 0;
   moves.forEach((move, k) => { x[k] = step * (place += move); });
-  return { t, x, measured: Float64Array.from(new Float32Array(bytes, 12 * count, count)), begins };
+  return { t, x, measured: Float64Array.from(new Float32Array(bytes, 12 * count, count)), begins, depth, hasInertia };
 }
 
 // Corners of the staircase between relays that are up and relays that are down, from the line of the virgin contact

@@ -1,7 +1,7 @@
 // Curves on a canvas: axes with ticks and units, in the colours of the page.
 
-function colours() {
-  const style = getComputedStyle(document.documentElement);
+function colours(root = document.documentElement) {
+  const style = getComputedStyle(root);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return { ink: colour("ink"), soft: colour("soft"), rule: colour("rule"), accent: colour("accent"), alert: colour("alert"),
     ghost: colour("ghost"), shade: colour("shade"), measured: colour("measured"), size: parseFloat(style.fontSize) };
@@ -51,6 +51,8 @@ class Frame {
   across(value) { return this.left + (value - this.x.low) / (this.x.high - this.x.low) * (this.right - this.left); }
   up(value) { return this.bottom - (value - this.y.low) / (this.y.high - this.y.low) * (this.bottom - this.top); }
   valueAt(pixel) { return this.x.low + (pixel - this.left) / (this.right - this.left) * (this.x.high - this.x.low); }
+
+  valueUp(pixel) { return this.y.low + (this.bottom - pixel) / (this.bottom - this.top) * (this.y.high - this.y.low); }
 
   axes() {
     const { context, theme, left, right, top, bottom } = this, small = 0.3 * theme.size;
@@ -137,6 +139,17 @@ class Frame {
       context.stroke();
     });
   }
+
+  points(x, y, { colour, size = 2, of = x.keys() }) {
+    const { context } = this;
+    this.clip(() => {
+      context.fillStyle = colour;
+      for (const k of of) context.fillRect(this.across(x[k]) - size / 2, this.up(y[k]) - size / 2, size, size);
+    });
+  }
+
+  // A line from top to bottom at a value, or what lies between two of them.
+  upright(x, colour) { this.curve([x, x], [this.y.low, this.y.high], { colour, width: 1 }); }
 
   dot(x, y, colour, size = 5) {
     const { context } = this;

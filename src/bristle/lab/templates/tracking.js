@@ -3,21 +3,8 @@
 const WORDS = { none: "the law alone", model: "friction fed forward", observer: "an observer", both: "both" };
 const SHARE = 0.25; // of the radius, that the largest error of the circle is drawn with
 const STILL = 150; // [ms]
-const asked = { worker: null, key: "", busy: false, next: null, found: null, later: 0 };
-
-// A worker of the shared script; null where the host forbids one, and the page computes it itself.
-function newWorker(answer) {
-  try {
-    const code = [byId("shared").textContent, "onmessage = async ({ data }) => postMessage(await tracked(data));"];
-    const worker = new Worker(URL.createObjectURL(new Blob(code, { type: "text/javascript" })));
-    worker.onmessage = ({ data: found }) => answer(found);
-    worker.onerror = () => {
-      asked.worker = "none";
-      answer(null);
-    };
-    return worker;
-  } catch { return "none"; }
-}
+const asked = new Asked("tracked", tracked, () => drawTracked(lab));
+let askedKey = "", askedLater = 0;
 
 function loopSetup(lab) {
   const value = (name) => lab.values[`loop_${name}`][0], names = ["M", "gain", "K_2", "g", "resolution", "A", "f"];
@@ -29,31 +16,13 @@ function loopSetup(lab) {
 
 function track(lab) {
   const setup = loopSetup(lab), key = JSON.stringify([lab.model.name, lab.values.loop_body, setup.values, setup.settings]);
-  if (key === asked.key && asked.found) return drawTracked(lab);
-  if (key === asked.key) return null;
-  asked.key = key;
-  asked.next = setup;
+  if (key === askedKey && asked.found) return drawTracked(lab);
+  if (key === askedKey) return null;
+  askedKey = key;
   // While a slider moves, the cores are those of the curves that move with it.
-  clearTimeout(asked.later);
-  asked.later = setTimeout(() => ask(lab), asked.found ? STILL : 0);
+  clearTimeout(askedLater);
+  askedLater = setTimeout(() => asked.put(setup), asked.found ? STILL : 0);
   return null;
-}
-
-async function ask(lab) {
-  if (asked.busy || !asked.next) return;
-  const setup = asked.next, answer = (found) => {
-    asked.busy = false;
-    if (found) {
-      Object.assign(asked, { found, next: asked.next === setup ? null : asked.next });
-      drawTracked(lab);
-    }
-    ask(lab);
-  };
-  asked.busy = true;
-  asked.worker ??= newWorker(answer);
-  if (asked.worker === "none") return setTimeout(async () => answer(await tracked(setup)), 0);
-  asked.worker.onmessage = ({ data: found }) => answer(found);
-  return asked.worker.postMessage(setup);
 }
 
 function widthOf(values) {

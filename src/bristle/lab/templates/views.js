@@ -93,7 +93,7 @@ function ghostOf(lab, path) {
 }
 
 function recordWords(lab, recorded, forces) {
-  const { units } = lab.model, { rms, share } = misfit(recorded.measured, forces), { depth, hasInertia } = data.replay;
+  const { units } = lab.model, { rms, share } = misfit(recorded.measured, forces), { depth, hasInertia } = recorded;
   const words = [`Thin what was measured, wide the model: they differ by ${told(rms, units.force)} root mean square, ${withDigits(100 * share, 3)} % of the friction`];
   if (!hasInertia) words.push("the inertia is not known, and what was measured is all of the effort");
   if (depth > 0) words.push(`turns of less than ${told(depth, units.position)} are left out`);
@@ -103,7 +103,7 @@ function recordWords(lab, recorded, forces) {
 
 // Both forces over time, of a part of the record around the moment.
 function recordView(lab, { t, measured }, forces, moment) {
-  const theme = lab.theme, { units } = lab.model, canvas = document.getElementById("record");
+  const theme = lab.theme, { units } = lab.model, canvas = lab.record;
   const wide = (t[t.length - 1] - t[0]) / valueOf(lab, "zoom"), from = Math.max(t[0], Math.min(t[t.length - 1] - wide, t[moment] - wide / 2));
   const first = Math.max(0, t.findIndex((time) => time >= from) - 1), beyond = t.findIndex((time) => time > from + wide);
   const last = beyond < 0 ? t.length - 1 : beyond, part = (values) => extent(values.subarray(first, last + 1));

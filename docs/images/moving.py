@@ -1,0 +1,69 @@
+"""Take the pictures of the report that moves and of the widget: ``python docs/images/moving.py``, from anywhere."""
+
+import base64
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+import bristle as br
+from bristle.demo import run
+from bristle.files.results import results_folder
+from bristle.lab import Widget
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
+from tests.lab.browser import browser  # noqa: E402
+from tests.lab.test_widget import STUB  # noqa: E402
+
+COLOURS = 64  # enough for lines and text
+MOVED = """
+(async () => {
+  const wait = (time) => new Promise((done) => setTimeout(done, time));
+  while (typeof following === "undefined" || !following.start) await wait(50);
+  const slider = document.querySelector('input[type="range"][name^="F_C"]');
+  slider.value = Number(slider.value) + 120;
+  slider.dispatchEvent(new Event("input"));
+  while (!/with these values/.test(byId("alive-following-told").textContent)) await wait(50);
+  await wait(300);
+  const { y, height } = byId("alive").getBoundingClientRect();
+  return [y + scrollY, height];
+})()
+"""
+MOUNTED = """
+(async () => {
+  const module = await import(URL.createObjectURL(new Blob([esm], { type: "text/javascript" })));
+  const el = document.createElement("div");
+  document.body.append(el);
+  await module.default.render({ model: stub(state), el });
+  await new Promise((done) => setTimeout(done, 300));
+  const { y, height } = el.getBoundingClientRect();
+  return [y, height];
+})()
+"""
+
+
+def taken(tab, y, height, file, width):
+    """Save a part of a page as a picture of few colours."""
+    clip = {"x": 0, "y": max(y - 8, 0), "width": width, "height": height + 16, "scale": 1}
+    picture = tab.call("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
+    file.write_bytes(base64.b64decode(picture["data"]))
+    Image.open(file).convert("RGB").quantize(COLOURS).save(file, optimize=True)
+
+
+with tempfile.TemporaryDirectory() as place:
+    with results_folder(Path(place) / "demo") as folder:
+        run(folder, command="bristle demo")
+    with browser(Path(place) / "first", width=1280, height=900) as tab:
+        tab.open((Path(place) / "demo" / "report.html").as_uri())
+        taken(tab, *tab.run(MOVED), Path(__file__).with_name("report.png"), 1280)
+    model = br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um")
+    widget, page = Widget(model), Path(place) / "notebook.html"
+    page.write_text("<!DOCTYPE html><title>a notebook</title>", encoding="utf-8")
+    with browser(Path(place) / "second", width=1000, height=900) as tab:
+        tab.open(page.as_uri())
+        state = {name: widget.get_state()[name] for name in ("_values", "_described", "_problem")}
+        tab.run(f"{STUB} window.esm = {json.dumps(widget._esm)}; window.state = {json.dumps(state)}; 0")
+        taken(tab, *tab.run(MOUNTED), Path(__file__).with_name("widget.png"), 1000)

@@ -1,0 +1,23 @@
+// Columns of numbers, unpacked.
+
+// Whole numbers as Python packed them: of either sign in turn, their bytes by value.
+function unpackedNumbers({ code, count }) {
+  const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 4 * count), numbers = new Int32Array(count);
+  for (let k = 0; k < count; k++) {
+    const folded = (bytes[k] | bytes[k + count] << 8 | bytes[k + 2 * count] << 16 | bytes[k + 3 * count] << 24) >>> 0;
+    numbers[k] = (folded >>> 1) ^ -(folded & 1);
+  }
+  return numbers;
+}
+
+// The next so many of them, which were summed up so many times before only their differences were kept.
+function columnsOf(packed) {
+  const numbers = unpackedNumbers(packed);
+  let at = 0;
+  return (count, sums, step = 1) => {
+    const values = Float64Array.from(numbers.subarray(at, at + count));
+    at += count;
+    for (let i = 0; i < sums; i++) for (let k = 1; k < count; k++) values[k] += values[k - 1];
+    return values.map((value) => value * step);
+  };
+}

@@ -1,0 +1,141 @@
+// A model in a notebook: the views of the lab in a root of their own, its values those of a model of Python.
+
+const SHOWN = ["triangle", "loops", "minor", "presliding"];
+const SETTINGS = { loop: ["amplitude", "period"], speed: ["top"] };
+
+function plainValues(bench) {
+  const told_ = (value) => (Number.isFinite(value) ? value : typed(value) === "inf" ? "Infinity" : "-Infinity");
+  return Object.fromEntries(bench.model.variables.map(({ name }) => [name, bench.values[name].map(told_)]));
+}
+
+class Bench {
+  constructor(model, el) {
+    this.host = element("div");
+    el.append(this.host);
+    this.root = this.host.attachShadow({ mode: "open" });
+    Object.assign(this, { model, bench: null, shown: {}, waits: 0, turn: 0, moved: false });
+    this.root.append(element("style", { text: STYLE }), this.layout());
+    this.observer = new ResizeObserver((entries) => {
+      for (const { target } of entries) resized(target);
+      this.later();
+    });
+    for (const canvas of this.root.querySelectorAll("canvas")) this.observer.observe(canvas);
+    this.listeners = { "change:_described": () => this.build(), "change:_values": () => this.read(), "change:_problem": () => this.tellProblem() };
+    for (const [event, listener] of Object.entries(this.listeners)) model.on(event, listener);
+  }
+
+  layout() {
+    const view = (name, title, label) => element("section", { class: "view", id: `view-${name}` }, element("h2", { text: title, id: `${name}-title` }),
+      name === "loop" ? element("div", { class: "presets", role: "group", "aria-label": "Path" }) : null,
+      element("canvas", { id: name, role: "img", "aria-label": label, "aria-describedby": `${name}-reading` }),
+      element("p", { class: "reading", id: `${name}-reading` }),
+      SETTINGS[name] ? element("div", { class: "settings", id: `${name}-settings` }) : null);
+    return element("div", { class: "host" },
+      element("p", { class: "problem", role: "alert" }), element("ul", { class: "broken", role: "status" }),
+      element("div", { class: "bench" },
+        element("div", { class: "cards", role: "group", "aria-label": "Parameters" }),
+        view("loop", "Force over position", "Friction force over position"),
+        view("speed", "Friction over velocity", "Friction force over velocity"),
+        view("plane", "What it remembers", "What the model remembers of the path")));
+  }
+
+  at(name) { return this.root.getElementById(name); }
+
+  // Once for a model; another one takes its place when Python hands one over.
+  async build() {
+    const turn = ++this.turn, described = this.model.get("_described"), contact = await loaded(described);
+    if (turn !== this.turn) return;
+    const bench = newBench(colours(this.host)), names = Object.values(SETTINGS).flat();
+    bench.take(described, contact, settingsOf(described).filter(({ name }) => names.includes(name)));
+    this.bench = bench;
+    bench.aim("triangle");
+    this.buildCards();
+    this.buildPaths();
+    this.at("view-plane").hidden = !described.stack && !described.elements;
+    this.read();
+  }
+
+  cardsFor(variable) {
+    const { bench } = this, handlers = (i) => ({ input: (value, from) => this.set(variable, i, value, from), change: () => {}, start: () => bench.first[variable.name][i] });
+    this.shown[variable.name] = variable.choices.length ? [choice(variable, handlers(0))] : bench.values[variable.name].map((_, i) => control(variable, i, handlers(i)));
+    return this.shown[variable.name].map(({ root }) => root);
+  }
+
+  buildCards() {
+    this.shown = {};
+    this.root.querySelector(".cards").replaceChildren(...this.bench.model.variables.flatMap((variable) => this.cardsFor(variable)));
+    for (const [view, names] of Object.entries(SETTINGS)) {
+      const settings = this.bench.settings.filter(({ name }) => names.includes(name));
+      this.at(`${view}-settings`).replaceChildren(...settings.flatMap((variable) => this.cardsFor(variable)));
+    }
+  }
+
+  buildPaths() {
+    this.root.querySelector(".presets").replaceChildren(...SHOWN.map((name) =>
+      element("button", { type: "button", value: name, text: PRESETS[name].word, onclick: () => { this.bench.aim(name); this.showAll(); } })));
+  }
+
+  // A slider was moved: the page draws at once, and Python is told once a frame.
+  set(variable, index, value, from) {
+    const { bench } = this;
+    bench.move(variable.name, index, value);
+    this.shown[variable.name].forEach((each, i) => each.show(bench.values[variable.name][i], i === index ? from : "field"));
+    this.moved ||= bench.model.variables.includes(variable);
+    this.later();
+  }
+
+  // Python set values, or the page did, which then are the same.
+  read() {
+    const { bench } = this, given = this.model.get("_values");
+    // Values of another model are for the bench that is being built.
+    if (!bench || !bench.model.variables.every(({ name }) => given[name]?.length === bench.values[name].length)) return;
+    for (const { name } of bench.model.variables) bench.values[name] = numbersOf(given[name]);
+    this.tellProblem();
+    this.showAll();
+  }
+
+  tellProblem() { this.root.querySelector(".problem").textContent = this.model.get("_problem") ?? ""; }
+
+  showAll() {
+    const { bench } = this;
+    bench.setAll(bench.values);
+    for (const { name } of bench.all()) this.shown[name].forEach((each, i) => each.show(bench.values[name][i]));
+    for (const button of this.root.querySelector(".presets").children) button.setAttribute("aria-pressed", String(button.value === bench.preset));
+    this.later();
+  }
+
+  later() { this.waits ||= requestAnimationFrame(() => this.draw()); }
+
+  draw() {
+    const { bench } = this;
+    this.waits = 0;
+    if (!bench || !this.host.isConnected) return;
+    bench.theme = colours(this.host);
+    loopView(bench, this.at("loop"), this.at("loop-reading"));
+    speedView(bench, this.at("speed"), this.at("speed-reading"));
+    if (bench.model.stack) planeView(bench, this.at("plane"), this.at("plane-reading"));
+    else if (bench.model.elements) elementsView(bench, this.at("plane"), this.at("plane-reading"));
+    const lines = brokenLines(bench.model, bench.values), list = this.root.querySelector(".broken");
+    if (list.innerHTML !== lines) list.innerHTML = lines;
+    if (this.moved) this.save();
+  }
+
+  save() {
+    this.moved = false;
+    this.model.set("_values", plainValues(this.bench));
+    this.model.save_changes();
+  }
+
+  gone() {
+    this.observer.disconnect();
+    cancelAnimationFrame(this.waits);
+    for (const [event, listener] of Object.entries(this.listeners)) this.model.off(event, listener);
+    this.host.remove();
+  }
+}
+
+async function render({ model, el }) {
+  const bench = new Bench(model, el);
+  await bench.build();
+  return () => bench.gone();
+}

@@ -1,0 +1,147 @@
+"""A friction model to be touched in a notebook: what the lab shows of it, with values that go both ways.
+
+Scripts and module are those of the lab. A notebook adds a root of its own to draw in, and traits: what a slider sets
+comes to Python, and what Python sets moves the sliders.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.lab.described import described, values_of
+from bristle.lab.packing import plain
+from bristle.lab.page import joined
+
+try:
+    import anywidget
+    import traitlets
+except ImportError as error:
+    raise MissingExtraError.of("a widget", "notebook") from error
+
+__all__ = ["Widget"]
+
+SCRIPTS = ("inflate.js", "physics.js", "paths.js", "plot.js", "controls.js", "views.js", "bench.js", "widget.js")
+STYLES = ("lab.css", "controls.css", "widget.css")
+
+
+def _script() -> str:
+    """Return the module that a notebook runs: the scripts of the lab, and what draws them there."""
+    style = f"const STYLE = {json.dumps(joined(STYLES))};"
+    return "\n".join([joined(SCRIPTS), style, "export { walked };", "export default { render };", ""])
+
+
+class Widget(anywidget.AnyWidget):
+    """A friction model with a slider for each parameter, its loops and its friction over velocity.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    uncertainty : mapping of str to mapping, optional
+        For a parameter, its ``interval``, which is drawn under its slider: (low, high) in SI.
+    fastest : float
+        Largest speed that is shown [m/s or rad/s]; told from the model where it is 0.
+
+    Attributes
+    ----------
+    model : Model
+        The model with the values of now, a trait: it follows the sliders, and they follow it. Another model may be set.
+
+    Raises
+    ------
+    InputError
+        If it is no friction model, or a page cannot compute it.
+    MissingExtraError
+        If anywidget is not installed.
+
+    Examples
+    --------
+    >>> from bristle import friction
+    >>> widget = Widget(friction.coulomb_viscous(F_C="20 N", F_v="80 N*s/m"))
+    >>> widget.parameters = {"F_C": "25 N"}
+    >>> widget.model
+    coulomb_viscous(F_C=25 N, F_v=80 N*s/m)
+    """
+
+    _esm = _script()
+    model = traitlets.Any()
+    _described = traitlets.Dict().tag(sync=True)
+    _values = traitlets.Dict().tag(sync=True)
+    _problem = traitlets.Unicode().tag(sync=True)
+
+    def __init__(
+        self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0
+    ) -> None:
+        self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
+        super().__init__(model=_checked(model))
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters by name, in SI; to set some of them, hand in those: numbers, or text with units."""
+        return dict(self.model.values)
+
+    @parameters.setter
+    def parameters(self, values: Mapping[str, Any]) -> None:
+        self.model = self.model.with_values(**values)
+
+    @traitlets.validate("model")
+    def _only_friction(self, proposal: Any) -> Model:
+        return _checked(proposal["value"])
+
+    @traitlets.observe("model")
+    def _model_was_set(self, change: Any) -> None:
+        before, model = change["old"], change["new"]
+        alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
+        values = _values_of(model)
+        if not alike or {name: len(row) for name, row in values.items()} != {
+            k: len(v) for k, v in self._values.items()
+        }:
+            facts = described(model, uncertainty=None if isinstance(before, Model) else self._uncertainty,
+                              fastest=self._fastest, proven=False)  # fmt: skip
+            with self.hold_sync():
+                self._values, self._described = values, plain(facts)
+        self._values, self._problem = values, ""
+
+    @traitlets.observe("_values")
+    def _values_came(self, change: Any) -> None:
+        values = change["new"]
+        if not self.trait_has_value("model") or values == _values_of(self.model):
+            return
+        try:
+            self.model = self.model.with_values(**_written(self.model, values))
+        except InputError as error:
+            # The sliders stay where a person put them, and say what is wrong; the model stays the last one that holds.
+            self._problem = str(error)
+
+
+def _checked(model: Any) -> Model:
+    if not isinstance(model, Model) or model.component.family != "friction":
+        raise InputError(
+            "must be a friction model with parameters", path="model", value=model,
+            mend='Write bristle.friction.coulomb(F_C="20 N"), or take that of an identification',
+        )  # fmt: skip
+    return model
+
+
+def _values_of(model: Model) -> dict[str, Any]:
+    return plain(values_of(model))
+
+
+def _written(model: Model, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values of a page as those of a model."""
+    rows: dict[str, Any] = {}
+    for name, variable in model.component.variables.items():
+        numbers = [float(number) for number in values[name]]
+        if variable.choices:
+            rows[name] = variable.choices[int(numbers[0])]
+        elif np.ndim(model.values[name]):
+            rows[name] = numbers
+        else:
+            rows[name] = int(numbers[0]) if model.component.is_integer(name) else numbers[0]
+    return rows

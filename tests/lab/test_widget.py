@@ -1,0 +1,195 @@
+"""The widget: values go both ways, in Python and in a browser; its script computes the bits of Python."""
+
+import json
+import shutil
+import sys
+
+import numpy as np
+import pytest
+from tests.lab.browser import browser
+
+import bristle as br
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.lab import Widget
+from bristle.lab.described import described, example_named
+from bristle.lab.packing import plain
+
+needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+
+
+@pytest.fixture
+def lugre():
+    return br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um")
+
+
+def come(widget, **values):
+    """Hand values to a widget as a page does."""
+    widget.set_state({"_values": widget._values | values})
+
+
+def test_what_a_slider_sets_comes_to_python_and_what_python_sets_goes_there(lugre):
+    widget, seen = Widget(lugre), []
+    widget.observe(lambda change: seen.append(change["new"].F_C), "model")
+    assert widget.get_state()["_values"]["v_d"] == ["Infinity"]
+    come(widget, F_C=[21.5])
+    assert widget.model.F_C == widget.parameters["F_C"] == 21.5
+    widget.parameters = {"F_C": "23 N", "v_S": 0.003}
+    assert widget._values["F_C"] == [23.0]
+    assert widget._values["v_S"] == [0.003]
+    widget.model = lugre
+    assert widget._values["F_C"] == [20.0]
+    assert seen == [21.5, 23.0, 20.0]
+
+
+def test_what_a_model_does_not_allow_leaves_the_last_one_that_holds(lugre):
+    widget = Widget(lugre)
+    come(widget, F_C=[-3.0])
+    assert widget.model == lugre
+    assert "F_C" in widget._problem
+    assert "out of range" in widget._problem
+    assert widget._values["F_C"] == [-3.0]
+    come(widget, F_C=[19.0])
+    assert (widget.model.F_C, widget._problem) == (19.0, "")
+    with pytest.raises(InputError, match="no such parameter"):
+        widget.parameters = {"F_c": 1.0}
+    for wrong in (3, br.plants.inertia(M=1.0)):
+        with pytest.raises(InputError, match="must be a friction model"):
+            Widget(wrong)
+        with pytest.raises(InputError, match="must be a friction model"):
+            widget.model = wrong
+    assert widget.model.F_C == 19.0
+
+
+def test_another_model_is_described_anew_and_another_value_is_not(lugre):
+    widget = Widget(lugre, uncertainty={"F_C": {"interval": (19.0, 21.0), "status": "identified"}})
+    first = widget._described
+    assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [19.0, 21.0]
+    widget.parameters = {"F_C": 22.0}
+    assert widget._described is first
+    gms = example_named("gms")
+    widget.model = gms
+    assert widget._described["model"] == "gms"
+    assert "F_v" not in widget._values or widget._values["nu_i"] == gms.values["nu_i"].tolist()
+    come(widget, nu_i=widget._values["nu_i"][::-1])
+    assert widget.model.nu_i == pytest.approx(gms.nu_i[::-1])
+    json.dumps(widget.get_state()["_described"], allow_nan=False)
+
+
+def test_an_identification_shows_its_model_with_its_intervals():
+    t = np.arange(4000) * 1e-3
+    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
+    found = br.identify({"time": t, "position": position, "effort": effort}, draws=0)
+    widget = found.widget()
+    assert widget.model == found.model
+    low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
+    assert low < found.parameters["F_C"].value < high
+    assert "<script" not in found._repr_html_()
+
+
+def test_without_anywidget_it_says_what_to_type(monkeypatch):
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.delitem(sys.modules, "bristle.lab.widget")
+    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[notebook\]"'):
+        br.lab.Widget  # noqa: B018
+
+
+STUB = """
+window.stub = (state) => {
+  const heard = {}, saved = [];
+  return {
+    saved,
+    get: (name) => state[name],
+    set(name, value) {
+      state[name] = value;
+      (heard[`change:${name}`] ?? []).forEach((listener) => listener());
+    },
+    save_changes() { saved.push(structuredClone(state._values)); },
+    on(event, listener) { (heard[event] ??= []).push(listener); },
+    off(event, listener) { heard[event] = heard[event].filter((each) => each !== listener); },
+    listeners: () => Object.values(heard).flat().length,
+  };
+};
+"""
+MOUNTED = """
+(async () => {
+  window.module = await import(URL.createObjectURL(new Blob([esm], { type: "text/javascript" })));
+  window.el = document.createElement("div");
+  document.body.append(el);
+  window.model = stub(state);
+  window.gone = await module.default.render({ model, el });
+  window.root = el.firstChild.shadowRoot;
+  window.still = () => new Promise((done) => setTimeout(done, 150));
+  window.drawn = (name) => root.getElementById(name).toDataURL();
+  window.field = (name) => root.querySelector(`.card:has([name="${name}"]) input[type=text]`).value;
+  await still();
+  return await module.walked(proven);
+})()
+"""
+SLIDE = """
+(async () => {
+  const before = drawn("loop"), slider = root.querySelector('[name="F_S"]');
+  slider.value = Number(slider.value) + 200;
+  slider.dispatchEvent(new Event("input"));
+  await still();
+  return [before !== drawn("loop"), model.saved, Number(field("F_S"))];
+})()
+"""
+SET = """
+(async () => {
+  const before = [drawn("loop"), drawn("speed")];
+  model.set("_values", { ...model.get("_values"), F_C: [12.5], sigma_0: [1e6] });
+  await still();
+  return [before[0] !== drawn("loop"), before[1] !== drawn("speed"), field("F_C"), model.saved.length];
+})()
+"""
+OTHER = """
+(async () => {
+  model.set("_values", other._values);
+  model.set("_described", other._described);
+  await still();
+  const names = [...root.querySelectorAll(".cards input[type=range]")].map(({ name }) => name);
+  model.set("_problem", "F_C: out of range");
+  const told = root.querySelector(".problem").textContent;
+  gone();
+  return [names, told, el.children.length, model.listeners()];
+})()
+"""
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [360, 1366])
+def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, width):
+    widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
+    synced = ("_values", "_described", "_problem")
+    state, others = ({name: one.get_state()[name] for name in synced} for one in (widget, other))
+    page = tmp_path / "notebook.html"
+    page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
+    with browser(tmp_path / "profile", width=width) as tab:
+        tab.open(page.as_uri())
+        given = {
+            "esm": widget._esm,
+            "state": state,
+            "other": others,
+            "proven": plain(described(example_named("lugre"))),
+        }
+        for name, value in given.items():
+            tab.run(f"window.{name} = {json.dumps(value)}; 0")
+        tab.run(STUB + "0")
+        assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
+        moves, saved, shown = tab.run(SLIDE)
+        assert moves
+        assert saved[-1]["F_S"] == [shown]
+        assert shown > 28.0
+        assert saved[-1]["v_d"] == ["Infinity"]
+        come(widget, **saved[-1])
+        assert shown == widget.model.F_S
+        assert tab.run(SET) == [True, True, "12.5", len(saved)]
+        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+        names, told, left, listeners = tab.run(OTHER)
+        assert "k_i[2]" in names
+        assert told == "F_C: out of range"
+        assert (left, listeners) == (0, 0)
+        assert tab.complaints() == []
+        assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}

@@ -1,0 +1,340 @@
+"""The report whose parameters move: its numbers are those of the report, its loop that of the simulation."""
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from importlib import resources
+
+import numpy as np
+import pytest
+from tests.lab.browser import browser
+from tests.lab.firefox import firefox
+from tests.lab.scripts import NODE, needs_node
+from tests.report.pages import Page
+from tests.report.test_pages import identification_page
+
+from bristle import friction
+from bristle.core.contracts import Model
+from bristle.core.experiment import Start
+from bristle.lab import rows as rows_module
+from bristle.lab.followed import followed_part
+from bristle.lab.living import SHARED, living_part
+from bristle.lab.replay import turns_of
+from bristle.lab.rows import fitted_rows
+from bristle.prediction.following import following_of
+from bristle.simulation import simulate
+from bristle.simulation.compensation import COMPENSATED, compensation_experiment
+
+MOST = 400_000  # bytes that a report grows by
+AGREES, THINNED = 0.01, 0.03  # of the report's own number
+needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+
+
+def living_of(bench, simulation=None):
+    following = None if simulation else following_of(bench.log, bench.looped)
+    return living_part(bench.identified, bench.axis, simulation or bench.looped, following)
+
+
+@pytest.fixture(scope="module")
+def living(workbenches):
+    return living_of(workbenches["translational"])
+
+
+@pytest.fixture(scope="module")
+def plain(workbenches):
+    return identification_page(workbenches["translational"])
+
+
+@pytest.fixture(scope="module")
+def report(workbenches, living):
+    return identification_page(workbenches["translational"], living=living)
+
+
+@pytest.fixture(scope="module")
+def file(report, tmp_path_factory):
+    file = tmp_path_factory.mktemp("living") / "report.html"
+    file.write_text(report, encoding="utf-8")
+    return file
+
+
+BEGIN = """
+const pair = ({ name, values }) => [name, numbersOf(values)], first = (rows) => Object.fromEntries(rows.map(pair));
+"""
+
+
+def computed(living, folder, script):
+    """Return what a script says of the data of a report, in node."""
+    templates = resources.files("bristle.lab").joinpath("templates")
+    names = [*SHARED, "paths.js", "rows.js"]
+    parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
+    given = f"const data = {living.data}, say = (v) => console.log(JSON.stringify(v));"
+    parts += [given, BEGIN, f"(async () => {{{script}}})();"]
+    (folder / "run.js").write_text("\n".join(parts), encoding="utf-8")
+    ran = subprocess.run([NODE, str(folder / "run.js")], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout)
+
+
+LEFT = """
+const rows = rowsOf(data.rows), contact = await loaded(data.model);
+const values = first([...data.model.variables, ...data.plant]);
+for (const { name } of data.model.variables) contact.set(name, values[name]);
+const friction = frictionInRows(contact, rows), mechanical = mechanicalInRows(rows, values);
+const predicted = friction.map((force, k) => force + mechanical[k]), { rms, share } = misfit(rows.measured, predicted);
+say([rms, 100 * share, [...rows.t], [...predicted], [...rows.velocity]]);
+"""
+
+
+@needs_node
+def test_what_is_left_over_is_what_the_report_has(workbench, tmp_path):
+    fit = workbench.identified.best
+    rms, percent, times, predicted, velocity = computed(living_of(workbench), tmp_path, LEFT)
+    assert rms == pytest.approx(np.sqrt(np.mean(fit.traces.residual**2)), rel=AGREES)
+    assert percent == pytest.approx(fit.force_error_percent, rel=AGREES)
+    assert times == pytest.approx(fit.traces.time.tolist())
+    away = np.array(predicted) - fit.traces.predicted
+    assert np.sqrt(np.mean(away**2)) < 0.06 * rms
+    assert velocity == pytest.approx(fit.traces.velocity, abs=0.01 * np.max(np.abs(fit.traces.velocity)))
+
+
+@needs_node
+def test_a_log_that_is_thinned_keeps_its_turns_and_its_number(stage, tmp_path, monkeypatch):
+    fit, log = stage.identified.best, stage.log
+    whole = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    monkeypatch.setattr(rows_module, "MOST_INTERVALS", 1500)
+    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    (stretch,), (all_of_it,) = rows.stretches, whole.stretches
+    assert all_of_it.ends.tolist() == list(range(len(log)))
+    assert stretch.ends.size < 1500
+    turns = turns_of(all_of_it.positions, 0.0)
+    assert turns.size > 20
+    assert {max(turn + k, 0) for turn in turns[1:-1] for k in range(-4, 5)} <= set(stretch.ends)
+    _, percent, *_ = computed(living_of(stage), tmp_path, LEFT)
+    assert percent == pytest.approx(fit.force_error_percent, rel=THINNED)
+
+
+RESTS = """
+const contact = await loaded(data.model), stretch = { origin: 0, ends: [0, 1, 2, 3], begin: [] };
+for (const [name, values] of Object.entries(first(data.model.variables))) contact.set(name, values);
+const led = (places) => forcesIn(contact, { ...stretch, places }, 1e-3);
+say([led([1e-4, 2e-4, 2e-4, 2e-4]), led([-1e-4, -2e-4, -2e-4, -2e-4])]);
+"""
+
+
+@needs_node
+def test_a_rest_keeps_the_force_of_the_side_that_it_was_reached_from(stage, tmp_path):
+    values = stage.identified.best.friction.values
+    forward, backward = computed(living_of(stage), tmp_path, RESTS)
+    assert forward[2:] == pytest.approx([values["F_S_pos"] + values["offset"]] * 2)
+    assert backward[2:] == pytest.approx([values["offset"] - values["F_S_neg"]] * 2)
+
+
+def test_only_some_of_many_rows_are_kept(stage, monkeypatch):
+    fit, log = stage.identified.best, stage.log
+    monkeypatch.setattr(rows_module, "MOST_ROWS", 200)
+    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    (stretch,) = rows.stretches
+    assert 150 < stretch.rows.size <= 200
+    times = log.sample_time * stretch.rows + stretch.time
+    kept = np.searchsorted(fit.traces.time, times - 1e-9)
+    assert fit.traces.time[kept] == pytest.approx(times)
+    assert rows.measured.step * rows.measured.numbers == pytest.approx(
+        fit.traces.measured[kept], abs=rows.measured.step
+    )
+    # The number of the report is that of all rows.
+    assert rows.percent == pytest.approx(fit.force_error_percent)
+
+
+FOLLOWED = """
+const { loop } = data.loop, values = first(data.model.variables), limit = Number(loop.limit);
+const { error } = await followedMove({ loop: { ...loop, limit }, model: data.model, values, mass: loop.mass });
+say([...error]);
+"""
+
+
+def run_as(bench, **changes):
+    """Return the loop of a bench, run in another way."""
+    experiment = bench.looped.experiment
+    variants = tuple(replace(one, run=replace(one.run, **changes)) for one in experiment.variants)
+    return simulate(replace(experiment, variants=variants))
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)]
+)
+def test_the_loop_of_the_page_is_that_of_the_simulation(changes, share, stage, tmp_path):
+    simulation = run_as(stage, **changes) if changes else stage.looped
+    result = simulation.variants[COMPENSATED]
+    error = np.array(computed(living_of(stage, changes and simulation), tmp_path, FOLLOWED))
+    wanted, count = result.reference - result.measured, stage.axis.resolution
+    assert error.size == wanted.size
+    # A place between two counts may be read as either, and behind a limit the loops part for a while.
+    assert np.mean(np.abs(error - wanted) < 1.5 * count) >= share
+    judged = slice(round(0.3 / result.time[1]), None)
+    assert np.ptp(error[judged]) == pytest.approx(result.following_error.peak_to_peak, rel=1e-4, abs=0.01 * count)
+
+
+@needs_node
+@pytest.mark.slow
+def test_a_loop_that_begins_in_motion_begins_with_a_contact_that_has_slid(stage, tmp_path):
+    model = friction.lugre(F_C=8.0, F_S=10.0, v_S=5e-3, sigma_0=1e6, sigma_1=800.0, sigma_2=30.0)
+    experiment = stage.looped.experiment
+    plant, law = experiment.variants[0].plant, experiment.variants[0].controller
+    t = 1e-3 * np.arange(2000)
+    simulation = simulate(compensation_experiment(
+        plant, model, model, law, 0.02 * np.sin(3.0 * t), 1e-3, resolution=2e-7, start=Start(0.0, 0.06, 0.0, 9.0),
+    ))  # fmt: skip
+    best = replace(stage.identified.best, friction=model)
+    bench = replace(stage, identified=replace(stage.identified, fits=(best,)))
+    error = np.array(computed(living_of(bench, simulation), tmp_path, FOLLOWED))
+    result = simulation.variants[COMPENSATED]
+    assert np.max(np.abs(error - (result.reference - result.measured))) < 1.5 * 2e-7
+    # A virgin contact would pull it along at first.
+    assert np.max(np.abs(error[:20])) < 0.5 * 10.0 / 1e6
+
+
+def test_a_loop_that_a_page_cannot_compute_says_why(stage):
+    model = stage.identified.best.friction
+    assert followed_part(model, stage.looped, None)["reason"] == ""
+    assert followed_part(model, None, None) is None
+    last = stage.looped.experiment.variants[-1]
+    halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
+    along_measured = replace(last, feedforward=replace(last.feedforward, along="measured"))
+    for variant in (halved, along_measured):
+        variants = (*stage.looped.experiment.variants[:-1], variant)
+        other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
+        part = followed_part(model, other, None)
+        assert part["loop"] is None
+        assert "than the friction alone" in part["reason"]
+        assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
+
+
+def test_what_varies_with_the_load_is_not_moved(stage):
+    best = stage.identified.best
+    component = replace(best.friction.component, name="stribeck+load")
+    loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
+    assert fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
+
+
+def test_a_treatment_that_cannot_be_repeated_is_not_moved(stage):
+    treatment = stage.identified.treatment | {"decimation": 7.0}
+    assert fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
+
+
+def test_what_runs_is_what_the_policy_names_and_the_report_stays_small(report, plain):
+    assert len(report.encode()) - len(plain.encode()) < MOST
+    page = Page(report)
+    assert page.unbalanced == []
+    policy = next(attrs["content"] for attrs in page.named("meta") if "http-equiv" in attrs)
+    rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+    assert rules["default-src"] == "'none'"
+    scripts = re.findall(r'<script(?: id="shared")?>(.*?)</script>', report, re.DOTALL)
+    hashes = {f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts}
+    assert len(scripts) == 2
+    assert set(rules["script-src"].split()) == hashes | {"'wasm-unsafe-eval'"}
+    assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts|\son[a-z]+=\"", report)
+
+
+def test_without_scripts_it_is_not_there_and_the_pictures_are(report, plain):
+    section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
+    assert "hidden" in section
+    assert Page(plain).named("script") == []
+    assert [attrs["id"] for attrs in Page(plain).named("figure")] == [
+        attrs["id"] for attrs in Page(report).named("figure")
+    ]
+
+
+SLIDE = """
+(async () => {
+  const slider = document.querySelector('input[type="range"][name="F_C_pos"]');
+  slider.value = Number(slider.value) + 300;
+  slider.dispatchEvent(new Event("input"));
+  await new Promise((done) => setTimeout(done, 50));
+  const told = () => byId("alive-following-told").textContent, wait = (done) => setTimeout(done, 50);
+  for (let k = 0; k < 200 && !/with these values/.test(told()); k++) await new Promise(wait);
+  const width = ({ error }) => extent(error, 300)[1] - extent(error, 300)[0];
+  return [alive.found.rms, alive.start.rms, following.asked.worker !== "none",
+    width(following.asked.found), width(following.start)];
+})()
+"""
+READY = """
+new Promise((done) => {
+  const look = () => (alive.start && following.start ? done(true) : setTimeout(look, 50));
+  look();
+})
+"""
+PLACE = "(({ x, y, width, height }) => [x, y, width, height])(byId('alive-effort').getBoundingClientRect())"
+WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true })"
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [360, 3840])
+def test_it_moves_and_is_read_and_enlarged_without_a_complaint(file, tmp_path, width):
+    with browser(tmp_path / "profile", width=width, height=900) as tab:
+        tab.open(file.as_uri())
+        tab.run(READY)
+        moved, identified, in_worker, after, before = tab.run(SLIDE)
+        assert moved > 2.0 * identified
+        assert in_worker
+        assert after > 1.5 * before
+        tab.run("byId('alive-effort').scrollIntoView({ block: 'center' })")
+        x, y, wide, high = tab.run(PLACE)
+        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.6 * wide, y=y + 0.4 * high)
+        tab.run("new Promise((done) => setTimeout(done, 100))")
+        said = tab.run("byId('alive-effort-reading').textContent")
+        assert re.fullmatch(r"At \d.*: measured .*N, predicted .*N, left over .*N; velocity .*m/s\.", said)
+        mouse = {"button": "left", "buttons": 1}
+        tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x + 0.5 * wide, y=y + 50, clickCount=1, **mouse)
+        tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + 0.7 * wide, y=y + 60, **mouse)
+        tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 0.7 * wide, y=y + 60, clickCount=1, **mouse)
+        low, high_end = tab.run("timeView.x")
+        assert 0.15 < (high_end - low) / 6.0 < 0.3
+        tab.run("byId('alive-residual').dispatchEvent(new MouseEvent('dblclick'))")
+        assert tab.run("timeView.x") is None
+        zoom = f"byId('alive-friction').dispatchEvent({WHEEL})"
+        tab.run(zoom % "false")
+        assert tab.run("speedView.x") is None
+        tab.run(zoom % "true")
+        assert tab.run("speedView.y[1] > speedView.y[0]")
+        tab.run("byId('alive-reset').click()")
+        tab.run("new Promise((done) => setTimeout(done, 100))")
+        assert tab.run("alive.found === alive.start")
+        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+        assert tab.complaints() == []
+        assert {address for address in tab.asked_for() if not address.startswith("blob:null/")} == {file.as_uri()}
+
+
+WAIT = """
+return (async () => {
+  const text = (name) => document.getElementById(name).textContent;
+  const wait = (done) => setTimeout(done, 50), ready = () => /Computed/.test(text("alive-following-told"));
+  for (let k = 0; k < 600 && !ready(); k++) await new Promise(wait);
+  return [text("alive-following-told"), text("alive-told")];
+})();
+"""
+
+
+@needs_chromium
+def test_on_paper_it_is_the_report_that_does_not_move(file, tmp_path):
+    with browser(tmp_path / "profile") as tab:
+        tab.open(file.as_uri())
+        tab.run(READY)
+        tab.call("Emulation.setEmulatedMedia", media="print")
+        assert tab.run("getComputedStyle(byId('alive')).display") == "none"
+        assert tab.run("getComputedStyle(byId('figure-first')).display") != "none"
+
+
+@pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
+def test_firefox_complains_of_nothing(file, tmp_path):
+    with firefox(tmp_path / "profile") as tab:
+        tab.call("WebDriver:Navigate", url=file.as_uri())
+        told = tab.run(WAIT)
+        assert "errs peak to peak by" in told[0]
+        assert "root mean square" in told[1]
+        assert tab.complaints("report.html") == []
+        assert tab.complaints("Content-Security-Policy") == []
