@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from bristle.lab.replay import Replay
 
-__all__ = ["FIRST", "MARK", "lab_page", "policy"]
+__all__ = ["FIRST", "MARK", "hash_of", "joined", "lab_page", "policy"]
 
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
@@ -69,7 +69,7 @@ def lab_page(
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
-    shared, script, style = _joined(SHARED), _joined(SCRIPTS), _joined(STYLES)
+    shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
     data = {
         "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
         "presets": presets(),
@@ -95,8 +95,8 @@ def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
 
 def policy(scripts: Iterable[str], styles: Iterable[str]) -> str:
     """Return what the page may do: run these scripts and their modules, by a worker too, use these styles."""
-    script = " ".join(_hash(text) for text in scripts)
-    style = " ".join(_hash(text) for text in styles)
+    script = " ".join(hash_of(text) for text in scripts)
+    style = " ".join(hash_of(text) for text in styles)
     return (
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
         "worker-src blob:; base-uri 'none'; form-action 'none'"
@@ -108,12 +108,14 @@ def _example(name: str) -> dict[str, Any]:
     return described(example_named(name))
 
 
-def _hash(text: str) -> str:
+def hash_of(text: str) -> str:
+    """Return a script or a style as a policy names it."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def _joined(names: Iterable[str]) -> str:
-    folder = resources.files("bristle.lab").joinpath("templates")
+def joined(names: Iterable[str], package: str = "bristle.lab") -> str:
+    """Return scripts or styles of a package, one after the other."""
+    folder = resources.files(package).joinpath("templates")
     return "\n" + "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in names)
 
 
