@@ -37,7 +37,8 @@ def application(token: str, port: int, limits: Limits = Limits()) -> Starlette: 
     """
     folder = Path(tempfile.mkdtemp(prefix="bristle-lab-"))
     page, policy = server_page(limits)
-    routes = Routes(Cases(folder, limits), limits, page, policy)
+    cases = Cases(folder, limits)
+    routes = Routes(cases, limits, page, policy)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -46,9 +47,11 @@ def application(token: str, port: int, limits: Limits = Limits()) -> Starlette: 
         shutil.rmtree(folder, ignore_errors=True)
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
-    return Starlette(
+    app = Starlette(
         routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan
     )  # fmt: skip
+    app.state.cases = cases
+    return app
 
 
 async def _refused(_: Request, error: Exception) -> Response:

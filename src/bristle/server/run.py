@@ -8,11 +8,16 @@ import threading
 import webbrowser
 from collections.abc import Callable
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.server.limits import Limits
 
-__all__ = ["serve"]
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+    from uvicorn import Server
+
+__all__ = ["listening_on", "serve", "server_of"]
 
 LOOPBACK = "127.0.0.1"
 BACKLOG, KEEP_ALIVE, FAREWELL = 128, 5, 1  # connections waiting; [s] each
@@ -44,31 +49,54 @@ def serve(
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:
             raise MissingExtraError.of("lab --serve", "lab")
+    from bristle.server.application import application
+
+    bounds, token = limits or Limits(), secrets.token_urlsafe(32)
+    with listening_on(port) as listening:
+        taken: int = listening.getsockname()[1]
+        server = server_of(application(token, taken, bounds), bounds)
+        address = f"http://{LOOPBACK}:{taken}/#{token}"
+        announce(address)
+        if opens:
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        server.run(sockets=[listening])
+
+
+def server_of(app: ASGIApp, limits: Limits) -> Server:
+    """Return what serves an application to a socket, and has no patience with clients that are silent.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What answers.
+    limits : Limits
+        How many connections, and how long each may be silent.
+    """
     import uvicorn
 
-    from bristle.server.application import application
     from bristle.server.patience import protocol_with_limits
 
-    bounds = limits or Limits()
-    listening = _listening(port)
-    taken: int = listening.getsockname()[1]
-    token = secrets.token_urlsafe(32)
-    address = f"http://{LOOPBACK}:{taken}/#{token}"
     config = uvicorn.Config(
-        application(token, taken, bounds), http=protocol_with_limits(bounds.silence_seconds), ws="none",
-        lifespan="on", log_config=None, access_log=False, server_header=False, proxy_headers=False,
-        limit_concurrency=bounds.connections, backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE,
-        timeout_graceful_shutdown=FAREWELL,
+        app, http=protocol_with_limits(limits.silence_seconds), ws="none", lifespan="on", log_config=None,
+        access_log=False, server_header=False, proxy_headers=False, limit_concurrency=limits.connections,
+        backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE, timeout_graceful_shutdown=FAREWELL,
     )  # fmt: skip
-    announce(address)
-    if opens:
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-    with listening:
-        uvicorn.Server(config).run(sockets=[listening])
+    return uvicorn.Server(config)
 
 
-def _listening(port: int) -> socket.socket:
-    """Return a socket that hears this machine only."""
+def listening_on(port: int) -> socket.socket:
+    """Return a socket that hears this machine only.
+
+    Parameters
+    ----------
+    port : int
+        Where; 0 for a port that is free.
+
+    Raises
+    ------
+    InputError
+        If it is no port, or taken.
+    """
     if not 0 <= port < 2**16:
         raise InputError("is no port", path="--port", value=port, allowed="0 to 65535, 0 for one that is free")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

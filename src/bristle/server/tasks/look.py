@@ -78,7 +78,7 @@ def _of_columns(inspected: Inspected, tables: dict[str, Any]) -> list[dict[str, 
         if values is None or not values.size:
             continue
         timed = time is not None and time.size == values.size
-        along = time if timed else np.arange(values.size)
+        along = np.arange(values.size) if time is None or not timed else time
         unit = entry.get("unit", "")
         plots.append({
             "word": name, "unit": "as recorded" if unit in ("", FILL_IN) else unit, "column": entry["column"],

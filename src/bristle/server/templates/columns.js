@@ -21,7 +21,7 @@ function channelRow(channel, looked, edit) {
     ? { [`${key}.column`]: select.value, [`${key}.unit`]: looked.columns.find(({ name }) => name === select.value)?.unit || entry.unit || "?" }
     : Object.fromEntries(Object.keys(entry).map((name) => [`${key}.${name}`, null]))));
   const open = looked.form.missing.includes(`${key}.unit`);
-  const unit = element("input", { type: "text", list: `units-${channel}`, value: open ? "" : entry.unit ?? "", placeholder: open ? "unit?" : "as the log says",
+  const unit = element("input", { type: "text", list: `units-${channel}`, value: open ? "" : entry.unit ?? "", placeholder: open ? "unit?" : "",
     "aria-label": `Unit of the ${channel}`, name: `${key}.unit`, disabled: !entry.column, "aria-invalid": open ? "true" : "false" });
   unit.addEventListener("change", () => edit({ [`${key}.unit`]: unit.value.trim() || null }));
   const negative = entry.sign === -1;

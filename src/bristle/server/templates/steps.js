@@ -19,7 +19,7 @@ function verdictView(told_, state, { download, report }) {
     element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
     told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
     listOf(told_.verdict.reasons),
-    element("dl", { class: "answers" }, ...told_.answers.map(([question, lines]) => element("div", {}, element("dt", { text: question }), ...lines.map((text) => element("dd", { text }))))),
+    answersOf(told_.answers),
     tableOf(told_.parameters),
     told_.comparison ? tableOf(told_.comparison) : null,
     element("div", { class: "plots" }, frictionPicture(told_.velocity, units), effortPicture(told_.time, units.force, "Effort of the log")),
@@ -43,7 +43,7 @@ function predictedView(predicted) {
 function compensateView(told_) {
   const [, typed_, gain] = told_.answers;
   return [
-    element("dl", { class: "answers" }, ...[typed_, gain].map(([question, lines]) => element("div", {}, element("dt", { text: question }), ...lines.map((text) => element("dd", { text }))))),
+    answersOf([typed_, gain]),
     told_.drive ? tableOf(told_.drive) : null,
   ].filter(Boolean);
 }

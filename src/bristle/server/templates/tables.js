@@ -11,7 +11,15 @@ function tableOf({ caption, heads, rows, numbers = [] }) {
 }
 
 function listOf(lines, name = "told") {
-  return lines?.length ? element("ul", { class: name }, ...lines.map((text) => element("li", { text }))) : null;
+  return lines?.length ? element("ul", { class: name }, ...lines.map((text) => element("li", {}, ...withCode(text)))) : null;
+}
+
+// Text in which what is typed at a terminal stands between grave accents.
+function withCode(text) { return text.split("`").map((part, i) => (i % 2 ? element("code", { text: part }) : part)); }
+
+function answersOf(answers) {
+  return element("dl", { class: "answers" }, ...answers.map(([question, lines]) => element("div", {},
+    element("dt", { text: question }), ...lines.map((text) => element("dd", {}, ...withCode(text))))));
 }
 
 function sizeText(bytes) {
