@@ -8,6 +8,7 @@ const PURPOSES = [["presliding", "pre-sliding"], ["break-away", "break-away"], [
 function excitationForm(design) {
   const inputs = LIMITS.map(([key, word, example]) => [key, word, element("input", { type: "text", name: `excite.${key}`, placeholder: example })]);
   const duration = element("input", { type: "text", value: "60 s", name: "excite.duration" });
+  const travel = element("input", { type: "text", name: "excite.travel", placeholder: "200 mm" });
   const purposes = PURPOSES.map(([name, word]) => [name, word, element("input", { type: "checkbox", value: name, checked: true })]);
   const kinds = ["translational", "rotational"].map((kind) => element("input", { type: "radio", name: "excite-kind", value: kind, checked: kind === "translational" }));
   const button = element("button", { type: "button", class: "main", id: "design", text: "Design the motion" });
@@ -15,13 +16,13 @@ function excitationForm(design) {
     const edits = Object.fromEntries(inputs.map(([key, , input]) => [key, valueIn(input.value)]).filter(([, value]) => value !== null));
     edits.kind = kinds.find(({ checked }) => checked).value;
     const chosen = purposes.filter(([, , input]) => input.checked).map(([name]) => name);
-    design({ edits, duration: duration.value, purposes: chosen.length === PURPOSES.length ? "" : chosen.join(",") });
+    design({ edits, duration: duration.value, travel: travel.value, purposes: chosen.length === PURPOSES.length ? "" : chosen.join(",") });
   });
   const field = (word, input) => element("label", {}, element("span", { text: word }), input);
   return [
     element("p", { class: "note", text: "What the axis allows, each with its unit. What an axis file of step 1 says is taken from there." }),
     element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" }, ...kinds.map((input) => element("label", {}, input, ` ${input.value}`))),
-    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Duration", duration)),
+    element("div", { class: "fields" }, ...inputs.map(([, word, input]) => field(word, input)), field("Stays within, where the stroke is not known", travel), field("Duration", duration)),
     element("div", { class: "choices", role: "group", "aria-label": "What it is to tell" }, ...purposes.map(([, word, input]) => element("label", {}, input, ` ${word}`))),
     element("p", {}, button),
     element("div", { id: "excited" }),

@@ -2,6 +2,7 @@
 
 const BUSY = 300, IDLE = 2500; // [ms] between two questions
 const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", export: "Exporting", excite: "Designing" };
+const SHORT = ["look", "check", "predict", "export"];
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
 const WAITS = ["", "waits for a log", "waits for columns and units", "waits for logs that can be used", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
@@ -27,7 +28,14 @@ async function follow() {
   }
 }
 
-async function start(task, options = {}) { await take(await json("POST", pathTo("/jobs"), { task, options })); }
+// A short job is waited for; one that takes long is told of by the server.
+async function start(task, options = {}) {
+  while (state.job?.state === "runs" && SHORT.includes(state.job.task)) {
+    await new Promise((done) => setTimeout(done, BUSY));
+    await take(await json("GET", pathTo()));
+  }
+  await take(await json("POST", pathTo("/jobs"), { task, options }));
+}
 
 async function begin() {
   const fresh = await json("POST", "/api/cases");
@@ -132,7 +140,8 @@ async function report(part, place) {
 // --- what a person does ----------------------------------------------------------------------------------------------
 
 async function look() {
-  if (state.files.some(({ role }) => role === "fit")) await start("look");
+  const { looked } = state.parts;
+  if (state.files.some(({ role }) => role === "fit") && (!looked || looked.old)) await start("look");
 }
 
 async function receive(files) {
