@@ -72,12 +72,14 @@ class Person:
         time.sleep(0.2)
         return file
 
-    def identifies(self, *models, seconds=240):
+    def identifies(self, *models, by_direction=False, seconds=240):
         """Go from the columns to the verdict."""
         self.waits("!byId('step-2').classList.contains('locked')")
         self.clicks("#check-now")
         self.waits("!byId('step-4').classList.contains('locked')")
         self.ticks("model", *models)
+        if by_direction:
+            self.clicks("#asymmetry")
         self.clicks("#identify")
         self.waits("state.parts.identified && !state.parts.identified.old && state.job.state === 'done'", seconds)
         self.waits("byId('ruling') && !byId('step-6').classList.contains('locked')")
