@@ -23,9 +23,9 @@ from bristle.simulation import simulate
 COLOURS, WIDTH = 64, 1100
 RATED = 250.0  # [N]
 STEPS = ("step-1", "step-2", "step-5")  # those that are seen
-SEEN = "document.querySelectorAll('main > section, footer, #predicted').forEach((part) => { part.hidden = !%s.includes(part.id); })"
-TRIMMED = """
-for (const node of document.querySelectorAll("#verdict .tools, #verdict > p.note, #verdict h3, #verdict ul:last-of-type")) node.hidden = true;
+SEEN = """
+document.querySelectorAll("main > section, footer").forEach((part) => { part.hidden = !%s.includes(part.id); });
+document.querySelectorAll("#verdict .tools, #verdict > p.note").forEach((part) => { part.hidden = true; });
 """
 
 
@@ -48,7 +48,6 @@ with tempfile.TemporaryDirectory() as name, served() as server:
         person.chooses(recorded(folder))
         person.identifies("coulomb_viscous")
         tab.run(SEEN % list(STEPS))
-        tab.run(TRIMMED)
         time.sleep(1.0)
         height = tab.run("document.documentElement.scrollHeight")
         clip = {"x": 0, "y": 0, "width": WIDTH, "height": height, "scale": 1}

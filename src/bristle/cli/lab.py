@@ -65,18 +65,14 @@ def lab(
         unfit = {"MODEL.toml": model, "--out": out, "--log": log, "--axis": axis, "--force": force, "--json": as_json}
         _serve(unfit, port=port, opens=not no_open, size_limit=size_limit)
         return
-    if port or no_open:
-        raise InputError("belongs to --serve", path="--port" if port else "--no-open", mend="Add --serve")
-    if out is None:
-        raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
+    out = _page_named(out, port=port, no_open=no_open)
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import MODELS, base_of
+    from bristle.friction import base_of
     from bristle.lab import lab_page
-    from bristle.lab.page import FIRST
 
     file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
@@ -103,14 +99,20 @@ def lab(
         page = lab_page(**inputs, provenance=source)
     _write(out, page)
     if as_json:
-        first = inputs["model"].name if inputs else FIRST
-        replay = inputs.get("replay")
-        summary = {
-            "file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS),
-            "points_of_log": 0 if replay is None else replay.time.size,
-        }  # fmt: skip
-        sys.stdout.write(json_text(summary | {"provenance": source}))
+        sys.stdout.write(json_text(_summary(out, page, inputs) | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")
+
+
+def _summary(out: Path, page: str, inputs: dict[str, Any]) -> dict[str, Any]:
+    """Return in numbers what stands on a page."""
+    from bristle.friction import MODELS
+    from bristle.lab.page import FIRST
+
+    replay = inputs.get("replay")
+    return {
+        "file": out.name, "size": len(page.encode()), "model": inputs["model"].name if inputs else FIRST,
+        "models": list(MODELS), "points_of_log": 0 if replay is None else replay.time.size,
+    }  # fmt: skip
 
 
 def _serve(unfit: dict[str, Any], *, port: int, opens: bool, size_limit: str | None) -> None:
@@ -126,6 +128,17 @@ def _serve(unfit: dict[str, Any], *, port: int, opens: bool, size_limit: str | N
     with suppress(KeyboardInterrupt):
         serve(port=port, opens=opens, limits=limits, announce=_announce)
     complain("the lab is closed")
+
+
+def _page_named(out: Path | None, *, port: int, no_open: bool) -> Path:
+    """Return the page to write; what serves is refused beside it."""
+    from bristle.core import InputError
+
+    if port or no_open:
+        raise InputError("belongs to --serve", path="--port" if port else "--no-open", mend="Add --serve")
+    if out is None:
+        raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
+    return out
 
 
 def _announce(address: str) -> None:

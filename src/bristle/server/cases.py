@@ -208,11 +208,11 @@ class Cases:
         if len(case.files) >= self._limits.files:
             raise RefusedRequestError(413, f"{len(case.files)} files are there", path="file",
                                       allowed=f"up to {self._limits.files}", mend="Remove some")  # fmt: skip
-        taken = sum(file.size for each in self for file in each.files.values()) + self.receiving
-        room = self._limits.total_size - taken
-        if room <= 0 or announced > room >= self._limits.file_size:
+        stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
+        available = self._limits.total_size - stored_size
+        if available <= 0 or announced > available >= self._limits.file_size:
             raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some")
-        return min(self._limits.file_size, room)
+        return min(self._limits.file_size, available)
 
 
 def label_of(name: str) -> str:

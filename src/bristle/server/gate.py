@@ -69,22 +69,22 @@ class Gate:
 
     def _refusal(self, scope: Scope) -> JSONResponse | None:
         headers = scope["headers"]
-        if len(hosts := _all_of(headers, b"host")) != 1 or hosts[0] not in self._hosts:
+        if len(hosts := _values_of(headers, b"host")) != 1 or hosts[0] not in self._hosts:
             return _refused(421, "Host: is not this machine. Open the address that bristle printed")
-        if any(origin not in self._origins for origin in _all_of(headers, b"origin")):
+        if any(origin not in self._origins for origin in _values_of(headers, b"origin")):
             return _refused(403, "Origin: is another site")
-        if any(site not in (b"same-origin", b"none") for site in _all_of(headers, b"sec-fetch-site")):
+        if any(site not in (b"same-origin", b"none") for site in _values_of(headers, b"sec-fetch-site")):
             return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
         path = scope["path"]
         if path == OPEN[0] or path.startswith(OPEN[1]):
             return None
-        tokens = _all_of(headers, TOKEN.encode("ascii"))
+        tokens = _values_of(headers, TOKEN.encode("ascii"))
         if len(tokens) != 1 or not secrets.compare_digest(tokens[0], self._token):
             return _refused(401, "the token is missing or old. Open the address that bristle printed last")
         return None
 
 
-def _all_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:
+def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:
     return [value for key, value in headers if key.lower() == name]
 
 

@@ -72,7 +72,7 @@ class Job:
             self.state = "done"
         else:
             self.state = "cancelled" if self._killed or (self._cancelled and not self._late) else "failed"
-            self.message = self.message or self._how(code, complaint)
+            self.message = self.message or self._ending(code, complaint)
         return self.state == "done"
 
     async def _ended_with(self, request: Mapping[str, Any]) -> tuple[int, str]:
@@ -113,7 +113,7 @@ class Job:
         else:
             self.message = str(event.get("refused", ""))
 
-    def _how(self, code: int, complaint: str) -> str:
+    def _ending(self, code: int, complaint: str) -> str:
         if self._killed:
             return "stopped"
         if self._late:

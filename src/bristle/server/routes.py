@@ -67,7 +67,7 @@ class Routes:
         case = "/api/cases/{case}"
         return [
             Route("/", self.page, methods=["GET"]),
-            Route("/shown/{ticket}", self.shown, methods=["GET"]),
+            Route("/shown/{ticket}", self.show_report, methods=["GET"]),
             Route("/api/cases", self.begin, methods=["POST"]),
             Route(case, self.state, methods=["GET"]),
             Route(case, self.close, methods=["DELETE"]),
@@ -139,8 +139,8 @@ class Routes:
             raise RefusedRequestError(400, "is no role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
         case, file = self._file(request)
         case.files[file.number] = StoredFile(file.number, file.label, role, file.size, file.place)
-        for each in ROLES[:2]:
-            case.changed(each)
+        for changed in ROLES[:2]:
+            case.changed(changed)
         return JSONResponse(case.as_data())
 
     async def start(self, request: Request) -> Response:
@@ -152,7 +152,7 @@ class Routes:
         if case.job is not None and case.job.runs:
             raise RefusedRequestError(409, "another job runs for this analysis", path="job",
                                       mend="Wait for it, or cancel it")  # fmt: skip
-        running = sum(each.job is not None and each.job.runs for each in self._cases)
+        running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
             raise RefusedRequestError(429, f"{running} jobs run already", path="job", mend="Wait until one has ended")
         work = asyncio.create_task(self._run(case, Job(task, self._limits), options))
@@ -168,13 +168,13 @@ class Routes:
         folder.mkdir(mode=0o700)
         identified = case.parts.get("identified")
         text = case.axis or ""
-        done = await job.run({
+        succeeded = await job.run({
             "folder": str(folder), "options": options, "memory": self._limits.job_memory,
             "logs": [(str(file.place), file.label, file.role) for file in case.logs("fit", "held_out")],
             "axis_text": text, "axis_label": case.axis_label, "size_limit": self._limits.file_size,
             "results": str(identified.folder / "results") if identified is not None else None,
         })  # fmt: skip
-        if not done:
+        if not succeeded:
             shutil.rmtree(folder, ignore_errors=True)
             return
         facts = dict(job.facts)
@@ -216,7 +216,7 @@ class Routes:
         self._tickets[ticket] = (part.folder / REPORTS[name], now + LONGEST_REPORT_TICKET)
         return JSONResponse({"address": f"/shown/{ticket}"}, 201)
 
-    async def shown(self, request: Request) -> Response:
+    async def show_report(self, request: Request) -> Response:
         """Show a report, once."""
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():

@@ -53,9 +53,9 @@ def serve(
 
     bounds, token = limits or Limits(), secrets.token_urlsafe(32)
     with listening_on(port) as listening:
-        taken: int = listening.getsockname()[1]
-        server = server_of(application(token, taken, bounds), bounds)
-        address = f"http://{LOOPBACK}:{taken}/#{token}"
+        free_port: int = listening.getsockname()[1]
+        server = server_of(application(token, free_port, bounds), bounds)
+        address = f"http://{LOOPBACK}:{free_port}/#{token}"
         announce(address)
         if opens:
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()

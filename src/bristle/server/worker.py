@@ -43,14 +43,14 @@ class Interruption:
     """What the server says while the work goes on: to end with what there is, or, by hanging up, to end at once."""
 
     def __init__(self) -> None:
-        self._lock, self._allowed, self._wanted = threading.Lock(), False, False
+        self._lock, self._allowed, self._requested = threading.Lock(), False, False
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
         for line in sys.stdin:
             if line.strip() == "cancel":
                 with self._lock:
-                    self._wanted = True
+                    self._requested = True
                 self._interrupt()
         os._exit(1)  # the server is gone: nobody waits for this any more
 
@@ -72,8 +72,8 @@ class Interruption:
     def allowed(self) -> Iterator[None]:
         """Let the work in this block be interrupted, at once where that was asked for before."""
         with self._lock:
-            self._allowed, wanted = True, self._wanted
-        if wanted:
+            self._allowed, requested = True, self._requested
+        if requested:
             self._interrupt()
         try:
             yield
@@ -109,6 +109,7 @@ def main() -> None:
     request: dict[str, Any] = json.loads(sys.stdin.readline())
     answers = _Answers()
     _limit_to(request["memory"])
+    os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
     interruption = Interruption()
     try:
         from bristle.server.tasks import TASKS, Errand

@@ -22,8 +22,8 @@ def check(errand: Errand) -> Answer:
             continue
         chosen = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")
         passages = passage_table(summary["passages"], summary["kind"]) if summary["passages"] else None
-        told = {name: summary[name] for name in chosen}
-        logs.append({"label": log.label, "role": log.role, **told, "passages": passages and passages._asdict()})
+        facts = {name: summary[name] for name in chosen}
+        logs.append({"label": log.label, "role": log.role, **facts, "passages": passages and passages._asdict()})
     problems = sum(len(log["problems"]) for log in logs)
     warnings = sum(
         entry["severity"] != "info" for log in logs for entry in log.get("diagnostics", ())

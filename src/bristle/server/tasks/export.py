@@ -34,11 +34,11 @@ def export(errand: Errand) -> Answer:
     zipped(errand.folder / "export", errand.folder / ARCHIVE)
     texts = [(file, text) for file, text in exported.product.files.items() if isinstance(text, str)]
     facts = {"target": target, "file": f"{name}_{target}.zip"}
-    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": _shown(texts)}
+    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": _preview(texts)}
     return facts, data
 
 
-def _shown(texts: list[tuple[str, str]]) -> dict[str, str] | None:
+def _preview(texts: list[tuple[str, str]]) -> dict[str, str] | None:
     """Return the first short text, which a person may want to see before it is loaded."""
     short = [(file, text) for file, text in texts if len(text) < 6000]
     return {"file": short[0][0], "text": short[0][1]} if short else None

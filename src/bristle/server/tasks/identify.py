@@ -36,7 +36,7 @@ def identify(errand: Errand) -> Answer:
     zipped(errand.folder / RESULTS, errand.folder / ARCHIVE)
     verdict = outcome.summary["verdict"]
     facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
-    return facts, _told(identified, outcome)
+    return facts, _findings(identified, outcome)
 
 
 def _options(errand: Errand) -> tuple[list[str], dict[str, Any]]:
@@ -54,7 +54,7 @@ def _command(errand: Errand) -> str:
     return command(*words, "--out", RESULTS)
 
 
-def _told(identified: Identified, outcome: Outcome) -> dict[str, Any]:
+def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return what the page shows: the verdict, the models, what to type in."""
     from bristle.report.advice import next_measurements
     from bristle.report.first_page import answers

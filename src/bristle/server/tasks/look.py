@@ -17,7 +17,7 @@ from bristle.workflow.inspected import Inspected, inspect_log
 __all__ = ["look"]
 
 EMPTY = 'schema = 1\nname = "axis"\n\n[columns]\n'
-SHOWN = ("position", "velocity", "reference", "effort")
+PLOTTED = ("position", "velocity", "reference", "effort")
 
 
 def look(errand: Errand) -> Answer:
@@ -63,7 +63,7 @@ def _of_log(inspected: Inspected) -> list[dict[str, Any]]:
     return [
         {"word": name, "unit": channel.unit, "column": channel.column,
          "curve": thinned(log.time.values, channel.values), "time_unit": "s"}
-        for name, channel in log.channels() if name in SHOWN
+        for name, channel in log.channels() if name in PLOTTED
     ]  # fmt: skip
 
 
@@ -72,7 +72,7 @@ def _of_columns(inspected: Inspected, tables: dict[str, Any]) -> list[dict[str, 
     plots, columns = [], tables.get("columns", {})
     recorded = inspected.table.columns
     time = recorded.get(columns.get("time", {}).get("column"))
-    for name in SHOWN:
+    for name in PLOTTED:
         entry = columns.get(name, {})
         values = recorded.get(entry.get("column"))
         if values is None or not values.size:
