@@ -60,7 +60,9 @@ class Person:
             f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"
         ):
             if now != (value in values):
-                self.clicks(f'input[name="{name}"][value="{value}"]')
+                box = f'input[name="{name}"][value="{value}"]'
+                self.clicks(box)
+                self.waits(f"document.querySelector({json.dumps(box)}).checked === {json.dumps(value in values)}")
 
     def loads(self, selector, name):
         """Click, and return the file that is downloaded."""

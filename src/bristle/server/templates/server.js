@@ -113,7 +113,6 @@ const VIEWS = {
 const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
 
 async function show() {
-  showSteps();
   showLogs();
   for (const name of Object.keys(VIEWS)) {
     const part = state.parts[name], key = part ? `${state.id} ${part.revision} ${part.old}` : "";
@@ -128,6 +127,7 @@ async function show() {
     if (name === "identified") shown.predicted = undefined;
     if (fresh && name === "identified") byId("step-5").scrollIntoView();
   }
+  showSteps(); // last: what a step unlocks stays where it appears
   showJob();
 }
 
