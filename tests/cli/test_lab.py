@@ -94,3 +94,54 @@ def test_a_log_is_put_on_the_page(tmp_path, monkeypatch, capsys):
 def test_a_log_without_a_model_is_refused(tmp_path):
     with pytest.raises(br.core.InputError, match="is read with a model"):
         run(["lab", "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html")])
+
+
+def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
+    calls = []
+
+    def serve(*, announce, **chosen):
+        calls.append(chosen)
+        announce("http://127.0.0.1:1/#token")
+        raise KeyboardInterrupt  # Ctrl-C is how it ends
+
+    monkeypatch.setattr("bristle.server.serve", serve)
+    assert run(["lab", "--serve", "--no-open", "--port", "8123", "--size-limit", "2 MB"]) == 0
+    (chosen,) = calls
+    assert (chosen["port"], chosen["opens"], chosen["limits"].file_size) == (8123, False, 2_000_000)
+    assert chosen["limits"].total_size == 8_000_000
+    printed = capsys.readouterr()
+    assert printed.out == "http://127.0.0.1:1/#token\n"
+    assert "Ctrl-C" in printed.err
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (["lab"], "--out: is missing"),
+        (["lab", "--port", "8000", "--out", "x.html"], "belongs to --serve"),
+        (["lab", "--no-open", "--out", "x.html"], "belongs to --serve"),
+        (["lab", "model.toml", "--serve"], "does not go with --serve"),
+        (["lab", "--serve", "--out", "x.html"], "does not go with --serve"),
+        (["lab", "--serve", "--port", "70000"], "is no port"),
+    ],
+)
+def test_what_does_not_go_together_is_told(line, words):
+    with pytest.raises(br.core.InputError, match=words):
+        run(line)
+
+
+@pytest.mark.parametrize("package", ["starlette", "uvicorn"])
+def test_what_is_not_installed_is_told_with_the_command_that_installs_it(monkeypatch, package):
+    monkeypatch.setattr("bristle.server.run.find_spec", lambda name: None if name == package else object())
+    with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[lab\]"'):
+        run(["lab", "--serve"])
+
+
+def test_a_port_that_is_taken_is_told():
+    from bristle.server.run import listening_on
+
+    with listening_on(0) as listening:
+        address, port = listening.getsockname()
+        assert address == "127.0.0.1"
+        with pytest.raises(br.core.InputError, match="Leave --port away"):
+            run(["lab", "--serve", "--no-open", "--port", str(port)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -21,7 +20,6 @@ __all__ = ["EXAMPLE", "excite"]
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 
-FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "purposes": "--for", "model": "--model"}
 
 
@@ -62,16 +60,11 @@ def excite(
     """
     from bristle.core import InputError
     from bristle.core.content import content_of
-    from bristle.excitation import excite as designed
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
-    from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
-    from bristle.report.excitation import excitation_report, excitation_summary
     from bristle.report.figure_files import figure_files
-    from bristle.report.results import write_motion_folder
+    from bristle.workflow.excited import FILES, designed_motion
 
     axis_file = content_of(axis, limit=TOML_LIMIT)
     model_file = content_of(model, limit=TOML_LIMIT) if model else None
@@ -81,39 +74,25 @@ def excite(
         figure_files(folder, formats, data),
     ):
         try:
-            excitation = designed(
-                axis_file, duration=duration, travel=travel, start=start, purposes=purposes, model=model_file,
-                allow_code=allow_code, progress=report,
+            motion = designed_motion(
+                axis_file, command=context.obj, model_file=model_file, duration=duration, travel=travel, start=start,
+                purposes=purposes, allow_code=allow_code, progress=report,
             )  # fmt: skip
         except InputError as error:
             path = OPTIONS.get(error.path, error.path)
             raise InputError(
                 error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
             ) from None
-        code = origins_of_code([base_of(excitation.prior.friction.component)])
-        source = provenance(context.obj, axis=axis_file, model=model_file, code=code)
-        following = _identify(excitation, Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
-        files = FILES if out else {}
-        summary = excitation_summary(excitation, files=files, identify=following, provenance=source)
+        following = motion.next_command(str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml")))
         if folder:
             report(0.85, "writing the report")
-            page = excitation_report(excitation, command=context.obj, identify=following, provenance=source)
-            write_motion_folder(folder, excitation, axis_file=axis_file, report=page, summary=summary)
+            motion.write(folder, following)
     if as_json:
-        sys.stdout.write(json_text(summary))
+        sys.stdout.write(json_text(motion.summary(FILES if out else {}, following)))
     else:
-        _show(excitation, _identify(excitation, out / "axis.toml") if out else following)
+        _show(motion.excitation, motion.next_command(str(out / "axis.toml")) if out else following)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-
-
-def _identify(excitation: Excitation, axis: Path) -> str:
-    """Return the command that identifies the log of the motion."""
-    model = excitation.rehearsal.identification.best.name if excitation.rehearsal else excitation.prior.friction.name
-    if any(piece.purpose == "presliding" for piece in excitation.motion.pieces) and model != "maxwell_slip":
-        # Loops inside loops tell whether the contact remembers more than one force.
-        model += ",maxwell_slip"
-    return shlex.join(["bristle", "identify", "LOG", "--axis", str(axis), "--model", model, "--out", "results"])
 
 
 def _show(excitation: Excitation, following: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,8 +14,7 @@ from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
-    from bristle.core import Model
-    from bristle.exports.targets import Product
+    from bristle.workflow.exported import ExportedModel
 
 __all__ = ["EXAMPLE", "export"]
 
@@ -88,8 +87,9 @@ def export(
     """
     from bristle.core import InputError
     from bristle.exports.targets import name_for
-    from bristle.files.results import SUMMARY, results_folder
+    from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.workflow.exported import export_model_file
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
@@ -104,30 +104,16 @@ def export(
         if law is not None:
             exported = _law(context, law, variant, to, name_for(name), allow_code=allow_code)
         else:
-            options = of_model | {"step": step or STEP, "points": points, "allow_code": allow_code}
-            exported = _model(context, file, to, name_for(name), options)
-        for file_name, content in exported.product.files.items():
-            folder.write(file_name, content)
-        summary: dict[str, Any] = {
-            "target": to, "model": exported.name, "files": list(exported.product.files),
-            "notes": [*exported.product.notes, *exported.beside], "provenance": exported.provenance,
-        }  # fmt: skip
-        folder.write(SUMMARY, json_text(summary))
+            options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
+            exported = export_model_file(file, to, command=context.obj, name=name, allow_code=allow_code, **options)
+        exported.write(folder)
+    summary = exported.summary
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
         for note in summary["notes"]:
             say(f"Note: {note}")
     complain(f"wrote {out}: {', '.join(exported.product.files)}")
-
-
-class _Exported(NamedTuple):
-    """Files of an export, what is in them, where it comes from, and notes of this command."""
-
-    product: Product
-    name: str
-    provenance: dict[str, str]
-    beside: tuple[str, ...] = ()
 
 
 def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
@@ -139,69 +125,22 @@ def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
         raise InputError(f"belongs to {owner}", path=option, mend=f"Leave {option} out")
 
 
-def _model(context: typer.Context, model: Path, to: str, name: str, options: Mapping[str, Any]) -> _Exported:
-    """Return a friction model or an operator as files."""
-    from bristle.core.content import content_of
-    from bristle.exports.described import Source
-    from bristle.exports.face import PERIOD
-    from bristle.exports.targets import Request, files_for
-    from bristle.files.arrays import read_arrays
-    from bristle.files.axis import read_axis
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator, read_operator
-    from bristle.files.provenance import provenance
-    from bristle.files.toml import TOML_LIMIT
-    from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
-    from bristle.logs import read_log
-    from bristle.testing import admit
-
-    file = content_of(model, limit=TOML_LIMIT)
-    if holds_operator(file):
-        exported, offset, _ = read_operator(file)
-        plant = None
-        facts, code, drawn = {"uncertainty": {}, "treatment": {}}, (), {}
-        beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
-    else:
-        plant, exported, facts = read_model(file, allow_code=options["allow_code"])
-        admit(exported)
-        code, beside = origins_of_code([base_of(exported.component)]), ()
-        drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {}) if to == "draws" else {}
-    axis = None if options["axis"] is None else read_axis(options["axis"])
-    log = None if options["log"] is None else read_log(options["log"], axis)
-    source = provenance(context.obj, model=file, log=log, code=code)
-    request = Request(
-        exported, name, PERIOD(options["step"], "--step", None), Source(source, facts["uncertainty"]),
-        options["tunable"], options["float32"], axis, _speed(options["speed"], exported, facts["treatment"]),
-        options["points"], 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, log, facts,
-        options["draws"] or 0, drawn,
-    )  # fmt: skip
-    return _Exported(files_for(to, request), exported.name, source, beside)
-
-
 def _law(
     context: typer.Context, path: Path, variant: str | None, to: str, name: str, *, allow_code: bool
-) -> _Exported:  # fmt: skip
+) -> ExportedModel:  # fmt: skip
     """Return the control law of a variant of an experiment as files."""
     from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
     from bristle.exports.targets import law_for, variant_of
     from bristle.files.provenance import provenance
     from bristle.testing import admit
+    from bristle.workflow.exported import ExportedModel
 
     experiment = experiment_in(path, allow_code=allow_code, size_limit=SIZE_LIMIT)
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
     source = provenance(context.obj, **experiment.origins)
-    return _Exported(law_for(to, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source)
-
-
-def _speed(text: str | None, friction: Model, treatment: Mapping[str, float]) -> float:
-    """Return the largest speed of a table: as typed, or that of the log that the model was fitted to."""
-    from bristle.core.edge import amount
-    from bristle.core.variable import Variable
-
-    if text is None:
-        return float(treatment.get("velocity_max", 0.0))
-    return amount(Variable("length/time", "largest speed", min=0.0))(text, "--speed", friction.kind)
+    return ExportedModel(
+        to, law_for(to, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source
+    )

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLE", "lab"]
 
 EXAMPLE = """Example:
-  bristle lab results --out lab.html"""
+  bristle lab results --out lab.html
+  bristle lab --serve"""
 
 
 def lab(
@@ -31,7 +32,14 @@ def lab(
         Path | None,
         typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")
+    ] = None,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Open the main job in a browser instead: from a log to the drive.")
+    ] = False,
+    port: Annotated[int, typer.Option("--port", metavar="PORT", help="Where to serve; 0 for any that is free.")] = 0,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address, and open no browser.")] = False,
     log: Annotated[
         Path | None, typer.Option("--log", metavar="LOG", help="A log, whose motion the models are led along.")
     ] = None,
@@ -47,16 +55,24 @@ def lab(
     physics, and first of all the one that is given: with its slots, its values and how sure they are. With results of
     identify, or with --log, it holds the recorded motion too. One file that asks for nothing, for any browser, disk,
     mail or host. LAB.html#selftest tells whether a browser computes the bits of Python.
+
+    With --serve, identification in the browser, on this machine and for it alone: drop logs, see columns, units and
+    signs, check, identify, compensate, export, or design the motion to record. Ctrl-C ends it.
     """
     from bristle.core import InputError
+
+    if serve:
+        unfit = {"MODEL.toml": model, "--out": out, "--log": log, "--axis": axis, "--force": force, "--json": as_json}
+        _serve(unfit, port=port, opens=not no_open, size_limit=size_limit)
+        return
+    out = _page_named(out, port=port, no_open=no_open)
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import MODELS, base_of
+    from bristle.friction import base_of
     from bristle.lab import lab_page
-    from bristle.lab.page import FIRST
 
     file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
@@ -83,14 +99,52 @@ def lab(
         page = lab_page(**inputs, provenance=source)
     _write(out, page)
     if as_json:
-        first = inputs["model"].name if inputs else FIRST
-        replay = inputs.get("replay")
-        summary = {
-            "file": out.name, "size": len(page.encode()), "model": first, "models": list(MODELS),
-            "points_of_log": 0 if replay is None else replay.time.size,
-        }  # fmt: skip
-        sys.stdout.write(json_text(summary | {"provenance": source}))
+        sys.stdout.write(json_text(_summary(out, page, inputs) | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")
+
+
+def _summary(out: Path, page: str, inputs: dict[str, Any]) -> dict[str, Any]:
+    """Return in numbers what stands on a page."""
+    from bristle.friction import MODELS
+    from bristle.lab.page import FIRST
+
+    replay = inputs.get("replay")
+    return {
+        "file": out.name, "size": len(page.encode()), "model": inputs["model"].name if inputs else FIRST,
+        "models": list(MODELS), "points_of_log": 0 if replay is None else replay.time.size,
+    }  # fmt: skip
+
+
+def _serve(unfit: dict[str, Any], *, port: int, opens: bool, size_limit: str | None) -> None:
+    """Serve the lab until it is interrupted, which is how it ends."""
+    from bristle.core import InputError
+    from bristle.server import Limits, serve
+
+    option = next((option for option, value in unfit.items() if value), None)
+    if option is not None:
+        raise InputError("does not go with --serve", path=option, mend="Leave it away: files are dropped on the page")
+    largest = bytes_asked(size_limit)
+    limits = Limits(file_size=largest, total_size=4 * largest)
+    with suppress(KeyboardInterrupt):
+        serve(port=port, opens=opens, limits=limits, announce=_announce)
+    complain("the lab is closed")
+
+
+def _page_named(out: Path | None, *, port: int, no_open: bool) -> Path:
+    """Return the page to write; what serves is refused beside it."""
+    from bristle.core import InputError
+
+    if port or no_open:
+        raise InputError("belongs to --serve", path="--port" if port else "--no-open", mend="Add --serve")
+    if out is None:
+        raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
+    return out
+
+
+def _announce(address: str) -> None:
+    sys.stdout.write(f"{address}\n")
+    sys.stdout.flush()
+    complain("open this address in a browser of this machine; who has it can use the lab. Ctrl-C ends it")
 
 
 def _replay(

@@ -26,11 +26,7 @@ from bristle.cli.options import (
 from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
-    from bristle.core import Axis
-    from bristle.core.content import Content
     from bristle.files.proposal import Proposal
-    from bristle.files.results import Results
-    from bristle.logs.summary import Summary
 
 __all__ = ["EXAMPLE", "log"]
 
@@ -77,10 +73,8 @@ def log(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
-    from bristle.logs.readers import read_table
-    from bristle.logs.summary import summary_of
-    from bristle.logs.tables import content_of_log
     from bristle.report.figure_files import figure_files
+    from bristle.workflow.inspected import inspect_log
 
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
@@ -91,21 +85,11 @@ def log(
         results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder,
         figure_files(folder, formats, data),
     ):
-        content = content_of_log(file, limit=limit)
-        proposal = _proposal(content, limit) if log_axis is None else None
-        used = proposal.axis if proposal else log_axis
-        table = proposal.table if proposal else read_table(content, used and used.table, size_limit=limit)
-        looked_at = summary_of(table, used)
-        summary = _with_messages(looked_at.data)
-        summary["proposal"] = {"text": None, "missing": []}
-        if proposal is not None:
-            summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
-            summary["notes"] = [*proposal.notes, *summary["notes"]]
-            if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
-                summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
+        inspected = inspect_log(file, log_axis, size_limit=limit)
+        summary, proposal = inspected.summary, inspected.proposal
         if folder:
-            source = provenance(context.obj, log=content, axis=described)
-            _write(folder, looked_at._replace(data=summary | {"provenance": source}), used, context.obj)
+            source = provenance(context.obj, log=inspected.content, axis=described)
+            inspected._replace(summary=summary | {"provenance": source}).write(folder, context.obj)
     if out:
         complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
     if write is not None:
@@ -119,17 +103,6 @@ def log(
     return NO if summary["problems"] else 0
 
 
-def _proposal(content: Content, limit: int) -> Proposal | None:
-    """Return the axis file that a log speaks of; None where no column can be the position."""
-    from bristle.core.errors import InputError
-    from bristle.files.proposal import propose_axis
-
-    try:
-        return propose_axis(content, size_limit=limit)
-    except InputError:
-        return None
-
-
 def _write_proposal(write: Path, proposal: Proposal | None) -> None:
     """Write a proposed axis file where there is none yet."""
     if proposal is None:
@@ -141,34 +114,6 @@ def _write_proposal(write: Path, proposal: Proposal | None) -> None:
     complain(f"wrote {write}")
     for key in proposal.missing:
         complain(f"to be filled in: {key}")
-
-
-def _with_messages(summary: dict[str, Any]) -> dict[str, Any]:
-    """Return what is in a log with a sentence for each diagnostic."""
-    from bristle.core.diagnostic import Diagnostic
-    from bristle.report.messages import as_data
-
-    found = [Diagnostic(**entry, kind=summary["kind"]) for entry in summary["diagnostics"]]
-    return summary | {"diagnostics": as_data(found)}
-
-
-def _write(folder: Results, looked_at: Summary, axis: Axis | None, command: str) -> None:
-    """Write the numbers, and the report of a log that can be used."""
-    from bristle.files.results import SUMMARY
-    from bristle.files.summary import as_json
-
-    summary, log, passages = looked_at
-    if log is None:
-        folder.write(SUMMARY, as_json(summary))
-        return
-    from bristle.report.log import log_report
-    from bristle.report.results import write_report
-
-    page = log_report(
-        log, passages, name=axis.name if axis else Path(summary["file"]).stem, command=command,
-        provenance=summary["provenance"], diagnostics=summary["diagnostics"],
-    )  # fmt: skip
-    write_report(folder, page, summary)
 
 
 def _show(summary: dict[str, Any]) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from bristle.lab.replay import Replay
 
-__all__ = ["FIRST", "MARK", "SHARED", "joined", "lab_page", "policy"]
+__all__ = ["FIRST", "MARK", "SHARED", "hash_of", "joined", "lab_page", "policy"]
 
 MARK = "<!-- A page of bristle lab -->"
 """What a page begins with, so that it is known as one."""
@@ -106,8 +106,8 @@ def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
     styles : iterable of str, optional
         The styles; any that stands in the page where not given, as figures have some for each line.
     """
-    script = " ".join(_hash(text) for text in scripts)
-    style = "'unsafe-inline'" if styles is None else " ".join(_hash(text) for text in styles)
+    script = " ".join(hash_of(text) for text in scripts)
+    style = "'unsafe-inline'" if styles is None else " ".join(hash_of(text) for text in styles)
     return (
         f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
         "worker-src blob:; base-uri 'none'; form-action 'none'"
@@ -119,13 +119,14 @@ def _example(name: str) -> dict[str, Any]:
     return described(example_named(name))
 
 
-def _hash(text: str) -> str:
+def hash_of(text: str) -> str:
+    """Return a script or a style as a policy names it."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
 
 
-def joined(names: Iterable[str]) -> str:
-    """Return scripts, or styles, of the page as one."""
-    folder = resources.files("bristle.lab").joinpath("templates")
+def joined(names: Iterable[str], package: str = "bristle.lab") -> str:
+    """Return scripts or styles of a package, one after the other."""
+    folder = resources.files(package).joinpath("templates")
     return "\n" + "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in names)
 
 

@@ -1,0 +1,60 @@
+"""The application: what answers, behind what lets in."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from bristle.server.bodies import RefusedRequestError
+from bristle.server.cases import Cases
+from bristle.server.gate import Gate
+from bristle.server.limits import Limits
+from bristle.server.page import server_page
+from bristle.server.routes import Routes
+
+__all__ = ["application"]
+
+
+def application(token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (it is frozen)
+    """Return the application.
+
+    Parameters
+    ----------
+    token : str
+        What its page sends with each request.
+    port : int
+        Where it is listened.
+    limits : Limits
+        How much of anything.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="bristle-lab-"))
+    page, policy = server_page(limits)
+    cases = Cases(folder, limits)
+    routes = Routes(cases, limits, page, policy)
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        yield
+        routes.end()
+        shutil.rmtree(folder, ignore_errors=True)
+
+    gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
+    app = Starlette(
+        routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan
+    )  # fmt: skip
+    app.state.cases = cases
+    return app
+
+
+async def _refused(_: Request, error: Exception) -> Response:
+    """Tell why a request is not answered; the rest of its body is not waited for."""
+    assert isinstance(error, RefusedRequestError)
+    return JSONResponse({"message": str(error)}, error.status, headers={"connection": "close"})

@@ -1,0 +1,229 @@
+"""What is open: each analysis with its files, its axis, what came out, and the job that runs."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from bristle.core.errors import shortened
+from bristle.server.bodies import RefusedRequestError
+from bristle.server.job import Job
+from bristle.server.limits import Limits
+
+__all__ = ["ROLES", "Case", "Cases", "Part", "StoredFile", "label_of"]
+
+ROLES = ("fit", "held_out", "axis")
+"""What a file is for: to be fitted to, to be predicted only, to describe the axis."""
+LONGEST_LABEL = 100
+FORGOTTEN = 600.0  # [s] without a tab, after which an analysis makes room for a new one
+DEPENDS = {
+    "looked": ("fit", "axis"), "checked": ("fit", "axis", "held_out"), "identified": ("fit", "axis"),
+    "predicted": ("fit", "axis", "held_out"), "exported": ("fit", "axis"), "excited": (),
+}  # fmt: skip
+"""What came out -> what it was made of; once that changes, it is told to be old."""
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """A file that was dropped: its label is what a person calls it, and names nothing on this machine.
+
+    Parameters
+    ----------
+    number : int
+        By which the page speaks of it.
+    label : str
+        Without any folder.
+    role : str
+        One of `ROLES`.
+    size : int
+        In bytes.
+    place : Path
+        Where its bytes are; the server chose the name.
+    """
+
+    number: int
+    label: str
+    role: str
+    size: int
+    place: Path
+
+    def as_data(self) -> dict[str, Any]:
+        """Return what the page is told."""
+        return {"number": self.number, "label": self.label, "role": self.role, "size": self.size}
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a job left.
+
+    Parameters
+    ----------
+    revision : int
+        Grows with each.
+    folder : Path
+        Where its files are.
+    facts : mapping
+        What the page is told at once; the rest it asks for.
+    made_of : tuple of int
+        How often what it depends on had changed.
+    """
+
+    revision: int
+    folder: Path
+    facts: Mapping[str, Any]
+    made_of: tuple[int, ...]
+
+
+@dataclass
+class Case:
+    """One analysis: from logs to numbers for a drive.
+
+    Parameters
+    ----------
+    identifier : str
+        By which the page speaks of it.
+    folder : Path
+        All of its files, those of others not.
+    """
+
+    identifier: str
+    folder: Path
+    files: dict[int, StoredFile] = field(default_factory=dict)
+    axis: str | None = None
+    axis_label: str = "axis.toml"
+    parts: dict[str, Part] = field(default_factory=dict)
+    job: Job | None = None
+    seen_at: float = field(default_factory=time.monotonic)
+    _numbers: int = 0
+    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(ROLES, 0))
+
+    def number(self) -> int:
+        """Return a number that was never given out in this analysis."""
+        self._numbers += 1
+        return self._numbers
+
+    def changed(self, role: str) -> None:
+        """Take note that files of a role, or the axis, are others now."""
+        self._changes[role] += 1
+
+    def inputs_of(self, part: str) -> tuple[int, ...]:
+        """Return how often what a part depends on has changed."""
+        return tuple(self._changes[role] for role in DEPENDS[part])
+
+    def is_old(self, name: str) -> bool:
+        """Return whether a part was made of what has changed since."""
+        return name in self.parts and self.parts[name].made_of != self.inputs_of(name)
+
+    def logs(self, *roles: str) -> list[StoredFile]:
+        """Return the files of these roles, in their order."""
+        return [file for file in self.files.values() if file.role in roles]
+
+    def keep(self, name: str, part: Part) -> None:
+        """Keep what a job left, and remove what an earlier one did."""
+        before = self.parts.get(name)
+        self.parts[name] = part
+        if before is not None:
+            shutil.rmtree(before.folder, ignore_errors=True)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return all that the page is told at once."""
+        return {
+            "id": self.identifier,
+            "files": [file.as_data() for file in self.files.values()],
+            "axis": {"label": self.axis_label, "text": self.axis},
+            "parts": {
+                name: {"revision": part.revision, "old": self.is_old(name), **part.facts}
+                for name, part in self.parts.items()
+            },
+            "job": None if self.job is None else self.job.as_data(),
+        }
+
+
+class Cases:
+    """All that is open, in a folder of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are; nothing else is in it.
+    limits : Limits
+        How many, and how large.
+    """
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._folder, self._limits, self._cases = folder, limits, dict[str, Case]()
+        self.receiving = 0
+
+    def __getitem__(self, identifier: str) -> Case:
+        case = self._cases.get(identifier)
+        if case is None:
+            raise RefusedRequestError(404, "is not open any more", path="analysis", mend="Begin a new one")
+        case.seen_at = time.monotonic()
+        return case
+
+    def __iter__(self):
+        return iter(list(self._cases.values()))
+
+    def new(self) -> Case:
+        """Return a new analysis; one that no tab has looked at for long makes room for it.
+
+        Raises
+        ------
+        RefusedRequestError
+            If too many are open.
+        """
+        if len(self._cases) >= self._limits.cases:
+            oldest = min(self, key=lambda case: case.seen_at)
+            if time.monotonic() - oldest.seen_at < FORGOTTEN or (oldest.job is not None and oldest.job.runs):
+                raise RefusedRequestError(429, f"{len(self._cases)} analyses are open", path="analysis",
+                                          allowed=f"up to {self._limits.cases}", mend="Close one")  # fmt: skip
+            self.close(oldest)
+        identifier = secrets.token_urlsafe(12)
+        folder = self._folder / secrets.token_hex(8)
+        folder.mkdir(mode=0o700)
+        self._cases[identifier] = Case(identifier, folder)
+        return self._cases[identifier]
+
+    def close(self, case: Case) -> None:
+        """Forget an analysis, and remove its files."""
+        if case.job is not None:
+            case.job.kill()
+        del self._cases[case.identifier]
+        shutil.rmtree(case.folder, ignore_errors=True)
+
+    def room_for(self, case: Case, announced: int) -> int:
+        """Return how large a file may be that is received next [byte].
+
+        Raises
+        ------
+        RefusedRequestError
+            If there are too many, or they are too large already.
+        """
+        if len(case.files) >= self._limits.files:
+            raise RefusedRequestError(413, f"{len(case.files)} files are there", path="file",
+                                      allowed=f"up to {self._limits.files}", mend="Remove some")  # fmt: skip
+        stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
+        available = self._limits.total_size - stored_size
+        if available <= 0 or announced > available >= self._limits.file_size:
+            raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some")
+        return min(self._limits.file_size, available)
+
+
+def label_of(name: str) -> str:
+    r"""Return what a file is called, of a name as a browser sends it: without folders, printable, not long.
+
+    Examples
+    --------
+    >>> label_of("..%2F..%2Fetc%2Fpasswd"), label_of("C:%5Caxis%0A.csv"), label_of("..")
+    ('passwd', 'axis .csv', 'log')
+    """
+    last = unquote(name).replace("\\", "/").rpartition("/")[2]
+    plain = "".join(letter if letter.isprintable() else " " for letter in last).strip()
+    stem, dot, ending = plain.rpartition(".")
+    return f"{shortened(stem, LONGEST_LABEL)}{dot}{ending[:10]}" if plain.strip(".") else "log"

@@ -1,0 +1,99 @@
+"""Who is let in: asked before anything else looks at a request.
+
+A page of another site can send requests to a server on this machine, and a name that it owns can be made to point here
+(DNS rebinding). So the name in ``Host`` must be that of this machine, ``Origin``, where a browser sends one, that of
+this server, and everything but the page itself takes the token, which stands in the fragment of the address: browsers
+send fragments to nobody, and other sites cannot read them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Iterable, Mapping
+
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+__all__ = ["LOOPBACK", "TOKEN", "Gate"]
+
+LOOPBACK = "127.0.0.1"
+TOKEN = "x-bristle-token"
+"""The header that carries the token."""
+OPEN = ("/", "/shown/")
+"""What takes no token: the page, which holds no data, and reports, which are shown once for a ticket."""
+HEADERS = {
+    "cache-control": "no-store",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
+}
+
+
+class Gate:
+    """Lets requests of the page through, and gives clients that do not read a limited time.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What is behind it.
+    token : str
+        What the page sends in `TOKEN`.
+    port : int
+        Where the server listens.
+    silence_seconds : float
+        How long one message may wait for its client [s].
+    """
+
+    def __init__(self, app: ASGIApp, *, token: str, port: int, silence_seconds: float) -> None:
+        self._app, self._token, self._patience = app, token.encode("ascii"), silence_seconds
+        self._hosts = {f"{name}:{port}".encode("ascii") for name in (LOOPBACK, "localhost")}
+        self._origins = {b"http://" + host for host in self._hosts}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or let it through."""
+        if scope["type"] != "http":
+            if scope["type"] == "lifespan":
+                await self._app(scope, receive, send)
+            return
+
+        async def send_in_time(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = _with_own(message.get("headers", ()))
+            await asyncio.wait_for(send(message), self._patience)
+
+        refusal = self._refusal(scope)
+        await (refusal or self._app)(scope, receive, send_in_time)
+
+    def _refusal(self, scope: Scope) -> JSONResponse | None:
+        headers = scope["headers"]
+        if len(hosts := _values_of(headers, b"host")) != 1 or hosts[0] not in self._hosts:
+            return _refused(421, "Host: is not this machine. Open the address that bristle printed")
+        if any(origin not in self._origins for origin in _values_of(headers, b"origin")):
+            return _refused(403, "Origin: is another site")
+        if any(site not in (b"same-origin", b"none") for site in _values_of(headers, b"sec-fetch-site")):
+            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
+        path = scope["path"]
+        if path == OPEN[0] or path.startswith(OPEN[1]):
+            return None
+        tokens = _values_of(headers, TOKEN.encode("ascii"))
+        if len(tokens) != 1 or not secrets.compare_digest(tokens[0], self._token):
+            return _refused(401, "the token is missing or old. Open the address that bristle printed last")
+        return None
+
+
+def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:
+    return [value for key, value in headers if key.lower() == name]
+
+
+def _with_own(headers: Iterable[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
+    """Return the headers of an answer with those of every answer, where it has none of its own."""
+    own: Mapping[bytes, bytes] = {name.encode(): value.encode() for name, value in HEADERS.items()}
+    names = {name.lower() for name, _ in headers}
+    return [*headers, *((name, value) for name, value in own.items() if name not in names)]
+
+
+def _refused(status: int, message: str) -> JSONResponse:
+    return JSONResponse({"message": message}, status, headers={"connection": "close"})

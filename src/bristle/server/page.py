@@ -1,0 +1,66 @@
+"""The page of the application: one file, in the looks of the lab, its script and style named by their hashes."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from typing import Any
+
+from markupsafe import Markup
+
+from bristle.exports.rendering import version
+from bristle.exports.targets import TARGETS
+from bristle.friction import MODELS
+from bristle.lab.page import hash_of, joined
+from bristle.server.limits import Limits
+
+__all__ = ["server_page"]
+
+OF_LAB = ("paths.js", "plot.js", "controls.js")
+SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
+LEFT_OUT = ("draws", "fmu2", "fmu3")  # what takes draws of one's own, or a compiler
+FIRST = ("coulomb_viscous", "stribeck")
+"""The models that are ticked at first."""
+
+
+def server_page(limits: Limits) -> tuple[str, str]:
+    """Return the page, and the policy under which a browser runs it.
+
+    Parameters
+    ----------
+    limits : Limits
+        What the page tells before a file is sent.
+    """
+    import jinja2
+
+    script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
+    style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    page = environment.get_template("server.html").render(
+        style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version()
+    )
+    return page, _policy(script, style)
+
+
+def _template(name: str) -> str:
+    return resources.files("bristle.server").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _policy(script: str, style: str) -> str:
+    """Return what the page may do: run its script, use its style, speak to its server and show a report of it."""
+    return (
+        f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
+        "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+
+
+def _data(limits: Limits) -> str:
+    models: list[dict[str, Any]] = [
+        {"name": name, "description": model.description, "first": name in FIRST} for name, model in MODELS.items()
+    ]
+    targets = [name for name in TARGETS if name not in LEFT_OUT]
+    data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
+    return json.dumps(data).replace("<", "\\u003c")

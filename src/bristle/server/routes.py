@@ -1,0 +1,256 @@
+"""What the page may ask for."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import shutil
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from bristle.server.bodies import RefusedRequestError, json_of, stored
+from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
+from bristle.server.job import Job
+from bristle.server.limits import Limits
+
+__all__ = ["Routes"]
+
+DATA = "data.json"
+REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
+LEAVES = {
+    "look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported",
+    "excite": "excited",
+}  # fmt: skip
+"""Job -> what it leaves."""
+DOWNLOADS: dict[str, Callable[[Part], tuple[str, str]]] = {
+    "identified": lambda part: ("results.zip", "results.zip"),
+    "exported": lambda part: ("export.zip", str(part.facts["file"])),
+    "excited": lambda part: ("motion.zip", "motion.zip"),
+}
+"""What a job left -> the archive of it, and what that is called."""
+REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
+SHOWN_POLICY = (
+    "sandbox allow-scripts allow-downloads; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' "
+    "'wasm-unsafe-eval'; img-src data:; frame-ancestors 'self'"
+)
+"""A report is a page of its own: it runs apart from this one and from the server, and asks for nothing."""
+
+
+class Routes:
+    """The answers to what the page asks.
+
+    Parameters
+    ----------
+    cases : Cases
+        All that is open.
+    limits : Limits
+        How much of anything.
+    page : str
+        The page.
+    policy : str
+        What it may do.
+    """
+
+    def __init__(self, cases: Cases, limits: Limits, page: str, policy: str) -> None:
+        self._cases, self._limits, self._page, self._policy = cases, limits, page, policy
+        self._work: set[asyncio.Task[None]] = set()
+        self._tickets: dict[str, tuple[Path, float]] = {}
+
+    def all(self) -> list[Route]:
+        """Return what there is."""
+        case = "/api/cases/{case}"
+        return [
+            Route("/", self.page, methods=["GET"]),
+            Route("/shown/{ticket}", self.show_report, methods=["GET"]),
+            Route("/api/cases", self.begin, methods=["POST"]),
+            Route(case, self.state, methods=["GET"]),
+            Route(case, self.close, methods=["DELETE"]),
+            Route(f"{case}/files", self.receive, methods=["PUT"]),
+            Route(f"{case}/files/{{number:int}}", self.remove, methods=["DELETE"]),
+            Route(f"{case}/files/{{number:int}}/role", self.assign, methods=["POST"]),
+            Route(f"{case}/jobs", self.start, methods=["POST"]),
+            Route(f"{case}/cancel", self.cancel, methods=["POST"]),
+            Route(f"{case}/parts/{{part}}", self.part, methods=["GET"]),
+            Route(f"{case}/parts/{{part}}/archive", self.archive, methods=["GET"]),
+            Route(f"{case}/parts/{{part}}/ticket", self.ticket, methods=["POST"]),
+        ]
+
+    async def page(self, request: Request) -> Response:
+        """Return the page, in which nothing stands that not everybody may see."""
+        return Response(self._page, media_type="text/html", headers={"content-security-policy": self._policy})
+
+    async def begin(self, request: Request) -> Response:
+        """Open an analysis."""
+        return JSONResponse(self._cases.new().as_data(), 201)
+
+    async def state(self, request: Request) -> Response:
+        """Return where an analysis stands."""
+        return JSONResponse(self._case(request).as_data())
+
+    async def close(self, request: Request) -> Response:
+        """Close an analysis and remove its files."""
+        self._cases.close(self._case(request))
+        return JSONResponse({})
+
+    async def receive(self, request: Request) -> Response:
+        """Take a file, piece by piece, under a name that the server chooses."""
+        case, role = self._case(request), request.headers.get("x-bristle-role", ROLES[0])
+        if role not in ROLES:
+            raise RefusedRequestError(400, "is no role of a file", path="role", value=role, allowed=", ".join(ROLES))
+        length = request.headers.get("content-length", "0")
+        announced = int(length) if length.isdecimal() else 0
+        most = self._cases.room_for(case, announced)
+        if role == "axis":
+            most = min(most, self._limits.body_size)
+        number = case.number()
+        place, reserved = case.folder / f"file-{number}", min(announced, most)
+        self._cases.receiving += reserved
+        try:
+            size = await stored(request, place, most, self._limits.silence_seconds)
+        finally:
+            self._cases.receiving -= reserved
+        file = StoredFile(number, label_of(request.headers.get("x-bristle-name", "")), role, size, place)
+        if role == "axis":
+            case.axis, case.axis_label = _text_in(file), file.label
+            place.unlink()
+        else:
+            case.files[number] = file
+        case.changed(role)
+        return JSONResponse(case.as_data(), 201)
+
+    async def remove(self, request: Request) -> Response:
+        """Remove a file."""
+        case, file = self._file(request)
+        del case.files[file.number]
+        case.changed(file.role)
+        file.place.unlink(missing_ok=True)
+        return JSONResponse(case.as_data())
+
+    async def assign(self, request: Request) -> Response:
+        """Say whether a log is fitted to or held out."""
+        role = (await self._body(request)).get("role")
+        if role not in ROLES[:2]:
+            raise RefusedRequestError(400, "is no role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
+        case, file = self._file(request)
+        case.files[file.number] = StoredFile(file.number, file.label, role, file.size, file.place)
+        for changed in ROLES[:2]:
+            case.changed(changed)
+        return JSONResponse(case.as_data())
+
+    async def start(self, request: Request) -> Response:
+        """Begin a job, where none runs for this analysis and not too many run at all."""
+        body, case = await self._body(request), self._case(request)
+        task, options = body.get("task"), body.get("options", {})
+        if task not in LEAVES or not isinstance(options, dict):
+            raise RefusedRequestError(400, "is no job", path="task", value=task, allowed=", ".join(LEAVES))
+        if case.job is not None and case.job.runs:
+            raise RefusedRequestError(409, "another job runs for this analysis", path="job",
+                                      mend="Wait for it, or cancel it")  # fmt: skip
+        running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
+        if running >= self._limits.jobs:
+            raise RefusedRequestError(429, f"{running} jobs run already", path="job", mend="Wait until one has ended")
+        work = asyncio.create_task(self._run(case, Job(task, self._limits), options))
+        self._work.add(work)
+        work.add_done_callback(self._work.discard)
+        await asyncio.sleep(0)
+        return JSONResponse(case.as_data(), 202)
+
+    async def _run(self, case: Case, job: Job, options: Mapping[str, Any]) -> None:
+        """Do a job and keep what it leaves; what is held out is predicted right after an identification."""
+        case.job, part, number = job, LEAVES[job.task], case.number()
+        folder, made_of = case.folder / f"job-{number}", case.inputs_of(LEAVES[job.task])
+        folder.mkdir(mode=0o700)
+        identified = case.parts.get("identified")
+        text = case.axis or ""
+        succeeded = await job.run({
+            "folder": str(folder), "options": options, "memory": self._limits.job_memory,
+            "logs": [(str(file.place), file.label, file.role) for file in case.logs("fit", "held_out")],
+            "axis_text": text, "axis_label": case.axis_label, "size_limit": self._limits.file_size,
+            "results": str(identified.folder / "results") if identified is not None else None,
+        })  # fmt: skip
+        if not succeeded:
+            shutil.rmtree(folder, ignore_errors=True)
+            return
+        facts = dict(job.facts)
+        if (changed := facts.pop("axis_text", text)) != text:
+            case.axis = changed
+            case.changed("axis")
+            made_of = case.inputs_of(part)
+        case.keep(part, Part(number, folder, facts, made_of))
+        if job.task == "identify" and case.logs("held_out"):
+            await self._run(case, Job("predict", self._limits), {})
+
+    async def cancel(self, request: Request) -> Response:
+        """End a job with the best found so far, or at once."""
+        body, case = await self._body(request), self._case(request)
+        if case.job is not None and case.job.runs:
+            case.job.kill() if body.get("at_once") else case.job.cancel()
+        return JSONResponse(case.as_data())
+
+    async def part(self, request: Request) -> Response:
+        """Return what a job left for the page."""
+        return FileResponse(self._part(request).folder / DATA, media_type="application/json")
+
+    async def archive(self, request: Request) -> Response:
+        """Return what a job left, as an archive."""
+        part, name = self._part(request), request.path_params["part"]
+        if name not in DOWNLOADS:
+            raise RefusedRequestError(404, "has no archive", path=name)
+        file, label = DOWNLOADS[name](part)
+        return FileResponse(part.folder / file, media_type="application/zip", filename=label)
+
+    async def ticket(self, request: Request) -> Response:
+        """Return an address at which a report is shown once: a frame sends no token."""
+        part, name = self._part(request), request.path_params["part"]
+        if name not in REPORTS:
+            raise RefusedRequestError(404, "has no report", path=name)
+        now = time.monotonic()
+        self._tickets = {key: value for key, value in self._tickets.items() if value[1] > now}
+        ticket = secrets.token_urlsafe(32)
+        self._tickets[ticket] = (part.folder / REPORTS[name], now + LONGEST_REPORT_TICKET)
+        return JSONResponse({"address": f"/shown/{ticket}"}, 201)
+
+    async def show_report(self, request: Request) -> Response:
+        """Show a report, once."""
+        file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
+        if file is None or time.monotonic() > until or not file.is_file():
+            raise RefusedRequestError(404, "is shown no more", path="report", mend="Open it from the lab again")
+        return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
+
+    def end(self) -> None:
+        """End all jobs."""
+        for case in self._cases:
+            if case.job is not None:
+                case.job.kill()
+
+    def _case(self, request: Request) -> Case:
+        return self._cases[request.path_params["case"]]
+
+    def _file(self, request: Request) -> tuple[Case, StoredFile]:
+        case = self._case(request)
+        file = case.files.get(request.path_params["number"])
+        if file is None:
+            raise RefusedRequestError(404, "is not there any more", path="file")
+        return case, file
+
+    def _part(self, request: Request) -> Part:
+        part = self._case(request).parts.get(request.path_params["part"])
+        if part is None:
+            raise RefusedRequestError(404, "is not there yet", path=request.path_params["part"])
+        return part
+
+    async def _body(self, request: Request) -> dict[str, Any]:
+        return await json_of(request, self._limits.body_size, self._limits.silence_seconds)
+
+
+def _text_in(file: StoredFile) -> str:
+    try:
+        return file.place.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise RefusedRequestError(400, "is not a text file in UTF-8", path=file.label) from None

@@ -1,0 +1,110 @@
+"""`serve`: the application on this machine, until it is ended."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import threading
+import webbrowser
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.server.limits import Limits
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+    from uvicorn import Server
+
+__all__ = ["listening_on", "serve", "server_of"]
+
+LOOPBACK = "127.0.0.1"
+BACKLOG, KEEP_ALIVE, FAREWELL = 128, 5, 1  # connections waiting; [s] each
+
+
+def serve(
+    *, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print
+) -> None:
+    """Serve the lab to browsers of this machine until the process is ended.
+
+    Parameters
+    ----------
+    port : int
+        Where to listen; 0 for one that is free.
+    opens : bool
+        Whether a browser is opened.
+    limits : Limits, optional
+        How much of anything a browser may ask for.
+    announce : callable
+        Called once with the address, which holds the token.
+
+    Raises
+    ------
+    MissingExtraError
+        If what serves is not installed.
+    InputError
+        If the port is not free.
+    """
+    for package in ("starlette", "uvicorn"):
+        if find_spec(package) is None:
+            raise MissingExtraError.of("lab --serve", "lab")
+    from bristle.server.application import application
+
+    bounds, token = limits or Limits(), secrets.token_urlsafe(32)
+    with listening_on(port) as listening:
+        free_port: int = listening.getsockname()[1]
+        server = server_of(application(token, free_port, bounds), bounds)
+        address = f"http://{LOOPBACK}:{free_port}/#{token}"
+        announce(address)
+        if opens:
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        server.run(sockets=[listening])
+
+
+def server_of(app: ASGIApp, limits: Limits) -> Server:
+    """Return what serves an application to a socket, and has no patience with clients that are silent.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What answers.
+    limits : Limits
+        How many connections, and how long each may be silent.
+    """
+    import uvicorn
+
+    from bristle.server.patience import protocol_with_limits
+
+    config = uvicorn.Config(
+        app, http=protocol_with_limits(limits.silence_seconds), ws="none", lifespan="on", log_config=None,
+        access_log=False, server_header=False, proxy_headers=False, limit_concurrency=limits.connections,
+        backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE, timeout_graceful_shutdown=FAREWELL,
+    )  # fmt: skip
+    return uvicorn.Server(config)
+
+
+def listening_on(port: int) -> socket.socket:
+    """Return a socket that hears this machine only.
+
+    Parameters
+    ----------
+    port : int
+        Where; 0 for a port that is free.
+
+    Raises
+    ------
+    InputError
+        If it is no port, or taken.
+    """
+    if not 0 <= port < 2**16:
+        raise InputError("is no port", path="--port", value=port, allowed="0 to 65535, 0 for one that is free")
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listening.bind((LOOPBACK, port))
+    except OSError as error:
+        listening.close()
+        raise InputError(f"cannot be listened to: {error.strerror}", path="--port", value=port,
+                         mend="Leave --port away: a free one is taken") from None  # fmt: skip
+    listening.set_inheritable(False)
+    return listening

@@ -1,0 +1,176 @@
+"""`Errand`: what a job is to do, with bytes and labels and no name of a file on this machine that a browser chose."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bristle.core.axis import Axis
+from bristle.core.content import Content
+from bristle.core.errors import InputError
+
+__all__ = ["Answer", "Errand", "LabelledLog", "zipped"]
+
+Answer = tuple[dict[str, Any], dict[str, Any]]
+"""What the page is told at once, and the rest, which it asks for."""
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the same results are the same archive
+
+
+@dataclass(frozen=True)
+class LabelledLog:
+    """A log that was dropped.
+
+    Parameters
+    ----------
+    place : Path
+        Where its bytes are.
+    label : str
+        What a person calls it.
+    role : str
+        Whether it is fitted to or held out.
+    """
+
+    place: Path
+    label: str
+    role: str
+
+    @property
+    def content(self) -> Content:
+        """The bytes under the label."""
+        return Content(Path(self.label), self.place.read_bytes())
+
+
+@dataclass(frozen=True)
+class Errand:
+    """What a job is to do.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it may write.
+    logs : tuple of LabelledLog
+        All logs.
+    axis_text, axis_label : str
+        The axis file; empty where there is none.
+    options : mapping
+        What a person chose.
+    size_limit : int
+        Largest log, and what it may announce [byte].
+    results : Path or None
+        What an identification left.
+    report : callable
+        Called with the share done and what comes next.
+    interruptible : callable
+        Inside this context the work may be interrupted.
+    """
+
+    folder: Path
+    logs: tuple[LabelledLog, ...]
+    axis_text: str
+    axis_label: str
+    options: Mapping[str, Any]
+    size_limit: int
+    results: Path | None
+    report: Callable[[float, str], None]
+    interruptible: Callable[[], AbstractContextManager[None]]
+
+    @classmethod
+    def of(
+        cls, request: Mapping[str, Any], report: Callable[[float, str], None],
+        interruptible: Callable[[], AbstractContextManager[None]],
+    ) -> Errand:  # fmt: skip
+        """Return the errand that the server asks for."""
+        logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
+        results = None if request["results"] is None else Path(request["results"])
+        return cls(
+            Path(request["folder"]), logs, request["axis_text"], request["axis_label"], request["options"],
+            request["size_limit"], results, report, interruptible,
+        )  # fmt: skip
+
+    @property
+    def fitted(self) -> list[LabelledLog]:
+        """The logs that are fitted to.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        logs = [log for log in self.logs if log.role == "fit"]
+        if not logs:
+            raise InputError("is missing", path="log", mend="Drop a log that is to be fitted to")
+        return logs
+
+    @property
+    def axis_file(self) -> Content:
+        """The axis file under its label."""
+        return Content(Path(self.axis_label), self.axis_text.encode())
+
+    def axis(self) -> Axis:
+        """Return the axis.
+
+        Raises
+        ------
+        InputError
+            If its file is not complete.
+        """
+        import bristle
+
+        return bristle.read_axis(self.axis_file)
+
+    def text(self, name: str, default: str = "") -> str:
+        """Return an option that is text.
+
+        Raises
+        ------
+        InputError
+            If it is something else.
+        """
+        value = self.options.get(name, default)
+        if not isinstance(value, str):
+            raise InputError("must be text", path=name, value=value)
+        return value.strip()
+
+    def count(self, name: str, default: int) -> int:
+        """Return an option that is a whole number.
+
+        Raises
+        ------
+        InputError
+            If it is something else.
+        """
+        value = self.options.get(name, default)
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise InputError("must be a whole number", path=name, value=value)
+        return value
+
+
+def command(*words: str) -> str:
+    """Return the command line that does the same."""
+    return shlex.join(["bristle", *words])
+
+
+def zipped(folder: Path, target: Path) -> None:
+    """Write the files of a folder into an archive, without the note by which bristle knows its own folders.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    target : Path
+        The archive.
+    """
+    import zipfile
+
+    from bristle.files.owned import NOTE
+
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.rglob("*")):
+            if file.is_file() and file.name != NOTE:
+                entry = zipfile.ZipInfo(str(file.relative_to(folder)), EPOCH)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(entry, file.read_bytes())

@@ -1,0 +1,50 @@
+// What is asked of the server: each request carries the token, which stands in the fragment of the address and nowhere else.
+
+const settings = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+const [token, opened] = location.hash.slice(1).split(".");
+
+class Refusal extends Error {}
+
+async function asked(method, path, { body = null, headers = {} } = {}) {
+  let answer;
+  try {
+    answer = await fetch(path, { method, body, headers: { "X-Bristle-Token": token, ...headers }, cache: "no-store", redirect: "error" });
+  } catch {
+    throw new Refusal("bristle does not answer. Does it still run? Start it again: bristle lab --serve");
+  }
+  if (!answer.ok) {
+    const told_ = await answer.json().catch(() => ({}));
+    throw Object.assign(new Refusal(told_.message ?? `refused (${answer.status})`), { status: answer.status });
+  }
+  return answer;
+}
+
+async function json(method, path, data = null) {
+  const body = data === null ? {} : { body: JSON.stringify(data), headers: { "Content-Type": "application/json" } };
+  return (await asked(method, path, body)).json();
+}
+
+function fail(message) {
+  byId("failed").hidden = !message;
+  byId("failed").textContent = message;
+  if (message) byId("failed").scrollIntoView({ block: "nearest" });
+}
+
+// What a person did, done; what goes wrong is told above.
+async function doing(work) {
+  try {
+    fail("");
+    await work();
+  } catch (error) {
+    if (!(error instanceof Refusal)) console.error(error);
+    fail(error.message);
+  }
+}
+
+async function saved(path, name) {
+  const answer = await asked("GET", path), label = /filename="?([^"]+)"?/.exec(answer.headers.get("content-disposition") ?? "")?.[1];
+  const address = URL.createObjectURL(await answer.blob());
+  element("a", { href: address, download: label ?? name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
+}

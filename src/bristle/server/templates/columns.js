@@ -1,0 +1,96 @@
+// Step 2: what the columns are, as proposed, to be changed; each change is made in the axis file.
+
+const USUAL = { time: ["s", "ms", "us"], effort: ["N", "N*m", "A", "V", "%", "‰"],
+  length: ["m", "mm", "um", "rad", "deg", "rev", "count"], velocity: ["m/s", "mm/s", "mm/min", "rad/s", "deg/s", "rpm"] };
+
+function usualUnits(channel) { return USUAL[channel] ?? USUAL.length; }
+
+// Text of a field as it stands in the axis file: a number where it is one.
+function valueIn(text) {
+  const trimmed = text.trim();
+  return trimmed === "" ? null : /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(trimmed) ? Number(trimmed) : trimmed;
+}
+
+function channelRow(channel, looked, edit) {
+  const entry = looked.form.tables.columns?.[channel] ?? {}, key = `columns.${channel}`, remark = looked.form.remarks[key];
+  const names = [...new Set([entry.column, ...looked.columns.map(({ name }) => name)])].filter(Boolean);
+  const select = element("select", { "aria-label": `Column of the ${channel}`, name: `${key}.column` },
+    element("option", { value: "", text: "– none –" }),
+    ...names.map((name) => element("option", { value: name, text: name, selected: name === entry.column })));
+  select.addEventListener("change", () => edit(select.value
+    ? { [`${key}.column`]: select.value, [`${key}.unit`]: looked.columns.find(({ name }) => name === select.value)?.unit || entry.unit || "?" }
+    : Object.fromEntries(Object.keys(entry).map((name) => [`${key}.${name}`, null]))));
+  const open = looked.form.missing.includes(`${key}.unit`);
+  const unit = element("input", { type: "text", list: `units-${channel}`, value: open ? "" : entry.unit ?? "", placeholder: open ? "unit?" : "",
+    "aria-label": `Unit of the ${channel}`, name: `${key}.unit`, disabled: !entry.column, "aria-invalid": open ? "true" : "false" });
+  unit.addEventListener("change", () => edit({ [`${key}.unit`]: unit.value.trim() || null }));
+  const negative = entry.sign === -1;
+  const sign = channel === "time" ? null : element("button", { type: "button", text: negative ? "× −1" : "× +1", disabled: !entry.column, name: `${key}.sign`,
+    "aria-pressed": String(negative), "aria-label": `Sign of the ${channel} turned round` });
+  sign?.addEventListener("click", () => edit({ [`${key}.sign`]: negative ? null : -1 }));
+  return element("div", { class: `channel${open ? " open" : ""}` }, element("span", { text: channel.replace("_", " ") }), select, unit, sign,
+    element("datalist", { id: `units-${channel}` }, ...usualUnits(channel).map((value) => element("option", { value }))),
+    remark ? element("p", { class: "note", text: remark }) : null);
+}
+
+// Every other number and text of the axis file, with what is still open first.
+function furtherFields(looked, edit) {
+  const fields = [];
+  for (const [table, entries] of Object.entries(looked.form.tables)) {
+    if (table === "columns" || typeof entries !== "object") continue;
+    for (const [name, value] of Object.entries(entries)) {
+      if (!["string", "number"].includes(typeof value)) continue;
+      const key = `${table}.${name}`, open = looked.form.missing.includes(key);
+      const input = element("input", { type: "text", name: key, value: open ? "" : String(value), placeholder: open ? "?" : "" });
+      input.addEventListener("change", () => edit({ [key]: valueIn(input.value) ?? "?" }));
+      const label = element("label", { class: open ? "open" : "" }, element("span", { text: `${table}: ${name.replaceAll("_", " ")}` }), input,
+        looked.form.remarks[key] ? element("span", { class: "note", text: looked.form.remarks[key] }) : null);
+      if (open) fields.unshift(label);
+      else fields.push(label);
+    }
+  }
+  return fields;
+}
+
+function kindChoice(looked, edit) {
+  const now = looked.form.tables.kind ?? "";
+  const choice = (value, word) => {
+    const input = element("input", { type: "radio", name: "kind", value, checked: now === value });
+    input.addEventListener("change", () => edit({ kind: value || null }));
+    return element("label", {}, input, ` ${word}`);
+  };
+  return element("div", { class: "choices", role: "radiogroup", "aria-label": "Kind of axis" },
+    choice("", `as the units say${now === "" && looked.kind ? ` (${looked.kind})` : ""}`), choice("translational", "translational"), choice("rotational", "rotational"));
+}
+
+function axisFileEditor(text, label, use) {
+  const area = element("textarea", { spellcheck: "false", "aria-label": "Axis file" });
+  area.value = text;
+  const button = element("button", { type: "button", text: "Use this file" });
+  button.addEventListener("click", () => use(area.value));
+  const download = element("button", { type: "button", text: `Download ${label}` });
+  download.addEventListener("click", () => {
+    const address = URL.createObjectURL(new Blob([area.value], { type: "text/plain" }));
+    element("a", { href: address, download: label }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  });
+  return folded("The axis file", area, element("div", { class: "tools" }, button, download));
+}
+
+function columnsView(looked, state, { edit, use, check }) {
+  const part = state.parts.looked, ready = part.ready && !part.old;
+  const go = element("button", { type: "button", id: "check-now", class: "main", text: "This is right: check the logs", disabled: !ready });
+  go.addEventListener("click", check);
+  const missing = part.missing.length ? [`To be filled in: ${part.missing.join(", ")}`] : [];
+  return [
+    element("p", { class: "note", text: `Proposed from ${looked.log}; change what is not right.` }),
+    ...looked.channels.map((channel) => channelRow(channel, looked, edit)),
+    kindChoice(looked, edit),
+    element("div", { class: "fields" }, ...furtherFields(looked, edit)),
+    listOf([...missing, ...(looked.refusal && !missing.length ? [looked.refusal] : []), ...looked.problems], "told problems"),
+    element("div", { class: "plots" }, ...looked.plots.map(signalPicture)),
+    folded("How the columns were told apart", listOf(looked.notes)),
+    axisFileEditor(state.axis.text ?? "", state.axis.label, use),
+    element("p", {}, go),
+  ];
+}

@@ -1,0 +1,45 @@
+// Recorded and modelled signals, drawn with the frames of the lab.
+
+function rangeOf(values) { return axis(...extent(values.filter((value) => value !== null))); }
+
+function frameOn(canvas, theme, x, y) {
+  const { context, area } = wiped(canvas);
+  const [low, high] = extent(x.values), [bottom, top] = rangeOf(y.values);
+  const frame = new Frame(context, area, { word: x.word, unit: x.unit, low, high: high > low ? high : low + 1 },
+    { word: y.word, unit: y.unit, low: bottom, high: top }, theme);
+  frame.axes();
+  return frame;
+}
+
+function signalPicture({ word, unit, column, curve: [time, values], time_unit }) {
+  return pictureOf(`${word}, column ${column}`, (canvas, theme) => {
+    const frame = frameOn(canvas, theme, { word: "time", unit: time_unit, values: time }, { word, unit, values });
+    const there = values.map((value, i) => [time[i], value]).filter(([, value]) => value !== null);
+    frame.curve(there.map(([at]) => at), there.map(([, value]) => value), { colour: theme.accent, width: 1.2 });
+  });
+}
+
+function effortPicture([time, measured, predicted], unit, label) {
+  return pictureOf(label, (canvas, theme) => {
+    const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word: "effort", unit, values: [...measured, ...predicted] });
+    frame.curve(time, measured, { colour: theme.measured, width: 2.4 });
+    frame.curve(time, predicted, { colour: theme.accent, width: 1 });
+  }, `${label}: wide and light measured, thin and dark the model`);
+}
+
+function frictionPicture([velocity, measured, modelled], units) {
+  return pictureOf("Friction over velocity", (canvas, theme) => {
+    const frame = frameOn(canvas, theme, { word: "velocity", unit: units.velocity, values: velocity },
+      { word: "friction", unit: units.force, values: [...measured, ...modelled] });
+    const dots = (values, colour, size) => frame.clip(() => {
+      frame.context.fillStyle = colour;
+      velocity.forEach((at, i) => frame.context.fillRect(frame.across(at) - size / 2, frame.up(values[i]) - size / 2, size, size));
+    });
+    dots(measured, theme.measured, 3.4);
+    dots(modelled, theme.accent, 1.8);
+  }, "Friction over velocity: large and light measured, small and dark the model");
+}
+
+function unitsOf(kind) {
+  return kind === "rotational" ? { position: "rad", velocity: "rad/s", force: "N·m" } : { position: "m", velocity: "m/s", force: "N" };
+}

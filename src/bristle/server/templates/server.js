@@ -1,0 +1,200 @@
+// The page follows the server: where an analysis stands is asked for again and again, and shown. A second tab, or a reload, shows the same.
+
+const BUSY = 300, IDLE = 2500; // [ms] between two questions
+const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", export: "Exporting", excite: "Designing" };
+const SHORT = ["look", "check", "predict", "export"];
+const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
+const WAITS = ["", "waits for a log", "waits for columns and units", "waits for logs that can be used", "waits for a model", "waits for a model"];
+const shown = {}, contents = {};
+let state = null, timer = null, toldJob = null;
+
+const pathTo = (end = "") => `/api/cases/${state.id}${end}`;
+const replace = (id, children) => byId(id).replaceChildren(...children.filter(Boolean));
+
+function take(next) {
+  state = next;
+  clearTimeout(timer);
+  timer = setTimeout(follow, state.job?.state === "runs" ? BUSY : IDLE);
+  return show();
+}
+
+async function follow() {
+  try {
+    await take(await json("GET", pathTo()));
+  } catch (error) {
+    fail(error.message);
+    if (error.status === 404) return;
+    timer = setTimeout(follow, IDLE);
+  }
+}
+
+// A short job is waited for; one that takes long is told of by the server.
+async function start(task, options = {}) {
+  while (state.job?.state === "runs" && SHORT.includes(state.job.task)) {
+    await new Promise((done) => setTimeout(done, BUSY));
+    await take(await json("GET", pathTo()));
+  }
+  await take(await json("POST", pathTo("/jobs"), { task, options }));
+}
+
+async function begin() {
+  const fresh = await json("POST", "/api/cases");
+  history.replaceState(null, "", `#${token}.${fresh.id}`);
+  for (const name of Object.keys(shown)) delete shown[name];
+  await take(fresh);
+}
+
+// --- what is shown -------------------------------------------------------------------------------------------------
+
+function unlocked() {
+  const { looked, checked, identified } = state.parts, fits = state.files.some(({ role }) => role === "fit");
+  const fine = checked?.ready && !checked.old;
+  return [true, fits && Boolean(looked), fits && looked?.ready && !looked.old && Boolean(checked), fits && fine, Boolean(identified), Boolean(identified) && !identified.old];
+}
+
+function showSteps() {
+  const open = unlocked(), current = open.lastIndexOf(true);
+  open.forEach((is, i) => {
+    const section = byId(`step-${i + 1}`);
+    section.classList.toggle("locked", !is);
+    section.querySelector("h2").dataset.waits = WAITS[i];
+  });
+  replace("steps", STEPS.map((word, i) => {
+    const link = element("a", { href: `#step-${i + 1}`, text: `${i + 1} ${word}` });
+    link.addEventListener("click", (event) => { event.preventDefault(); byId(`step-${i + 1}`).scrollIntoView(); });
+    return element("li", { class: i === current ? "now" : open[i] ? "done" : "", "aria-current": i === current ? "step" : false }, link);
+  }));
+}
+
+function showLogs() {
+  replace("logs", state.files.map((file) => {
+    const other = file.role === "fit" ? "held_out" : "fit";
+    return element("li", {}, element("span", { class: "label", text: file.label }), element("span", { class: "note", text: `${sizeText(file.size)}, ${file.role === "fit" ? "to fit" : "held out"}` }),
+      button(other === "fit" ? "Fit to it" : "Hold it out", () => doing(async () => { await take(await json("POST", pathTo(`/files/${file.number}/role`), { role: other })); await look(); })),
+      button("Remove", () => doing(async () => { await take(await json("DELETE", pathTo(`/files/${file.number}`))); await look(); }), { "aria-label": `Remove ${file.label}` }));
+  }));
+}
+
+function showJob() {
+  const { job } = state, runs = job?.state === "runs", busy = Boolean(runs);
+  byId("job").hidden = !runs;
+  if (runs) {
+    byId("job-task").textContent = WORDS[job.task];
+    byId("job-text").textContent = `${job.cancelled ? "ending with the best so far" : job.text}, ${job.seconds.toFixed(0)} s`;
+    byId("job-share").value = job.share;
+    byId("cancel").hidden = job.task !== "identify" || job.cancelled;
+  }
+  for (const id of ["identify", "export", "design", "check-now"]) {
+    const control_ = byId(id);
+    if (control_) control_.disabled = busy || (id === "check-now" && !(state.parts.looked?.ready && !state.parts.looked.old));
+  }
+  const told_ = job && !runs ? `${job.task} ${job.seconds} ${job.state}` : null;
+  if (told_ && told_ !== toldJob && ["failed", "cancelled"].includes(job.state)) fail(`${WORDS[job.task]}: ${job.message}`);
+  toldJob = told_;
+  byId("said").textContent = job?.state === "done" ? `${WORDS[job.task]} took ${job.seconds.toFixed(1)} s.` : "";
+}
+
+const VIEWS = {
+  looked: (data) => replace("columns", columnsView(data, state, { edit: (edits) => doing(() => start("look", { edits })), use: (text) => doing(() => start("look", { text })),
+    check: () => doing(() => start("check")) })),
+  checked: (data) => replace("check", checkView(data)),
+  identified: (data) => {
+    replace("verdict", verdictView(data, state, { download: () => doing(() => saved(pathTo("/parts/identified/archive"), "results.zip")), report: () => doing(() => report("identified", "report")) }));
+    replace("compensate", compensateView(data));
+  },
+  predicted: (data) => { if (byId("predicted")) replace("predicted", predictedView(data)); },
+  exported: (data) => replace("exported", exportedView(data, state.parts.exported, () => doing(() => saved(pathTo("/parts/exported/archive"), "export.zip")))),
+  excited: (data) => {
+    byId("excite-more").open = true;
+    replace("excited", excitedView(data, { download: () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip")), report: () => doing(() => report("excited", "excited-report")) }));
+    byId("excited").append(element("div", { id: "excited-report" }));
+  },
+};
+const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
+
+async function show() {
+  showLogs();
+  for (const name of Object.keys(VIEWS)) {
+    const part = state.parts[name], key = part ? `${state.id} ${part.revision} ${part.old}` : "";
+    if (shown[name] === key) continue;
+    if (part && contents[name]?.revision !== `${state.id} ${part.revision}`) {
+      contents[name] = { revision: `${state.id} ${part.revision}`, data: await json("GET", pathTo(`/parts/${name}`)) };
+    }
+    const fresh = shown[name] !== undefined && part && !part.old && shown[name] !== key;
+    shown[name] = key;
+    if (!part) for (const id of HOLDERS[name]) byId(id)?.replaceChildren();
+    else VIEWS[name](contents[name].data);
+    if (name === "identified") shown.predicted = undefined;
+    if (fresh && name === "identified") byId("step-5").scrollIntoView();
+  }
+  showSteps(); // last: what a step unlocks stays where it appears
+  showJob();
+}
+
+async function report(part, place) {
+  const { address } = await json("POST", pathTo(`/parts/${part}/ticket`));
+  replace(place, [element("iframe", { src: address, title: "Report" })]);
+  byId(place).scrollIntoView();
+}
+
+// --- what a person does ----------------------------------------------------------------------------------------------
+
+async function look() {
+  const { looked } = state.parts;
+  if (state.files.some(({ role }) => role === "fit") && (!looked || looked.old)) await start("look");
+}
+
+async function receive(files) {
+  const role = document.querySelector('input[name="role"]:checked').value;
+  for (const file of files) {
+    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; up to ${sizeText(settings.file_size)} are taken. Start again with --size-limit`);
+    byId("said").textContent = `receiving ${file.name}`;
+    const headers = { "X-Bristle-Name": encodeURIComponent(file.name), "X-Bristle-Role": /\.toml$/i.test(file.name) ? "axis" : role, "Content-Type": "application/octet-stream" };
+    state = await (await asked("PUT", pathTo("/files"), { body: file, headers })).json();
+  }
+  await take(state);
+  await look();
+}
+
+function chosenModels() {
+  const names = [...document.querySelectorAll('input[name="model"]:checked')].map(({ value }) => value);
+  if (!names.length) throw new Refusal("Tick a model");
+  return names.flatMap((name) => byId("asymmetry").checked ? [name, `${name}+asymmetry`] : [name]).join(",");
+}
+
+function countIn(id) {
+  const value = valueIn(byId(id).value);
+  if (!Number.isInteger(value)) throw new Refusal(`${byId(id).value || "Nothing"} is no whole number`);
+  return value;
+}
+
+function listen() {
+  const drop = byId("drop"), files = byId("files");
+  files.addEventListener("change", () => doing(async () => { await receive([...files.files]); files.value = ""; }));
+  for (const name of ["dragover", "dragenter"]) drop.addEventListener(name, (event) => { event.preventDefault(); drop.classList.add("over"); });
+  drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+  drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); doing(() => receive([...event.dataTransfer.files])); });
+  byId("identify").addEventListener("click", () => doing(() => start("identify", { models: chosenModels(), draws: countIn("draws"), cutoff: byId("cutoff").value })));
+  byId("export").addEventListener("click", () => doing(() => start("export", { target: document.querySelector('input[name="target"]:checked').value, name: byId("export-name").value, points: countIn("points") })));
+  byId("cancel").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), {}))));
+  byId("stop").addEventListener("click", () => doing(async () => take(await json("POST", pathTo("/cancel"), { at_once: true }))));
+  byId("new").addEventListener("click", () => doing(begin));
+  byId("close").addEventListener("click", () => doing(async () => { if (confirm("Remove logs and results of this analysis?")) { await json("DELETE", pathTo()); await begin(); } }));
+  byId("to-excite").addEventListener("click", (event) => { event.preventDefault(); byId("excite-more").open = true; byId("excite").scrollIntoView(); });
+  document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); byId("files").focus(); });
+}
+
+doing(async () => {
+  byId("models").append(...modelChoices(settings.models));
+  byId("targets").append(...targetChoices(settings.targets));
+  replace("excitation", excitationForm((options) => doing(() => start("excite", options))));
+  listen();
+  if (!token) throw new Refusal("The address lacks its token. Open the one that bristle printed");
+  try {
+    if (!opened) await begin();
+    else await take(await json("GET", `/api/cases/${opened}`));
+  } catch (error) {
+    if (error.status !== 404) throw error;
+    await begin();
+  }
+});

@@ -1,0 +1,74 @@
+// Steps 3 to 6: what came out, in words, tables and pictures.
+
+function checkView(checked) {
+  return checked.logs.flatMap((log) => [
+    element("h3", { text: `${log.label}${log.role === "held_out" ? " (held out)" : ""}` }),
+    log.rate ? element("p", { class: "note", text: `${withDigits(log.rate, 6)} samples a second, ${withDigits(log.duration, 5)} s, ${log.kind}` }) : null,
+    listOf(log.problems, "told problems"),
+    log.problems.length ? null : element("p", { text: log.diagnostics.length ? "It can be used. What it says of itself:" : "It can be used; nothing speaks against it." }),
+    listOf(log.diagnostics?.map(({ severity, message }) => `${severity}: ${message}`)),
+    log.passages ? folded("Experiments that it contains", tableOf(log.passages)) : null,
+    log.notes?.length ? folded("Notes", listOf(log.notes)) : null,
+  ]).filter(Boolean);
+}
+
+function verdictView(told_, state, { download, report }) {
+  const units = unitsOf(told_.kind), old = state.parts.identified.old;
+  return [
+    old ? element("p", { class: "old", text: "Logs or axis have changed since. Check and identify again." }) : null,
+    element("p", { class: `ruling ${told_.verdict.level}`, id: "ruling", text: told_.verdict.words }),
+    told_.unfinished ? element("p", { class: "alert", text: `Unfinished: ${told_.unfinished}` }) : null,
+    listOf(told_.verdict.reasons),
+    answersOf(told_.answers),
+    tableOf(told_.parameters),
+    told_.comparison ? tableOf(told_.comparison) : null,
+    element("div", { class: "plots" }, frictionPicture(told_.velocity, units), effortPicture(told_.time, units.force, "Effort of the log")),
+    told_.warnings.length ? element("h3", { text: "Warnings" }) : null,
+    listOf(told_.warnings),
+    element("div", { id: "predicted" }),
+    element("div", { class: "tools" }, button("Show the report", report, { id: "show-report" }), button("Download results.zip", download, { id: "results" })),
+    element("p", { class: "note" }, "The same at a terminal: ", element("code", { text: told_.command })),
+    element("div", { id: "report" }),
+  ].filter(Boolean);
+}
+
+function predictedView(predicted) {
+  const units = unitsOf(predicted.kind);
+  return [element("h3", { text: "Logs that were held out" }), ...predicted.logs.flatMap((log) => [
+    element("p", { text: `${log.label}: ${log.verdict.words}; the model misses ${withDigits(log.error_percent, 3)} % of the effort${log.inside_percent === null ? "" : `, ${withDigits(log.inside_percent, 3)} % of the samples are within the 95 % band`}.` }),
+    effortPicture(log.time, units.force, `Effort of ${log.label}`),
+  ])];
+}
+
+function compensateView(told_) {
+  const [, typed_, gain] = told_.answers;
+  return [
+    answersOf([typed_, gain]),
+    told_.drive ? tableOf(told_.drive) : null,
+  ].filter(Boolean);
+}
+
+function exportedView(exported, { target, file }, download) {
+  return [
+    element("h3", { text: `Written for ${target}: ${exported.files.join(", ")}` }),
+    listOf(exported.notes),
+    exported.shown ? folded(exported.shown.file, element("pre", { tabindex: "0", text: exported.shown.text })) : null,
+    element("p", {}, button(`Download ${file}`, download, { id: "download-export", class: "main" })),
+  ].filter(Boolean);
+}
+
+function modelChoices(models) {
+  return models.map(({ name, description, first }) => {
+    const input = element("input", { type: "checkbox", name: "model", value: name, checked: first });
+    return element("label", { title: description }, input, ` ${name}`);
+  });
+}
+
+function targetChoices(targets) {
+  const words = { c: "C", wasm: "WebAssembly", st: "Structured Text", table: "table for a drive", tf5200: "Beckhoff TF5200", sinumerik: "SINUMERIK", cogging: "cogging", mjcf: "MuJoCo",
+    fmu2: "FMU 2", fmu3: "FMU 3" };
+  return targets.map((name) => {
+    const input = element("input", { type: "radio", name: "target", value: name, checked: name === "table" });
+    return element("label", {}, input, ` ${words[name] ?? name}`);
+  });
+}

@@ -1,0 +1,50 @@
+// Tables and lists of text.
+
+function tableOf({ caption, heads, rows, numbers = [] }) {
+  const side = (column) => (numbers[column] ? { class: "number" } : {});
+  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
+    element("table", {},
+      element("caption", { text: caption }),
+      element("thead", {}, element("tr", {}, ...heads.map((head, i) => element("th", { scope: "col", text: head, ...side(i) })))),
+      element("tbody", {}, ...rows.map((row) => element("tr", {},
+        ...row.map((cell, i) => element(i ? "td" : "th", { text: cell, ...(i ? {} : { scope: "row" }), ...side(i) })))))));
+}
+
+function listOf(lines, name = "told") {
+  return lines?.length ? element("ul", { class: name }, ...lines.map((text) => element("li", {}, ...withCode(text)))) : null;
+}
+
+// Text in which what is typed at a terminal stands between grave accents.
+function withCode(text) { return text.split("`").map((part, i) => (i % 2 ? element("code", { text: part }) : part)); }
+
+function answersOf(answers) {
+  return element("dl", { class: "answers" }, ...answers.map(([question, lines]) => element("div", {},
+    element("dt", { text: question }), ...lines.map((text) => element("dd", {}, ...withCode(text))))));
+}
+
+function sizeText(bytes) {
+  const [factor, unit] = bytes >= 1e6 ? [1e6, "MB"] : [1e3, "kB"];
+  return `${Number((bytes / factor).toPrecision(3))} ${unit}`;
+}
+
+function folded(summary, ...children) {
+  return element("details", {}, element("summary", { text: summary }), ...children);
+}
+
+// A picture with its words; it is drawn once it stands on the page, and again when its size changes.
+const drawn = new Map();
+const watch = new ResizeObserver((entries) => {
+  for (const { target } of entries) {
+    resized(target);
+    drawn.get(target)?.();
+  }
+});
+
+function pictureOf(label, draw, note = "") {
+  const canvas = element("canvas", { role: "img", "aria-label": label });
+  drawn.set(canvas, () => canvas.isConnected ? draw(canvas, colours()) : (drawn.delete(canvas), watch.unobserve(canvas)));
+  watch.observe(canvas);
+  return element("figure", {}, element("figcaption", { text: note || label }), canvas);
+}
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawn.forEach((draw) => draw()));

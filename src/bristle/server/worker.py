@@ -1,0 +1,139 @@
+"""The other side of a job: a process that does one piece of work, says how far it is, and ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from bristle.core.errors import BristleError, told_by
+
+__all__ = ["DATA", "main"]
+
+DATA = "data.json"
+"""What a job leaves for the page, in its folder."""
+AGAIN = 0.02  # [s]
+
+
+class _Answers:
+    """The stream to the server: one line an event, of JSON."""
+
+    def __init__(self) -> None:
+        self._stream = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        os.dup2(2, 1)  # what a library prints must not come between
+
+    def tell(self, event: Mapping[str, Any]) -> None:
+        """Write an event."""
+        self._stream.write(json.dumps(event) + "\n")
+        self._stream.flush()
+
+    def report(self, share: float, text: str) -> None:
+        """Say how far the work is."""
+        self.tell({"share": share, "text": text})
+
+
+class Interruption:
+    """What the server says while the work goes on: to end with what there is, or, by hanging up, to end at once."""
+
+    def __init__(self) -> None:
+        self._lock, self._allowed, self._requested = threading.Lock(), False, False
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        for line in sys.stdin:
+            if line.strip() == "cancel":
+                with self._lock:
+                    self._requested = True
+                self._interrupt()
+        os._exit(1)  # the server is gone: nobody waits for this any more
+
+    def _interrupt(self) -> None:
+        """Raise `KeyboardInterrupt` in the work, but in no import: a module that is half there stays so."""
+        while True:
+            with self._lock:
+                if not self._allowed:
+                    return
+                if not _imports():
+                    import _thread
+
+                    self._allowed = False
+                    _thread.interrupt_main()
+                    return
+            time.sleep(AGAIN)
+
+    @contextmanager
+    def allowed(self) -> Iterator[None]:
+        """Let the work in this block be interrupted, at once where that was asked for before."""
+        with self._lock:
+            self._allowed, requested = True, self._requested
+        if requested:
+            self._interrupt()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._allowed = False
+
+
+def _imports() -> bool:
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _limit_to(memory: int) -> None:
+    """Let the system refuse this process more memory, and files of its fall."""
+    try:
+        import resource
+    except ImportError:  # no such limits on this system
+        return
+    for name, most in (("AS", memory), ("CORE", 0)):
+        # Some systems know a limit and do not take it, or have a smaller one already.
+        with suppress(AttributeError, ValueError, OSError):
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
+
+
+def main() -> None:
+    """Do one piece of work, as the first line of the standard input says."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    request: dict[str, Any] = json.loads(sys.stdin.readline())
+    answers = _Answers()
+    _limit_to(request["memory"])
+    os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
+    interruption = Interruption()
+    try:
+        from bristle.server.tasks import TASKS, Errand
+
+        errand = Errand.of(request, answers.report, interruption.allowed)
+        facts, data = TASKS[request["task"]](errand)
+        _write(errand.folder / DATA, data)
+    except KeyboardInterrupt:
+        answers.tell({"refused": "cancelled before anything was found"})
+        os._exit(2)
+    except BristleError as error:
+        answers.tell({"refused": str(error)})
+        os._exit(2)
+    except MemoryError:
+        answers.tell({"refused": "there is not enough memory for this. Take a shorter log"})
+        os._exit(2)
+    except Exception as error:
+        answers.tell({"refused": f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}"})
+        raise
+    answers.tell({"facts": facts})
+    os._exit(0)  # threads of a search that was interrupted are not waited for
+
+
+def _write(file: Path, data: Mapping[str, Any]) -> None:
+    from bristle.files.summary import plain
+
+    file.write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")

@@ -1,0 +1,140 @@
+"""A model file as files for another world, with all that the file and its folder tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from bristle.core.content import content_of
+from bristle.core.edge import amount
+from bristle.core.variable import Variable
+from bristle.exports.face import NAME, PERIOD, STEP
+from bristle.exports.targets import name_for
+from bristle.files.toml import TOML_LIMIT
+
+if TYPE_CHECKING:
+    from bristle.exports.targets import Product
+    from bristle.files.results import Results
+
+__all__ = ["ExportedModel", "export_model_file"]
+
+
+class ExportedModel(NamedTuple):
+    """Files of an export, what is in them, and where it comes from.
+
+    Parameters
+    ----------
+    target : str
+        What they are for.
+    product : Product
+        The files, and what the target loses.
+    name : str
+        Of the model.
+    provenance : dict
+        Versions, files, checksums.
+    beside : tuple of str
+        What was left out of the model file.
+    """
+
+    target: str
+    product: Product
+    name: str
+    provenance: dict[str, str]
+    beside: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What was written, as ``summary.json`` holds it."""
+        return {
+            "target": self.target, "model": self.name, "files": list(self.product.files),
+            "notes": [*self.product.notes, *self.beside], "provenance": self.provenance,
+        }  # fmt: skip
+
+    def write(self, folder: Results) -> None:
+        """Write the files and the summary into a folder of results."""
+        from bristle.files.results import SUMMARY
+        from bristle.files.summary import as_json
+
+        for file_name, content in self.product.files.items():
+            folder.write(file_name, content)
+        folder.write(SUMMARY, as_json(self.summary))
+
+
+def export_model_file(
+    model: Path, to: str, *, command: str, name: str = NAME, step: str | float = STEP, tunable: bool = False,
+    float32: bool = False, axis: Any = None, speed: str | None = None, points: int = 20, log: Any = None,
+    draws: int = 0, allow_code: bool = False,
+) -> ExportedModel:  # fmt: skip
+    """Return a friction model or an operator, from its file, as files for another world.
+
+    Parameters
+    ----------
+    model : Path
+        The model file; draws of the identification are looked for beside it.
+    to : str
+        The target, as for `bristle.export`.
+    command : str
+        What repeats it.
+    name : str
+        What files and functions are called.
+    step : str or float
+        Time step of self-test and example, or inside of an FMU [s].
+    tunable : bool
+        Whether parameters may be changed at run time.
+    float32 : bool
+        Whether C has numbers of single precision.
+    axis : path-like, bytes or None
+        The axis file, which tells the units of a table.
+    speed : str or None
+        Largest speed of a table; that of the log that was fitted, where not given.
+    points : int
+        Entries of a table, at most.
+    log : path-like or None
+        Along whose motion a table is compared with the model.
+    draws : int
+        How many draws of what was identified.
+    allow_code : bool
+        Whether a model of a person's own may run without having been allowed before.
+
+    Raises
+    ------
+    InputError
+        If the file does not serve, the target is unknown, or it cannot hold the model.
+    """
+    from bristle.exports.described import Source
+    from bristle.exports.targets import Request, files_for
+    from bristle.files.arrays import read_arrays
+    from bristle.files.axis import read_axis
+    from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
+    from bristle.files.provenance import provenance
+    from bristle.files.user_model import origins_of_code
+    from bristle.friction import base_of
+    from bristle.logs import read_log
+    from bristle.testing import admit
+
+    file = content_of(model, limit=TOML_LIMIT)
+    if holds_operator(file):
+        exported, offset, _ = read_operator(file)
+        plant = None
+        facts, code, drawn = {"uncertainty": {}, "treatment": {}}, (), {}
+        beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
+    else:
+        plant, exported, facts = read_model(file, allow_code=allow_code)
+        admit(exported)
+        code, beside = origins_of_code([base_of(exported.component)]), ()
+        drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {}) if to == "draws" else {}
+    described = None if axis is None else read_axis(axis)
+    recorded = None if log is None else read_log(log, described)
+    source = provenance(command, model=file, log=recorded, code=code)
+    fastest = (
+        float(facts["treatment"].get("velocity_max", 0.0))
+        if speed is None
+        else amount(Variable("length/time", "largest speed", min=0.0))(speed, "--speed", exported.kind)
+    )
+    request = Request(
+        exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]), tunable, float32,
+        described, fastest, points, 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, recorded,
+        facts, draws, drawn,
+    )  # fmt: skip
+    return ExportedModel(to, files_for(to, request), exported.name, source, beside)

@@ -1,0 +1,87 @@
+"""A person with a mouse and no keyboard in front of the page."""
+
+import json
+import time
+
+PLACE = """
+(() => {
+  const { x, y, width, height } = FOUND.getBoundingClientRect(), at = [x + width / 2, y + height / 2];
+  return [...at, FOUND.contains(document.elementFromPoint(...at))];
+})()
+"""
+
+
+class Person:
+    """What a mouse does in a tab of a browser, and what can be read there."""
+
+    def __init__(self, tab, downloads):
+        self.tab, self.downloads = tab, downloads
+        tab.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
+        tab.call("Page.setInterceptFileChooserDialog", enabled=True)
+
+    def waits(self, expression, seconds=60):
+        """Wait until an expression holds."""
+        until = time.monotonic() + seconds
+        while not self.tab.run(f"Boolean({expression})"):
+            failed = "'failed'" not in expression and self.tab.run("byId('failed').textContent")
+            if failed or time.monotonic() > until:
+                told = self.tab.run("[byId('failed').textContent, JSON.stringify(state)]")
+                raise AssertionError(f"not within {seconds} s: {expression}; {told}")
+            time.sleep(0.05)
+
+    def clicks(self, selector, seconds=60):
+        """Press and release the left button in the middle of what a selector finds, once it is there and enabled."""
+        found = f"document.querySelector({json.dumps(selector)})"
+        self.waits(f"{found} && !{found}.disabled && {found}.getClientRects().length", seconds)
+        self.tab.run(f"{found}.scrollIntoView({{ block: 'center' }})")
+        x, y, under = self.tab.run(PLACE.replace("FOUND", found))
+        assert under, f"{selector} lies under something else"
+        self.tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        for kind in ("mousePressed", "mouseReleased"):
+            self.tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def chooses(self, *files):
+        """Click on the field for files, and choose some in the dialogue that opens."""
+        count = self.tab.run("state.files.length + (state.axis.text ? 1 : 0)")
+        begun = len(self.tab.events)
+        self.clicks("#drop")
+        opened = next(
+            (e["params"] for e in self.tab.events[begun:] if e.get("method") == "Page.fileChooserOpened"), None
+        )
+        opened = opened or self.tab.wait_for("Page.fileChooserOpened")
+        self.tab.call(
+            "DOM.setFileInputFiles", files=[str(file) for file in files], backendNodeId=opened["backendNodeId"]
+        )
+        self.waits(f"state.files.length + (state.axis.text ? 1 : 0) > {count}")
+
+    def ticks(self, name, *values):
+        """Tick these boxes of a name, and no others."""
+        for value, now in self.tab.run(
+            f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"
+        ):
+            if now != (value in values):
+                box = f'input[name="{name}"][value="{value}"]'
+                self.clicks(box)
+                self.waits(f"document.querySelector({json.dumps(box)}).checked === {json.dumps(value in values)}")
+
+    def loads(self, selector, name):
+        """Click, and return the file that is downloaded."""
+        self.clicks(selector)
+        file, until = self.downloads / name, time.monotonic() + 30
+        while not file.exists():
+            assert time.monotonic() < until, sorted(self.downloads.iterdir())
+            time.sleep(0.05)
+        time.sleep(0.2)
+        return file
+
+    def identifies(self, *models, by_direction=False, seconds=240):
+        """Go from the columns to the verdict."""
+        self.waits("!byId('step-2').classList.contains('locked')")
+        self.clicks("#check-now")
+        self.waits("!byId('step-4').classList.contains('locked')")
+        self.ticks("model", *models)
+        if by_direction:
+            self.clicks("#asymmetry")
+        self.clicks("#identify")
+        self.waits("state.parts.identified && !state.parts.identified.old && state.job.state === 'done'", seconds)
+        self.waits("byId('ruling') && !byId('step-6').classList.contains('locked')")

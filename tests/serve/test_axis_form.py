@@ -1,0 +1,81 @@
+"""The axis file as a form: what a person changes is changed, all else of it stays."""
+
+import tomllib
+
+import pytest
+
+from bristle.core.content import Content
+from bristle.core.errors import InputError
+from bristle.files import read_axis
+from bristle.server.tasks.axis_form import edited, form_of
+from bristle.server.tasks.thinned import thinned
+
+TEXT = """# Proposed by bristle.
+schema = 1
+name = "x"
+
+[columns]
+time = { column = "t", unit = "s" }  # its name
+position = { column = "x", unit = "mm" }
+effort = { column = "i", unit = "A", sign = -1 }  # moves like the acceleration
+
+[effort]
+constant = "?"  # force or torque for one A
+
+# columns that are not used: z
+"""
+
+
+def test_what_is_changed_is_changed_and_all_else_stays():
+    text = edited(TEXT, {"effort.constant": "61 N/A", "columns.position.unit": "um", "kind": "translational"})
+    assert tomllib.loads(text) == tomllib.loads(TEXT) | {
+        "kind": "translational", "effort": {"constant": "61 N/A"},
+        "columns": tomllib.loads(TEXT)["columns"] | {"position": {"column": "x", "unit": "um"}},
+    }  # fmt: skip
+    for kept in ("# Proposed by bristle.", "# its name", "# columns that are not used: z", "# moves like the accel"):
+        assert kept in text
+    assert read_axis(text.encode()).columns["effort"].scale == -61.0
+
+
+def test_a_column_is_added_changed_and_taken_away_again():
+    text = edited(TEXT, {"columns.velocity.column": "v", "columns.velocity.unit": "mm/s", "columns.effort.column": "j"})
+    columns = tomllib.loads(text)["columns"]
+    assert columns["velocity"] == {"column": "v", "unit": "mm/s"}
+    assert columns["effort"]["column"] == "j"
+    assert "moves like" not in text  # that was said of another column
+    gone = edited(text, {"columns.velocity.column": None, "columns.velocity.unit": None, "limits.jerk": None})
+    assert "velocity" not in tomllib.loads(gone)["columns"]
+    assert tomllib.loads(edited("schema = 1\n", {"limits.velocity": "1 m/s"}))["limits"] == {"velocity": "1 m/s"}
+
+
+@pytest.mark.parametrize(
+    ("edits", "words"),
+    [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"),
+     ({"schema.x": 1}, "no table")],
+)  # fmt: skip
+def test_what_is_no_key_of_an_axis_file_is_refused(edits, words):
+    with pytest.raises(InputError, match=words):
+        edited(TEXT, edits)
+    with pytest.raises(InputError, match="not valid TOML"):
+        edited("=", {})
+
+
+def test_a_form_shows_what_is_open_and_what_was_remarked():
+    form = form_of(Content("axis.toml", TEXT.encode()))
+    assert form["missing"] == ["effort.constant"]
+    assert form["remarks"]["columns.effort"] == "moves like the acceleration"
+    assert form["remarks"]["effort.constant"].startswith("force or torque")
+
+
+def test_no_peak_is_lost_on_the_way_to_the_screen():
+    import numpy as np
+
+    time = np.arange(100_000) * 1e-3
+    signal = np.sin(time)
+    signal[[12_345, 54_321]] = 7.0, np.nan
+    shown_time, shown = thinned(time, signal)
+    assert len(shown) < 4000
+    assert 7.0 in shown
+    assert shown_time[shown.index(7.0)] == 12.345
+    assert (shown_time[0], shown_time[-1]) == (0.0, 99.999)
+    assert thinned(time[:3], signal[:3]) == [list(time[:3]), [float(f"{value:.8g}") for value in signal[:3]]]

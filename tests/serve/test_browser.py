@@ -1,0 +1,206 @@
+"""The whole of it by mouse alone in Debian's Chromium, and the same files as the command line writes, byte for byte."""
+
+import os
+import shutil
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.cli.conftest import EXPERIMENT
+from tests.lab.browser import browser
+from tests.serve.mouse import Person
+from tests.serve.yard import served
+
+from bristle.cli.main import main
+from bristle.files import read_experiment
+from bristle.files.owned import NOTE
+from bristle.simulation import simulate
+
+pytestmark = [
+    pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium"),
+    pytest.mark.skipif(os.name != "posix", reason="speaks to the browser over pipes of POSIX"),
+]
+RATED = 250.0  # [N]
+EMPS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served() as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two logs of an axis as a drive exports them: in mm and in % of a rated force, which stands above the columns."""
+    folder = tmp_path_factory.mktemp("drive")
+    for name, frequency in (("log", 0.5), ("other", 0.7)):
+        (folder / "experiment.toml").write_text(EXPERIMENT.replace("0.5 Hz", f"{frequency} Hz"))
+        run = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
+        columns = np.column_stack((run.time, 1e3 * run.measured, 100.0 * run.effort / RATED))
+        head = f"Rated force: {RATED:g} N\ntime [s],position [mm],force [%]"
+        np.savetxt(folder / f"{name}.csv", columns, delimiter=",", header=head, comments="", fmt="%.9g")
+    return folder
+
+
+def archived(file):
+    with zipfile.ZipFile(file) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def written(folder):
+    """Return what the command line wrote."""
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.name != NOTE}
+
+
+def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkeypatch, capsys):
+    with browser(tmp_path / "profile", width=1366, height=900) as tab:
+        person = Person(tab, tmp_path)
+        tab.open(server.address)
+        person.waits("state")
+        person.chooses(folder / "log.csv")
+        person.clicks('input[name="role"][value="held_out"]')
+        person.chooses(folder / "other.csv")
+        # What is proposed is right; a sign that is turned round is seen in the check, and is turned back.
+        person.waits("state.parts.looked && !state.parts.looked.old && byId('check-now')")
+        assert tab.run("document.getElementsByName('columns.effort.unit')[0].value") == "%"
+        assert tab.run("document.getElementsByName('effort.rated')[0].value") == "250 N"
+        person.clicks('button[name="columns.effort.sign"]')
+        person.waits("state.axis.text.includes('sign = -1') && state.job.state === 'done'")
+        person.clicks('button[name="columns.effort.sign"][aria-pressed="true"]')
+        person.waits("!state.axis.text.includes('sign') && state.job.state === 'done'")
+        person.identifies("coulomb_viscous")
+        person.waits("state.parts.predicted && byId('predicted').textContent.includes('other.csv')")
+        assert "misses" in tab.run("byId('predicted').textContent")
+        person.clicks("#show-report")
+        person.waits("document.querySelector('iframe')")
+        results = archived(person.loads("#results", "results.zip"))
+        person.clicks('input[name="target"][value="c"]')
+        person.clicks("#export")
+        export = archived(person.loads("#download-export", "axis_x_c.zip"))
+        assert tab.complaints() == []
+        assert {address.split("/")[2] for address in tab.asked_for() if address.startswith("http")} == {
+            f"127.0.0.1:{server.port}"
+        }
+    # The same at a terminal, with the files as they are called there.
+    shutil.copy(folder / "log.csv", tmp_path / "log.csv")
+    monkeypatch.chdir(tmp_path)
+    assert main(["log", "log.csv", "--write", "axis.toml"]) == 0
+    line = ["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--out", "results"]
+    assert main(line) == 0
+    assert results == written(tmp_path / "results")
+    line = ["export", "results", "--to", "c", "--out", "axis_x_c", "--name", "axis_x", "--axis", "axis.toml"]
+    assert main(line) == 0
+    assert export == written(tmp_path / "axis_x_c")
+    capsys.readouterr()
+
+
+@pytest.mark.slow
+def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
+    with browser(tmp_path / "profile", width=360, height=740, dark=True) as tab:
+        person = Person(tab, tmp_path)
+        tab.open(server.address)
+        person.waits("state")
+        person.chooses(folder / "log.csv")
+        person.clicks("#check-now")
+        person.waits("!byId('step-4').classList.contains('locked')")
+        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+        address = tab.run("location.href")
+        # A second tab of the same analysis shows it, one of the printed address begins another.
+        first = tab.session
+        sessions = {}
+        for name, where in (("same", address), ("own", server.address)):
+            tab.session = None
+            target = tab.call("Target.createTarget", url=where)["targetId"]
+            tab.session = sessions[name] = tab.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+            until = time.monotonic() + 20
+            while not tab.run("typeof state !== 'undefined' && state !== null"):
+                assert time.monotonic() < until
+                time.sleep(0.05)
+        assert tab.run("state.files.length") == 0
+        assert tab.run("location.href") != address
+        tab.session = first
+        person.ticks("model", "coulomb_viscous", "lugre", "maxwell_slip")
+        person.clicks("#identify")
+        person.waits("state.job.task === 'identify' && state.job.share > 0.1")
+        tab.session = sessions["same"]
+        until = time.monotonic() + 20
+        while tab.run("state.job.task") != "identify":
+            assert time.monotonic() < until
+            time.sleep(0.1)
+        assert tab.run("!byId('job').hidden")
+        # The page is loaded again while the job runs, and then it is cancelled: the best so far stays.
+        tab.session = first
+        tab.call("Page.reload")
+        tab.wait_for("Page.loadEventFired")
+        person.waits("state && state.job && state.job.state === 'runs'")
+        person.clicks("#cancel")
+        person.waits("state.job.state !== 'runs'", 120)
+        assert tab.run("[state.job.state, state.job.cancelled]") == ["done", True]
+        person.waits("byId('verdict').textContent.includes('Unfinished')")
+        assert "interrupted" in tab.run("state.parts.identified.unfinished")
+        tab.session = sessions["same"]
+        until = time.monotonic() + 20
+        while "Unfinished" not in tab.run("byId('verdict').textContent"):
+            assert time.monotonic() < until
+            time.sleep(0.1)
+
+
+@pytest.mark.slow
+def test_a_motion_is_designed_and_a_damaged_log_is_told(server, tmp_path):
+    (tmp_path / "damaged.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(range(256)) * 3)
+    (tmp_path / "axis.toml").write_text(
+        'schema = 1\nkind = "translational"\n[limits]\nvelocity = "0.2 m/s"\nacceleration = "4 m/s^2"\n'
+        'stroke = ["0 mm", "200 mm"]\n'
+        '[effort]\nlimit = "200 N"\n[plant]\nmass = "12 kg"\npresliding = "20 um"\n[encoder]\nresolution = "0.1 um"\n'
+    )
+    with browser(tmp_path / "profile") as tab:
+        person = Person(tab, tmp_path)
+        tab.open(server.address)
+        person.waits("state")
+        person.chooses(tmp_path / "damaged.mat")
+        person.waits("!byId('failed').hidden")
+        assert "damaged.mat" in tab.run("byId('failed').textContent")
+        person.clicks("#logs li button:last-child")
+        person.waits("state.files.length === 0")
+        person.chooses(tmp_path / "axis.toml")
+        person.clicks("#to-excite")
+        for purpose in ("break-away", "damping", "presliding"):
+            person.clicks(f'#excitation input[value="{purpose}"]')
+        person.clicks("#design")
+        person.waits("state.parts.excited && byId('excited').querySelector('canvas')", 120)
+        motion = archived(person.loads("#excited .tools button", "motion.zip"))
+    assert {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "report.html", "summary.json"} == set(motion)
+    assert motion["motion.csv"].count(b"\n") > 1000
+
+
+@pytest.mark.slow
+@pytest.mark.measured
+def test_emps_by_mouse_alone(server, tmp_path, monkeypatch, capsys):
+    if "BRISTLE_DATA" not in os.environ:
+        pytest.skip("BRISTLE_DATA names no folder of measured logs")
+    shutil.copy(Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat", tmp_path / "DATA_EMPS.mat")
+    shutil.copy(EMPS, tmp_path / "axis.toml")
+    with browser(tmp_path / "profile") as tab:
+        person = Person(tab, tmp_path)
+        tab.open(server.address)
+        person.waits("state")
+        person.chooses(tmp_path / "DATA_EMPS.mat", tmp_path / "axis.toml")
+        person.waits("state.files.length && state.axis.text && state.parts.looked && !state.parts.looked.old")
+        person.identifies("coulomb_viscous", by_direction=True)
+        results = archived(person.loads("#results", "results.zip"))
+        assert tab.complaints() == []
+    monkeypatch.chdir(tmp_path)
+    models = "coulomb_viscous,coulomb_viscous+asymmetry"
+    line = ["identify", "DATA_EMPS.mat", "--axis", "axis.toml", "--model", models, "--out", "results"]
+    assert main(line) == 0
+    expected = written(tmp_path / "results")
+    # What follows a recorded reference names the file of the log, and a browser names none: a sine stands there.
+    following, named = results.pop("experiment.toml"), expected.pop("experiment.toml")
+    assert b'file = "../DATA_EMPS.mat"' in named
+    assert b"DATA_EMPS.mat" not in following
+    assert b'model = "sine"' in following
+    assert results == expected
+    capsys.readouterr()

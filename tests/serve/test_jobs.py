@@ -1,0 +1,212 @@
+"""Jobs run in processes of their own: what ends one ends nothing else."""
+
+import os
+import signal
+import time
+
+import pytest
+from tests.serve.yard import begun, ended, put, served, settled, worker_that
+
+from bristle.server.limits import Limits
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+LIMITS = Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
+SLEEPS = "while True: time.sleep(0.02)"
+KEEPS_THE_BEST = """
+try:
+    with errand.interruptible():
+        errand.report(0.5, "half of it")
+        while True: time.sleep(0.02)
+except KeyboardInterrupt:
+    return {"unfinished": "stopped early"}, {}
+"""
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served(LIMITS) as server:
+        yield server
+
+
+@pytest.fixture
+def client(server):
+    with server.client() as client:
+        yield client
+
+
+@pytest.fixture
+def case(client):
+    path = begun(client)
+    put(client, path, b"time,position\n0,1\n")
+    yield path
+    client.delete(path)
+
+
+@pytest.fixture
+def work(monkeypatch):
+    return lambda body: monkeypatch.setattr("bristle.server.job.CODE", worker_that(body))
+
+
+def job_of(server, case):
+    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+    return opened.job
+
+
+def started(server, client, case, task="identify"):
+    """Start a job and return its process once that runs."""
+    assert client.post(f"{case}/jobs", json={"task": task}).status_code == 202
+    while job_of(server, case)._process is None:
+        time.sleep(0.01)
+    return job_of(server, case)._process
+
+
+def test_a_killed_worker_is_told_and_the_next_one_does_its_work(server, client, case, work):
+    work(SLEEPS)
+    os.kill(started(server, client, case).pid, signal.SIGKILL)
+    job = settled(client, case)["job"]
+    assert job["state"] == "failed"
+    assert "signal 9" in job["message"]
+    assert "run it again" in job["message"]
+    work('return {"word": "done"}, {"number": float("nan")}')
+    state = ended(client, case, "check")
+    assert state["job"]["state"] == "done"
+    assert state["parts"]["checked"]["word"] == "done"
+    assert client.get(f"{case}/parts/checked").json() == {"number": None}
+    assert len(list(job_of(server, case)._process and os.scandir(folder_of(server, case)))) == 2
+
+
+def folder_of(server, case):
+    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+    return opened.folder
+
+
+def test_cancelled_it_keeps_the_best_so_far(server, client, case, work):
+    work(KEEPS_THE_BEST)
+    started(server, client, case)
+    while client.get(case).json()["job"]["share"] < 0.5:
+        time.sleep(0.02)
+    assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
+    state = settled(client, case)
+    assert state["job"]["state"] == "done"
+    assert state["parts"]["identified"]["unfinished"] == "stopped early"
+
+
+def test_what_has_nothing_yet_is_cancelled_without_a_result(server, client, case, work):
+    work("with errand.interruptible():\n    " + SLEEPS)
+    started(server, client, case)
+    client.post(f"{case}/cancel", json={})
+    state = settled(client, case)
+    assert state["job"]["state"] == "cancelled"
+    assert "before anything was found" in state["job"]["message"]
+    assert state["parts"] == {}
+
+
+def test_it_ends_at_once_where_that_is_asked_for(server, client, case, work):
+    work(SLEEPS)
+    process = started(server, client, case)
+    client.post(f"{case}/cancel", json={"at_once": True})
+    assert settled(client, case)["job"]["state"] == "cancelled"
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+def test_after_its_time_it_is_asked_to_end_and_then_ended(server, client, case, work):
+    work(KEEPS_THE_BEST)
+    begin = time.monotonic()
+    assert ended(client, case, "identify")["parts"]["identified"]["unfinished"] == "stopped early"
+    assert LIMITS.job_seconds - LIMITS.grace_seconds < time.monotonic() - begin < LIMITS.job_seconds
+    work(SLEEPS)
+    job = ended(client, case, "look")["job"]
+    assert job["state"] == "failed"
+    assert "stopped after 6 s" in job["message"]
+
+
+def test_it_gets_so_much_memory_and_no_more(client, case, work):
+    work("bytearray(2**31)\nreturn {}, {}")
+    job = ended(client, case, "look")["job"]
+    assert job["state"] == "failed"
+    assert "not enough memory" in job["message"]
+    work("bytearray(2**28)\nreturn {}, {}")
+    assert ended(client, case, "look")["job"]["state"] == "done"
+
+
+def test_a_library_that_prints_or_complains_without_end_does_no_harm(client, case, work):
+    work('print("x" * 200000); sys.stderr.write("y" * 200000 + "\\nthe end\\n"); os._exit(3)')
+    job = ended(client, case, "look")["job"]
+    assert job["message"] == "the process of this job ended with code 3. the end"
+
+
+def test_one_job_an_analysis_and_so_many_at_all(server, client, case, work):
+    work(SLEEPS)
+    cases = [case, begun(client), begun(client)]
+    try:
+        started(server, client, cases[0])
+        assert client.post(f"{cases[0]}/jobs", json={"task": "look"}).status_code == 409
+        assert client.post(f"{cases[1]}/jobs", json={"task": "look"}).status_code == 202
+        answer = client.post(f"{cases[2]}/jobs", json={"task": "look"})
+        assert answer.status_code == 429
+        assert "2 jobs run already" in answer.json()["message"]
+    finally:
+        processes = [started_process(server, each) for each in cases[:2]]
+        for each in cases[1:]:
+            client.delete(each)
+        client.post(f"{case}/cancel", json={"at_once": True})
+        settled(client, case)
+    assert all(process.returncode is not None for process in processes)
+
+
+def started_process(server, case):
+    while job_of(server, case)._process is None:
+        time.sleep(0.01)
+    return job_of(server, case)._process
+
+
+def test_what_a_job_leaves_is_old_once_a_log_or_the_axis_is_another(client, case, work):
+    work('return {"axis_text": "schema = 1"} if errand.task == "look" else {}, {}')
+    state = ended(client, case, "look")
+    assert state["axis"]["text"] == "schema = 1"
+    assert not state["parts"]["looked"]["old"]
+    ended(client, case, "check")
+    ended(client, case, "identify")
+    state = put(client, case, b"1,2\n", "other.csv", "held_out").json()
+    assert {name: part["old"] for name, part in state["parts"].items()} == {
+        "looked": False, "checked": True, "identified": False,
+    }  # fmt: skip
+    state = put(client, case, b"schema = 1\n", "stage.toml", "axis").json()
+    assert state["axis"] == {"label": "stage.toml", "text": "schema = 1\n"}
+    assert all(part["old"] for part in state["parts"].values())
+
+
+def test_what_is_held_out_is_predicted_right_after(client, case, work):
+    work('return {"task": errand.task}, {}')
+    put(client, case, b"1,2\n", "other.csv", "held_out")
+    client.post(f"{case}/jobs", json={"task": "identify"})
+    until = time.monotonic() + 20
+    while "predicted" not in (parts := client.get(case).json()["parts"]) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert parts["predicted"]["task"] == "predict"
+
+
+def test_a_worker_ends_with_its_server(work):
+    with served(LIMITS) as server, server.client() as client:
+        case = begun(client)
+        work(SLEEPS)
+        process = started(server, client, case)
+    until = time.monotonic() + 10
+    while process.returncode is None and time.monotonic() < until:
+        time.sleep(0.02)
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+def test_a_report_is_shown_once_apart_from_the_page_and_for_a_ticket(server, client, case, work):
+    work('(errand.folder / "results").mkdir(); (errand.folder / "results" / "report.html").write_text("<p>good")\n'
+         "return {}, {}")  # fmt: skip
+    ended(client, case, "identify")
+    address = client.post(f"{case}/parts/identified/ticket").json()["address"]
+    shown = client.get(address, headers={"x-bristle-token": ""})
+    assert shown.text == "<p>good"
+    assert shown.headers["content-security-policy"].startswith("sandbox ")
+    assert "allow-same-origin" not in shown.headers["content-security-policy"]
+    assert client.get(address).status_code == 404
+    assert client.post(f"{case}/parts/excited/ticket").status_code == 404

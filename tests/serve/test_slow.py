@@ -1,0 +1,87 @@
+"""Clients that are slow do not hold what others need."""
+
+import time
+
+import pytest
+from tests.serve.yard import TOKEN, begun, served
+
+from bristle.server.limits import Limits
+
+SILENCE = 0.4
+HEAD = "{method} {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-bristle-token: {token}\r\n"
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served(Limits(silence_seconds=SILENCE, connections=6, file_size=2**26)) as server:
+        yield server
+
+
+def head(server, method, path, *lines):
+    return (HEAD.format(method=method, path=path, port=server.port, token=TOKEN) + "".join(lines)).encode()
+
+
+def closed_after(connection):
+    """Return how long the server kept a connection, and what it said."""
+    begin, said = time.monotonic(), b""
+    while True:
+        try:
+            piece = connection.recv(65536)
+        except ConnectionError:
+            piece = b""
+        if not piece:
+            return time.monotonic() - begin, said
+        said += piece
+
+
+def test_a_head_that_never_ends_is_not_waited_for(server):
+    with server.raw(b"GET / HTTP/1.1\r\n") as connection:
+        begin = time.monotonic()
+        with pytest.raises(OSError):  # noqa: PT012  (which of the lines fails is a matter of time)
+            for _ in range(200):  # a byte now and then is no answer either
+                connection.sendall(b"x")
+                time.sleep(0.05)
+        assert time.monotonic() - begin < 10 * SILENCE
+
+
+def test_nothing_at_all_is_not_waited_for(server):
+    with server.raw() as connection:
+        seconds, said = closed_after(connection)
+    assert said == b""
+    assert seconds < 10 * SILENCE
+
+
+def test_a_body_that_stops_is_not_waited_for(server):
+    with server.client() as client:
+        case = begun(client)
+    with server.raw(head(server, "PUT", f"{case}/files", "content-length: 1000\r\n\r\n"), b"abc") as connection:
+        seconds, said = closed_after(connection)
+    assert said.startswith(b"HTTP/1.1 408")
+    assert seconds < 10 * SILENCE
+    with server.client() as client:
+        assert client.get(case).json()["files"] == []
+
+
+def test_an_answer_that_nobody_reads_is_dropped(server):
+    with server.client() as client:
+        case = begun(client)
+        (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+        file = opened.folder / "data.json"
+        file.write_bytes(b"0" * 2**25)
+        from bristle.server.cases import Part
+
+        opened.keep("looked", Part(1, opened.folder, {}, (0, 0)))
+        with server.raw(head(server, "GET", f"{case}/parts/looked", "\r\n")) as connection:
+            time.sleep(6 * SILENCE)
+            _, said = closed_after(connection)
+        assert b"HTTP/1.1 200" in said
+        assert len(said) < 2**25
+
+
+def test_others_are_answered_again_once_slow_ones_took_all_there_is(server):
+    slow = [server.raw(b"GET / HTTP/1.1\r\n") for _ in range(6)]
+    time.sleep(6 * SILENCE)
+    with server.client() as client:
+        assert client.post("/api/cases").status_code == 201
+    for connection in slow:
+        connection.close()

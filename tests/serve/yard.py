@@ -1,0 +1,113 @@
+"""A server of the lab in this process, what speaks to it, and workers that do what a test wants."""
+
+import json
+import socket
+import threading
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from urllib.parse import quote
+
+import httpx2 as httpx
+
+from bristle.server.application import application
+from bristle.server.limits import Limits
+from bristle.server.run import listening_on, server_of
+
+TOKEN = "a-token-of-the-tests"
+
+
+@dataclass
+class Served:
+    """A server that runs, and its address."""
+
+    port: int
+    cases: object
+
+    @property
+    def base(self):
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def address(self):
+        return f"{self.base}/#{TOKEN}"
+
+    def client(self):
+        return httpx.Client(base_url=self.base, headers={"x-bristle-token": TOKEN}, timeout=60, trust_env=False)
+
+    def raw(self, *pieces):
+        """Return a connection on which these pieces were sent."""
+        connection = socket.create_connection(("127.0.0.1", self.port), timeout=30)
+        for piece in pieces:
+            connection.sendall(piece)
+        return connection
+
+
+@contextmanager
+def served(limits=Limits()):  # noqa: B008  (it is frozen)
+    with listening_on(0) as listening:
+        port = listening.getsockname()[1]
+        app = application(TOKEN, port, limits)
+        server = server_of(app, limits)
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            while not server.started:
+                time.sleep(0.01)
+            yield Served(port, app.state.cases)
+        finally:
+            server.should_exit = True
+            thread.join(20)
+            assert not thread.is_alive()
+
+
+def begun(client):
+    """Return the path of a new analysis."""
+    return f"/api/cases/{client.post('/api/cases').json()['id']}"
+
+
+def put(client, case, data, name="log.csv", role="fit"):
+    headers = {"x-bristle-name": quote(name, safe=""), "x-bristle-role": role}
+    return client.put(f"{case}/files", content=data, headers=headers)
+
+
+def ended(client, case, task, seconds=120, **options):
+    """Start a job, wait for its end and return where the analysis stands."""
+    answer = client.post(f"{case}/jobs", json={"task": task, "options": options})
+    assert answer.status_code == 202, answer.text
+    return settled(client, case, seconds)
+
+
+def settled(client, case, seconds=120):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        state = client.get(case).json()
+        if state["job"]["state"] != "runs":
+            return state
+        time.sleep(0.05)
+    raise AssertionError(f"still {json.dumps(state['job'])}")
+
+
+WORKER = """
+import sys, time, os, types
+tasks = types.ModuleType("bristle.server.tasks")
+class Errand:
+    @classmethod
+    def of(cls, request, report, interruptible):
+        errand = cls()
+        errand.__dict__.update(request, report=report, interruptible=interruptible)
+        from pathlib import Path
+        errand.folder = Path(request["folder"])
+        return errand
+def work(errand):
+{body}
+tasks.Errand, tasks.TASKS = Errand, dict.fromkeys(("look", "check", "identify", "predict", "export", "excite"), work)
+sys.modules["bristle.server.tasks"] = tasks
+from bristle.server.worker import main
+main()
+"""
+
+
+def worker_that(body):
+    """Return the code of a worker whose every task is this body; it loads nothing that takes time."""
+    return WORKER.replace("{body}", "\n".join(f"    {line}" for line in body.strip().splitlines()))
