@@ -17,7 +17,7 @@ from bristle.files.fill_in import refuse_open
 from bristle.files.pipeline import with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import read_toml
-from bristle.files.variant import SECTIONS, Tables, variant_from
+from bristle.files.variant import SECTIONS, Tables, merged, variant_from
 
 __all__ = ["experiment_from", "merged", "read_experiment"]
 
@@ -106,21 +106,3 @@ def _refuse_contact(data: Mapping[str, Any], source: Path) -> None:
         "is an experiment on a contact, not on a loop",
         mend=f"Run it with: bristle paper --from {folder} --figure {figure}",
     )
-
-
-def merged(base: Any, override: Any) -> Any:
-    """Return `base` with what `override` says instead; neither is changed.
-
-    Examples
-    --------
-    >>> merged({"run": {"delay": 1, "settle": 0.5}}, {"run": {"delay": 2}})
-    {'run': {'delay': 2, 'settle': 0.5}}
-    >>> merged({"model": "coulomb", "F_C": 3.0}, {"model": "viscous", "F_v": 1.0})
-    {'model': 'viscous', 'F_v': 1.0}
-    """
-    if not isinstance(base, Mapping) or not isinstance(override, Mapping):
-        return override
-    if override.keys() & {"model", "file", "identified"}:
-        # Parameters belong to the model that was named with them; tables inside have a model of their own.
-        base = {key: value for key, value in base.items() if isinstance(value, Mapping)}
-    return {**base, **{key: merged(base.get(key), value) for key, value in override.items()}}

@@ -21,7 +21,7 @@ from bristle.files.components import check_keys, table_at
 from bristle.files.owned import Folder, note_in, strangers_in
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT
-from bristle.files.variant import SECTIONS, Tables, variant_from
+from bristle.files.variant import SECTIONS, Tables, merged, variant_from
 from bristle.logs.tables import content_of_log
 
 __all__ = ["DEPENDS_ON", "MODEL", "OPTIONS", "Planned", "planned_in", "with_models"]
@@ -171,8 +171,6 @@ def _excited(
     name: str, data: Mapping[str, Any], path: str, sources: Sources
 ) -> tuple[dict[str, Any], Variant, list[Origin]]:
     """Return the tables of the loop that is excited, the loop, and the files that these name."""
-    from bristle.files.experiment import merged
-
     variants = table_at(data.get("compare", {}), "compare")
     if name not in variants:
         raise InputError("is no variant of this file", path=path, value=name, allowed=", ".join(variants),

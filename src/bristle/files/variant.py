@@ -26,7 +26,7 @@ from bristle.plants import find as find_plant
 from bristle.references import REFERENCES
 from bristle.sensors import SENSORS
 
-__all__ = ["SECTIONS", "Tables", "variant_from"]
+__all__ = ["SECTIONS", "Tables", "merged", "variant_from"]
 
 SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "run")
 
@@ -63,6 +63,24 @@ class Tables:
     def table(self, section: str) -> dict[str, Any]:
         """Return a section, empty where the file has none."""
         return table_at(self.content.get(section, {}), self.path(section))
+
+
+def merged(base: Any, override: Any) -> Any:
+    """Return `base` with what `override` says instead; neither is changed.
+
+    Examples
+    --------
+    >>> merged({"run": {"delay": 1, "settle": 0.5}}, {"run": {"delay": 2}})
+    {'run': {'delay': 2, 'settle': 0.5}}
+    >>> merged({"model": "coulomb", "F_C": 3.0}, {"model": "viscous", "F_v": 1.0})
+    {'model': 'viscous', 'F_v': 1.0}
+    """
+    if not isinstance(base, Mapping) or not isinstance(override, Mapping):
+        return override
+    if override.keys() & {"model", "file", "identified"}:
+        # Parameters belong to the model that was named with them; tables inside have a model of their own.
+        base = {key: value for key, value in base.items() if isinstance(value, Mapping)}
+    return {**base, **{key: merged(base.get(key), value) for key, value in override.items()}}
 
 
 def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
