@@ -50,7 +50,7 @@ def paper(
         typer.Option(
             "--truth",
             metavar="NAME|FILE",
-            help="With --robust: only this friction, by name, model file or log of a contact; may be given several times.",
+            help="With --robust: only these frictions, separated by commas: names, model files, logs of a contact.",
         ),
     ] = None,
     seeds: Annotated[

@@ -49,9 +49,9 @@ def try_robustness(command: str, request: Request, figures: Figures, *, as_json:
     from bristle.report.results import write_report
     from bristle.testing import admit
 
-    truths = truths_named(request.truths, request.axis, allow_code=request.allow_code)
+    truths = truths_named(_separated(request.truths), request.axis, allow_code=request.allow_code)
     for truth in truths:
-        admit(truth.friction)
+        admit(truth.friction.component.inner)
     out, plan = request.out or USUAL_PLACE, Plan(tuple(truths), request.seeds or USUAL_SEEDS)
     with opened(out) as store, progress("beginning") as report, figure_files(store, *figures):
         try:
@@ -71,3 +71,8 @@ def try_robustness(command: str, request: Request, figures: Figures, *, as_json:
     for sentence in words_of(trial):
         say(sentence)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _separated(texts: list[str]) -> list[str]:
+    """Return names that were typed with commas between them one by one; the name of a file may hold one."""
+    return [name for text in texts for name in ([text] if Path(text).is_file() else text.split(","))]

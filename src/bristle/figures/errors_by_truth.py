@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from bristle.figures import style
 from bristle.figures.names import shortened_apart
@@ -16,6 +18,7 @@ __all__ = ["Spread", "errors_by_truth"]
 LONGEST = 1.6  # inch, of a name
 APART = 0.19  # rows between the loops of one truth
 ROW, HEAD = 0.62, 0.55  # inch
+MARKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 LOOKS = (style.SERIES[4], style.SERIES[0], style.SERIES[2], style.SERIES[1])
 
 
@@ -53,6 +56,7 @@ def errors_by_truth(
     )  # fmt: skip
     for place, (axes, (head, rows)) in enumerate(zip(row, errors.items(), strict=True)):
         _panel(axes, rows)
+        axes.set_xlim(*_reach(errors, limit))
         axes.axvline(limit, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=limit_name)
         style.title(axes, head)
         axes.set_yticks(range(len(truths)), names if place == 0 else [""] * len(truths))
@@ -71,6 +75,15 @@ def _panel(axes: Axes, rows: Mapping[str, Mapping[str, Spread]]) -> None:
             axes.plot(spread.error, at, linestyle="none", marker=look["marker"], color=color, markersize=4.5,
                       label=name if place == 0 else "_loop")  # fmt: skip
     axes.set_xscale("log")
+    axes.set_xticks(MARKS, [f"{mark:g}" for mark in MARKS])
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", visible=False)
+
+
+def _reach(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], limit: float) -> tuple[float, float]:
+    """Return from where to where all panels go."""
+    ends = [end for rows in errors.values() for loops in rows.values() for spread in loops.values() for end in spread]
+    finite = [end for end in ends if isfinite(end) and end > 0.0]
+    return 0.8 * min(limit, *finite), 1.25 * max(limit, *finite)

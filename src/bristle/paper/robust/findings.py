@@ -58,7 +58,7 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
     values = np.asarray(errors, dtype=float)
     mean = float(np.mean(values))
     half = math.nan
-    if values.size > 1:
+    if values.size > 1 and math.isfinite(mean):
         quantile = float(stdtrit(values.size - 1, 0.5 * (1.0 + COVERAGE)))
         half = quantile * float(np.std(values, ddof=1)) / math.sqrt(values.size)
     return Interval(mean, mean - half, mean + half, float(np.max(values)), values.size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,8 @@ PIPELINE = (
 )
 FAMILIES = (
     "Each family is identified from the same log by bristle identify, and fed forward with nothing changed on the rig. "
-    "A star stands where the family has the structure of the truth, which a person at a machine cannot count on."
+    "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
+    "can count on."
 )
 SPARING = (
     "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
@@ -70,15 +71,21 @@ def words_of(trial: Trial) -> list[str]:
             finite = [share for share in shares if math.isfinite(share)]
             if not finite:
                 continue
-            low, high = (number(100.0 * share, resolution=10.0) for share in (min(finite), max(finite)))
             errors = [error_of(trial, place, truth.name, variant) for truth in trial.plan.truths]
             means = [1e6 * error.peak_to_peak for error in errors if error is not None]
-            left = f"{number(min(means), resolution=0.1)} to {number(max(means), resolution=0.1)} µm"
+            several = variant == BOTH
             sentences.append(
-                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if variant == BOTH else 'takes'} {low} to {high} % off, "
-                f"by truth, and {'leave' if variant == BOTH else 'leaves'} {left}."
+                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if several else 'takes'} "
+                f"{_range([100.0 * share for share in finite], 10.0)} % off, by truth, and "
+                f"{'leave' if several else 'leaves'} {_range(means, 0.1)} µm."
             )
     return sentences
+
+
+def _range(values: Sequence[float], resolution: float) -> str:
+    """Return the smallest and the largest number as text; one, where both read alike."""
+    low, high = (number(end, resolution=resolution) for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
 
 
 def ruling_of(trial: Trial) -> Ruling:

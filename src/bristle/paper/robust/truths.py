@@ -35,8 +35,11 @@ SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} 
 MEASURED = "measured"
 DATA = "BRISTLE_DATA"
 RECORD = Path("tribometer") / "test_data_2.txt"
-OF_FAMILY = {"thirty_sliders": ("maxwell_slip",), "printed": ("preisach_lugre",)}
-"""Families whose structure a truth has, where its name does not say it."""
+OF_FAMILY = {
+    "thirty_sliders": ("maxwell_slip", "gms"), "gms": ("gms", "maxwell_slip"), "reformed_dahl": ("reformed_dahl",),
+    "bouc_wen": ("bouc_wen", "dahl"), "printed": ("preisach_lugre",), "lugre": ("lugre", "dahl"),
+}  # fmt: skip
+"""Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
 SCATTER = 0.05
 AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
 WITHIN_STROKE = 0.95  # share of a recorded stroke that the rig goes through
@@ -123,7 +126,7 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
             )  # fmt: skip
         return _recorded(name, file, read_axis(FOLDER / "measured_axis.toml"))
     if file is not None:
-        return _simulated(name, file, OF_FAMILY.get(name, (name,)))
+        return _simulated(name, file, OF_FAMILY[name])
     path = Path(name)
     if not path.is_file():
         raise InputError(

@@ -85,7 +85,8 @@ def creeping_after(f, v, dt, q):
     return (f * (1.0 - half) + q.k_creep * v * dt) / (1.0 + half)
 
 
-@kernel
+# Neither is absorbed by the solvers that call it in several places: some models inside take a minute to compile there.
+@kernel(inline=False)
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step, at the level where the step begins."""
     force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
@@ -93,7 +94,7 @@ def trial(state, memory, motion, dt, p):
     return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(move, motion.x, motion.v, dt)
 
 
-@kernel
+@kernel(inline=False)
 def commit(state, memory, move, p):
     """Return the state after the step; a reversal draws what the level goes to."""
     q, way = p.own, abs(move.v) * move.dt
