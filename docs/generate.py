@@ -487,9 +487,9 @@ def robustness() -> str:
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}
     seeds = next(iter(told["robust"].values()))["nominal"]["none"]["seeds"]
     parts = [
-        f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): following "
-        f"error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % interval. What was "
-        "tried, and what it cannot show, is told in [compensation](../theory/compensation.md#on-other-frictions).",
+        f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
+        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % interval. "
+        "What was tried, and what it cannot show, is told in [compensation](../theory/compensation.md#on-other-frictions).",
         "\n".join(f"- {sentence}" for sentence in told["sentences"]),
     ]
     for name, by_truth in tables.items():
@@ -507,10 +507,11 @@ def robustness() -> str:
         "## Conditions", table(("Condition", "The rig"), MEANINGS.items()),
         "## Margins", table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
         "## Families", "Which share of the error without compensation is left by a model that is fed forward alone, in "
-        "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the family "
-        "has the structure of the truth, or of a limit of it. The last row: the best one.", *_families_of(told),
-        "## Loops against branches", "Error on motions that were not measured, in percent of the largest force, of models "
-        "made from so many branches: figure 6 of the paper on contacts of other kinds.", _economy_of(told["economy"]),
+        "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
+        "family has the structure of the truth, or of a limit of it. The last row: the best one.", *_families_of(told),
+        "## Loops against branches", "Error on motions that were not measured, in percent of the largest force, of "
+        "models made from so many branches: figure 6 of the paper on contacts of other kinds.",
+        _economy_of(told["economy"]),
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates
 
 if TYPE_CHECKING:
-    from bristle.files.results import Results
+    from bristle.files.results import ResultsFolder
 
 __all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
 
@@ -31,12 +31,12 @@ WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --forma
 
 
 @contextmanager
-def figure_files(folder: Results | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
+def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
     """Write each figure that is drawn for a report in this block into a folder of results.
 
     Parameters
     ----------
-    folder : Results or None
+    folder : ResultsFolder or None
         The folder; None for no results.
     formats : iterable of str or None
         Of ``svg``, ``pdf`` and ``png``, one file each; nothing for no files.
@@ -64,7 +64,7 @@ def figure_files(folder: Results | None, formats: Iterable[str] | None, data: st
         folder.write(f"{FOLDER}/{CAPTIONS}", captions(collected, endings))
 
 
-def _write_figure(folder: Results, plate: Plate, form: str) -> None:
+def _write_figure(folder: ResultsFolder, plate: Plate, form: str) -> None:
     from bristle.figures import figure_file, fits_as_png
 
     if form == "png" and not fits_as_png(plate.figure):
@@ -76,7 +76,7 @@ def _write_figure(folder: Results, plate: Plate, form: str) -> None:
     folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
 
 
-def _write_numbers(folder: Results, plate: Plate) -> None:
+def _write_numbers(folder: ResultsFolder, plate: Plate) -> None:
     from bristle.figures import as_csv, numbers_of
 
     panels = numbers_of(plate.figure)

@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from bristle.core.typography import number
 from bristle.paper.robust.competitors import CHOSEN
 from bristle.paper.robust.findings import BOTH, ON_ALL_TRUTHS, Claim, Interval, claims, error_of, numbers, share_left
@@ -179,8 +177,8 @@ def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
     found = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
     means = [1e6 * error.peak_to_peak for error in found if error is not None and math.isfinite(error.peak_to_peak)]
     nominal = found[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
-    ends = nominal.peak_to_peak, nominal.low, nominal.high
-    return Spread(*(1e6 * end for end in ends), *((min(means), max(means)) if means else (np.nan, np.nan)))
+    error, low, high, *_ = (1e6 * end for end in nominal)
+    return Spread(error, low, high, min(means, default=math.nan), max(means, default=math.nan))
 
 
 def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, Any]:
