@@ -488,8 +488,9 @@ def robustness() -> str:
     seeds = next(iter(told["robust"].values()))["nominal"]["none"]["seeds"]
     parts = [
         f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
-        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % interval. "
-        "What was tried, and what it cannot show, is told in [compensation](../theory/compensation.md#on-other-frictions).",
+        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % "
+        "interval. What was tried, and what it cannot show, is told in "
+        "[compensation](../theory/compensation.md#on-other-frictions).",
         "\n".join(f"- {sentence}" for sentence in told["sentences"]),
     ]
     for name, by_truth in tables.items():

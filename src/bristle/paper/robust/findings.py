@@ -109,7 +109,7 @@ def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False
     friction = next(friction for friction in trial.plan.truths if friction.name == truth)
     errors = {
         family: found.peak_to_peak
-        for family in dict.fromkeys((CHOSEN, *trial.plan.families))
+        for family in trial.plan.compensators
         if not (strangers and is_own(friction, family))
         and (found := error_of(trial, place, truth, "feedforward", family=family)) is not None
     }
@@ -214,15 +214,14 @@ def _families(trial: Trial, name: str) -> dict[str, Any]:
     return {
         family: {
             "own_structure": is_own(truth, family),
-            "reason": fit.reason,
+            "reason": trial.fits[name, family].reason,
             **{
                 place: found._asdict() | {"share_left": share_left(trial, place, name, "feedforward", family)}
                 for place in trial.plan.sets
                 if (found := error_of(trial, place, name, "feedforward", family=family)) is not None
             },
         }
-        for (of_truth, family), fit in trial.fits.items()
-        if of_truth == name
+        for family in trial.plan.compensators
     }
 
 

@@ -95,8 +95,10 @@ def best_table(trial: Trial) -> Table:
 
 def family_table(trial: Trial, place: str) -> Table:
     """Return the share that feedforward of each family leaves, truth by truth."""
-    families = list(dict.fromkeys((*trial.plan.families, CHOSEN)))
-    rows = [(family, *(_share_cell(trial, place, truth, family) for truth in trial.plan.truths)) for family in families]
+    rows = [
+        (family, *(_share_cell(trial, place, truth, family) for truth in trial.plan.truths))
+        for family in trial.plan.compensators
+    ]
     caption = (
         f"{SET_NAMES[place]}: share of the error without compensation that feedforward leaves [%]; with {OWN} where "
         "the family has the structure of the truth"

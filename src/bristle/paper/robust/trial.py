@@ -90,6 +90,11 @@ class Plan:
     families: tuple[str, ...] = FAMILIES
 
     @property
+    def compensators(self) -> tuple[str, ...]:
+        """All families that are identified: the chosen one is, whichever else are."""
+        return tuple(dict.fromkeys((*self.families, CHOSEN)))
+
+    @property
     def cells(self) -> list[Cell]:
         """Everything that is simulated."""
         cells = [
@@ -151,6 +156,7 @@ def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Tri
         sparing = [partial(_spare, trial, store, tally, truth) for truth in plan.truths if is_measurable(truth)]
         _abreast(_alternating([*fits, *sparing], _missing(trial, store, tally, fed=False)))
         _abreast(_missing(trial, store, tally, fed=True))
+    trial.economy = {truth.name: trial.economy[truth.name] for truth in plan.truths if truth.name in trial.economy}
     return trial
 
 
@@ -196,7 +202,7 @@ def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str
     missing = {}
     log = read_experiment(LOG).origins["experiment"][0].checksum
     for truth in trial.plan.truths:
-        for family in dict.fromkeys((CHOSEN, *trial.plan.families)):
+        for family in trial.plan.compensators:
             source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log,
                       "file": truth.origin.checksum}  # fmt: skip
             present = store.take(_fit_file(truth.name, family), source)
