@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 from click.core import ParameterSource
 
-from bristle.cli.options import AllowCode, Data, Force, Formats, Json, folder_named
+from bristle.cli.options import AllowCode, AxisFile, Data, Force, Formats, Json, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "paper"]
@@ -21,6 +21,21 @@ EXAMPLE = """Example:
   bristle paper --write experiments
   bristle paper --robust --truth gms --truth bouc_wen --seeds 4 --out robust"""
 USUAL_PLACE = Path("bristle-paper")
+Robust = Annotated[
+    bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")
+]
+Truths = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--truth",
+        metavar="NAME|FILE",
+        help="With --robust: only these frictions, separated by commas: names, model files, logs of a contact.",
+    ),
+]
+Seeds = Annotated[
+    int | None,
+    typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default."),
+]
 
 
 def paper(
@@ -42,24 +57,10 @@ def paper(
     ] = USUAL_PLACE,
     formats: Formats = None,
     data: Data = None,
-    robust: Annotated[
-        bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")
-    ] = False,
-    truth: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--truth",
-            metavar="NAME|FILE",
-            help="With --robust: only these frictions, separated by commas: names, model files, logs of a contact.",
-        ),
-    ] = None,
-    seeds: Annotated[
-        int | None,
-        typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default."),
-    ] = None,
-    axis: Annotated[
-        Path | None, typer.Option("--axis", metavar="AXIS.toml", help="With --robust: what the columns of a log are.")
-    ] = None,
+    robust: Robust = False,
+    truth: Truths = None,
+    seeds: Seeds = None,
+    axis: AxisFile = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -72,7 +73,7 @@ def paper(
 
     With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
     compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
-    runs that are done in DIR (bristle-robust by default), and the same command goes on.
+    runs that are done in DIR (bristle-robust by default), and the same command goes on. --axis is for logs.
     """
     if robust:
         _refuse({"--figure": figure, "--write": write, "--from": source, "--force": force}, "beside --robust")
