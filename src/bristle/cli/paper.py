@@ -120,13 +120,13 @@ def paper(
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
 
-def _refuse(options: Mapping[str, Any], where: str) -> None:
+def _refuse(options: Mapping[str, Any], place: str) -> None:
     """Refuse options that say nothing there."""
     from bristle.core import InputError
 
     for name, value in options.items():
         if value:
-            raise InputError(f"says nothing {where}", path=name, mend=f"Leave {name} out")
+            raise InputError(f"says nothing {place}", path=name, mend=f"Leave {name} out")
 
 
 def _write(folder: Path, force: bool, as_json: bool) -> None:
