@@ -136,7 +136,7 @@ def _front(trial: Trial) -> Front:
     ruling = ruling_of(trial)
     answers = answered(
         words_of(trial),
-        ["An observer, `model = \"disturbance_observer\"` of the controller, with `feedforward.friction` identified from your log"],
+        ["An observer, `model = \"disturbance_observer\"` of the controller, and a model of your log fed forward"],
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[1]],
         ["your own friction as a truth: `bristle paper --robust --truth model.toml`",
