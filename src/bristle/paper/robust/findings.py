@@ -18,7 +18,7 @@ __all__ = ["Claim", "Interval", "best_family", "claims", "error_of", "interval",
 
 COVERAGE = 0.95
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
-BOTH = "observer_feedforward"
+TOGETHER = "observer_feedforward"
 AT_ALL_LEVELS, ON_ALL_TRUTHS = 0.45e-6, 0.50e-6  # [m]
 SET_A = "set_a"
 
@@ -108,10 +108,10 @@ def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False
     """
     friction = next(friction for friction in trial.plan.truths if friction.name == truth)
     errors = {
-        family: found.peak_to_peak
+        family: loop_error.peak_to_peak
         for family in trial.plan.compensators
         if not (strangers and is_own(friction, family))
-        and (found := error_of(trial, place, truth, "feedforward", family=family)) is not None
+        and (loop_error := error_of(trial, place, truth, "feedforward", family=family)) is not None
     }
     return min(errors, key=lambda family: errors[family]) if errors else ""
 
@@ -150,14 +150,14 @@ def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
         The set.
     """
     levels = {
-        condition: found.peak_to_peak
+        condition: loop_error.peak_to_peak
         for condition in LEVELS
-        if (found := error_of(trial, place, FIRST, BOTH, condition)) is not None
+        if (loop_error := error_of(trial, place, FIRST, TOGETHER, condition)) is not None
     }
     strange = {
-        truth.name: found.peak_to_peak
+        truth.name: loop_error.peak_to_peak
         for truth in trial.plan.truths
-        if truth.name != FIRST and (found := error_of(trial, place, truth.name, BOTH)) is not None
+        if truth.name != FIRST and (loop_error := error_of(trial, place, truth.name, TOGETHER)) is not None
     }
     listed = [
         Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit",
@@ -199,9 +199,9 @@ def _table(trial: Trial, place: str) -> dict[str, Any]:
     return {
         truth.name: {
             condition: {
-                variant: found._asdict()
+                variant: loop_error._asdict()
                 for variant in VARIANTS
-                if (found := error_of(trial, place, truth.name, variant, condition)) is not None
+                if (loop_error := error_of(trial, place, truth.name, variant, condition)) is not None
             }
             for condition in trial.plan.conditions
         }
@@ -216,9 +216,9 @@ def _families(trial: Trial, name: str) -> dict[str, Any]:
             "own_structure": is_own(truth, family),
             "reason": trial.fits[name, family].reason,
             **{
-                place: found._asdict() | {"share_left": share_left(trial, place, name, "feedforward", family)}
+                place: loop_error._asdict() | {"share_left": share_left(trial, place, name, "feedforward", family)}
                 for place in trial.plan.sets
-                if (found := error_of(trial, place, name, "feedforward", family=family)) is not None
+                if (loop_error := error_of(trial, place, name, "feedforward", family=family)) is not None
             },
         }
         for family in trial.plan.compensators

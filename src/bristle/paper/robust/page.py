@@ -8,7 +8,16 @@ from typing import Any
 
 from bristle.core.typography import number
 from bristle.paper.robust.competitors import CHOSEN
-from bristle.paper.robust.findings import BOTH, ON_ALL_TRUTHS, Claim, Interval, claims, error_of, numbers, share_left
+from bristle.paper.robust.findings import (
+    ON_ALL_TRUTHS,
+    TOGETHER,
+    Claim,
+    Interval,
+    claims,
+    error_of,
+    numbers,
+    share_left,
+)
 from bristle.paper.robust.loops import VARIANTS
 from bristle.paper.robust.sparing import means_of
 from bristle.paper.robust.tables import (
@@ -64,18 +73,18 @@ def words_of(trial: Trial) -> list[str]:
     """
     sentences = []
     for place in trial.plan.sets:
-        for variant in ("feedforward", BOTH):
+        for variant in ("feedforward", TOGETHER):
             shares = [1.0 - share_left(trial, place, truth.name, variant) for truth in trial.plan.truths]
             finite = [share for share in shares if math.isfinite(share)]
             if not finite:
                 continue
             errors = [error_of(trial, place, truth.name, variant) for truth in trial.plan.truths]
             means = [1e6 * error.peak_to_peak for error in errors if error is not None]
-            several = variant == BOTH
+            plural = variant == TOGETHER
             sentences.append(
-                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if several else 'takes'} "
+                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if plural else 'takes'} "
                 f"{_range([100.0 * share for share in finite], 10.0)} % off, by truth, and "
-                f"{'leave' if several else 'leaves'} {_range(means, 0.1)} µm."
+                f"{'leave' if plural else 'leaves'} {_range(means, 0.1)} µm."
             )
     return sentences
 
@@ -174,9 +183,9 @@ def _picture(trial: Trial) -> Picture:
 def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
     from bristle.figures import Spread
 
-    found = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
-    means = [1e6 * error.peak_to_peak for error in found if error is not None and math.isfinite(error.peak_to_peak)]
-    nominal = found[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
+    errors = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
+    means = [1e6 * error.peak_to_peak for error in errors if error is not None and math.isfinite(error.peak_to_peak)]
+    nominal = errors[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
     error, low, high, *_ = (1e6 * end for end in nominal)
     return Spread(error, low, high, min(means, default=math.nan), max(means, default=math.nan))
 

@@ -124,18 +124,18 @@ def unfitted(trial: Trial) -> list[str]:
 
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:
     """Return the smallest margins of the loops of each set, whatever friction does: what is fed forward has none."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    smallest: dict[str, dict[str, dict[str, float]]] = {}
     for place in sets:
-        found[place] = {}
+        smallest[place] = {}
         for name, variant in setting(place).items():
             if "feedforward" in name:
                 continue
             margins = [point.margins for point in assess(variant).points]
-            found[place][name] = {
+            smallest[place][name] = {
                 "phase_deg": min((m.phase for m in margins if m.phase is not None), default=math.inf),
                 "gain": min((m.gain for m in margins if m.gain is not None), default=math.inf),
             }
-    return found
+    return smallest
 
 
 def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
