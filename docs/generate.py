@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import inspect
+import json
 import math
 import pkgutil
 import re
@@ -472,6 +473,84 @@ def _range(least: float, most: float) -> str:
     return f"{least:g} … {'∞' if math.isinf(most) else f'{most:g}'}"
 
 
+# --- robustness -------------------------------------------------------------------------------------------------
+
+RUN = Path(__file__).parent / "theory" / "robust.json"
+
+
+def robustness() -> str:
+    """Return the page of the compensation on other truths: what the run of ``bristle paper --robust`` wrote."""
+    from bristle.paper.robust.conditions import MEANINGS
+    from bristle.paper.robust.tables import LOOPS, SET_NAMES
+
+    told = json.loads(RUN.read_text(encoding="utf-8"))
+    tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}
+    seeds = next(iter(told["robust"].values()))["nominal"]["none"]["seeds"]
+    parts = [
+        f"Numbers of one run, `{told['provenance']['command']}`, kept in [robust.json](../theory/robust.json): "
+        f"following error peak to peak in µm, mean over {seeds} runs with other noise and scatter, and its 95 % "
+        "interval. What was tried, and what it cannot show, is told in "
+        "[compensation](../theory/compensation.md#on-other-frictions).",
+        "\n".join(f"- {sentence}" for sentence in told["sentences"]),
+    ]
+    for name, by_truth in tables.items():
+        rows = [
+            (truth, condition, *(_interval(loops.get(loop)) for loop in LOOPS))
+            for truth, conditions in by_truth.items() for condition, loops in conditions.items()
+        ]  # fmt: skip
+        parts += [f"## {name}", table(("Friction of the rig", "Condition", *LOOPS.values()), rows)]
+    margins = [
+        (SET_NAMES[place], LOOPS[loop], f"{one['phase_deg']:.1f}", f"{one['gain']:.2f}")
+        for place, loops in told["margins"].items() for loop, one in loops.items()
+    ]  # fmt: skip
+    return page(
+        "Compensation on other frictions", *parts,
+        "## Conditions", table(("Condition", "The rig"), MEANINGS.items()),
+        "## Margins", table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
+        "## Families", "Which share of the error without compensation is left by a model that is fed forward alone, in "
+        "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
+        "family has the structure of the truth, or of a limit of it. The last row: the best one.", *_families_of(told),
+        "## Loops against branches", "Error on motions that were not measured, in percent of the largest force, of "
+        "models made from so many branches: figure 6 of the paper on contacts of other kinds.",
+        _economy_of(told["economy"]),
+    )  # fmt: skip
+
+
+def _interval(one: Mapping[str, Any] | None) -> str:
+    if one is None or one["peak_to_peak"] is None:
+        return "–" if one is None else "diverged"
+    mean, low, high = (None if one[key] is None else f"{1e6 * one[key]:.2f}" for key in ("peak_to_peak", "low", "high"))
+    return f"{mean}" if low is None else f"{mean} ({low} to {high})"
+
+
+def _families_of(told: Mapping[str, Any]) -> list[str]:
+    truths, parts = list(told["families"]), []
+    for place, name in (("set_a", "Set A"), ("set_c", "Set C")):
+        rows = [
+            (f"`{family}`", *(_left(told["families"][truth][family], place) for truth in truths))
+            for family in next(iter(told["families"].values()))
+        ]  # fmt: skip
+        best = [told["best_family"][truth][place]["family"] for truth in truths]
+        parts.append(table((name, *truths), [*rows, ("best", *(f"`{family}`" for family in best))]))
+    return parts
+
+
+def _left(family: Mapping[str, Any], place: str) -> str:
+    share = family[place]["share_left"] if place in family else None
+    text = "–" if share is None else f"{100.0 * share:.0f}"
+    return f"**{text}**" if family["own_structure"] else text
+
+
+def _economy_of(economy: Mapping[str, Any]) -> str:
+    rows = [
+        (truth, f"{count}", *("–" if errors[row] is None else f"{errors[row]:.1f}"
+                              for errors in cost["error_percent"].values()), f"{cost['scatter_percent']:.1f}")
+        for truth, cost in economy.items() for row, count in enumerate(cost["branches"])
+    ]  # fmt: skip
+    ways = next(iter(economy.values()))["error_percent"]
+    return table(("Contact", "Branches", *ways, "Scatter alone"), rows)
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "models.md": models,
     "symbols.md": symbols,
@@ -480,6 +559,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "python.md": python,
     "errata.md": errata,
     "equations.md": equations,
+    "robustness.md": robustness,
 }
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ X = 2e-2 * np.sin(3.0 * T)
 V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
+SPREAD = figures.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
+
 
 def fit(names, name):
     """A fit whose parameters and model have these names."""
@@ -130,6 +132,10 @@ def gallery(names=PLAIN, many=None):
         ),
         "errors_by_loop": lambda: figures.errors_by_loop(
             {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {one: 1.46}, "Error [µm]"
+        ),
+        "errors_by_truth": lambda: figures.errors_by_truth(
+            {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5,
+            "Error [µm]", "0.5 µm",
         ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),

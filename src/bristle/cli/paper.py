@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from click.core import ParameterSource
 
-from bristle.cli.options import AllowCode, Data, Force, Formats, Json, folder_named
+from bristle.cli.options import AllowCode, AxisFile, Data, Force, Formats, Json, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "paper"]
@@ -16,12 +18,29 @@ __all__ = ["EXAMPLE", "paper"]
 EXAMPLE = """Example:
   bristle paper --out paper-results
   bristle paper --figure 8 --format pdf --format svg --data csv
-  bristle paper --write experiments"""
+  bristle paper --write experiments
+  bristle paper --robust --truth gms --truth bouc_wen --seeds 4 --out robust"""
 USUAL_PLACE = Path("bristle-paper")
+Robust = Annotated[
+    bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")
+]
+Truths = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--truth",
+        metavar="NAME|FILE",
+        help="With --robust: only these frictions, separated by commas: names, model files, logs of a contact.",
+    ),
+]
+Seeds = Annotated[
+    int | None,
+    typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default."),
+]
 
 
 def paper(
     context: typer.Context,
+    *,
     figure: Annotated[
         list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")
     ] = None,
@@ -38,6 +57,10 @@ def paper(
     ] = USUAL_PLACE,
     formats: Formats = None,
     data: Data = None,
+    robust: Robust = False,
+    truth: Truths = None,
+    seeds: Seeds = None,
+    axis: AxisFile = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -47,7 +70,20 @@ def paper(
     Each figure is an experiment on a simulated rig, shown in one report beside what the paper says of it, with what was
     found and why it differs; and all that is wrong in the paper, corrected. To be published, --format writes each
     figure as a file, with captions.tex and errata.tex for LaTeX, and --data the numbers that it draws.
+
+    With --robust the loops of the paper run with frictions of other kinds, from 0.7 to 1.6 times as strong, with
+    compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
+    runs that are done in DIR (bristle-robust by default), and the same command goes on. --axis is for logs.
     """
+    if robust:
+        _refuse({"--figure": figure, "--write": write, "--from": source, "--force": force}, "beside --robust")
+        from bristle.cli.robust import Request, try_robustness
+
+        place = None if context.get_parameter_source("out") is ParameterSource.DEFAULT else out
+        request = Request(truth or [], seeds, axis, place, allow_code)
+        try_robustness(context.obj, request, (formats, data), as_json=as_json)
+        return
+    _refuse({"--truth": truth, "--seeds": seeds, "--axis": axis}, "without --robust")
     if write is not None:
         _write(write, force, as_json)
         return
@@ -82,6 +118,15 @@ def paper(
         for sentence in [sentence for result in results for sentence in result.found]:
             say(sentence)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _refuse(options: Mapping[str, Any], place: str) -> None:
+    """Refuse options that say nothing there."""
+    from bristle.core import InputError
+
+    for name, value in options.items():
+        if value:
+            raise InputError(f"says nothing {place}", path=name, mend=f"Leave {name} out")
 
 
 def _write(folder: Path, force: bool, as_json: bool) -> None:

@@ -22,6 +22,7 @@ from bristle.figures.error_distribution import error_distribution
 from bristle.figures.error_over_count import error_over_count
 from bristle.figures.error_over_level import error_over_level
 from bristle.figures.errors_by_loop import errors_by_loop
+from bristle.figures.errors_by_truth import Spread, errors_by_truth
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.first_page import first_page
@@ -55,6 +56,7 @@ from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
     "Mechanics",
+    "Spread",
     "as_csv",
     "break_away",
     "circles",
@@ -72,6 +74,7 @@ __all__ = [
     "error_over_count",
     "error_over_level",
     "errors_by_loop",
+    "errors_by_truth",
     "everett_surface",
     "expected",
     "figure_file",

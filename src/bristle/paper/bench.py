@@ -15,6 +15,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.digest import digest
+from bristle.core.experiment import Experiment
 from bristle.core.variable import unit_of
 from bristle.files.experiment import read_experiment
 from bristle.files.model import FITTED_TO, write_model
@@ -23,7 +24,7 @@ from bristle.logs.log import Channel, Log
 from bristle.paper.rig import rig_friction
 from bristle.simulation import simulate
 
-__all__ = ["SETS", "Rig", "compensator_from_log", "write_models"]
+__all__ = ["SETS", "Rig", "axis_of", "compensator_from_log", "logged", "write_models"]
 
 CUTOFF, DECIMATION = 15.0, 33  # [Hz], samples: the motion to be compensated is slow
 
@@ -63,12 +64,23 @@ def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_
         What is fitted.
     """
     described = read_experiment(experiment)
+    return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).best.friction
+
+
+def logged(described: Experiment) -> Log:
+    """Return what the first loop of an experiment logs of itself: the encoder, and the effort command as it acted.
+
+    Parameters
+    ----------
+    described : Experiment
+        A loop that follows a slow motion.
+    """
     variant = described.variants[0]
     result, run = simulate(described).variants[variant.name], variant.run
     samples = np.arange(result.command.size)
     acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
     length, force = unit_of("length", described.kind), unit_of("force", described.kind)
-    log = Log(
+    return Log(
         time=Channel(result.time, "s", "time"),
         position=Channel(result.measured, length, "encoder"),
         effort=Channel(acting, force, "command"),
@@ -76,8 +88,18 @@ def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_
         segments=(slice(0, samples.size),),
         kind=described.kind,
     )
-    axis = Axis(
+
+
+def axis_of(described: Experiment) -> Axis:
+    """Return what is known of the axis of an experiment before anything is identified from its log.
+
+    Parameters
+    ----------
+    described : Experiment
+        Of its first loop inertia and encoder are known.
+    """
+    variant = described.variants[0]
+    return Axis(
         kind=described.kind, mass=variant.plant.values["M"], held=True, cutoff=CUTOFF, decimation=DECIMATION,
         resolution=variant.sensor.values["resolution"],
     )  # fmt: skip
-    return identify(log, model, axis=axis, blocks=0, draws=0).best.friction

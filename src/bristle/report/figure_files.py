@@ -6,14 +6,16 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol
 
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.typography import typeset_sentence
 from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates
 
-__all__ = ["CAPTIONS", "FOLDER", "Results", "captions", "figure_files"]
+if TYPE_CHECKING:
+    from bristle.files.results import ResultsFolder
+
+__all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
 
 FOLDER = "figures"
 CAPTIONS = "captions.tex"
@@ -27,21 +29,13 @@ HEAD = r"""% The figures of a report of bristle, with their captions. In the pre
 WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --format pdf.\n"
 
 
-class Results(Protocol):
-    """A folder of results while they are written into it."""
-
-    def write(self, name: str, content: str | bytes, /) -> object:
-        """Write a file of it."""
-        ...
-
-
 @contextmanager
-def figure_files(folder: Results | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
+def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
     """Write each figure that is drawn for a report in this block into a folder of results.
 
     Parameters
     ----------
-    folder : Results or None
+    folder : ResultsFolder or None
         The folder; None for no results.
     formats : iterable of str or None
         Of ``svg``, ``pdf`` and ``png``, one file each; nothing for no files.
@@ -69,7 +63,7 @@ def figure_files(folder: Results | None, formats: Iterable[str] | None, data: st
         folder.write(f"{FOLDER}/{CAPTIONS}", captions(collected, endings))
 
 
-def _write_figure(folder: Results, plate: Plate, form: str) -> None:
+def _write_figure(folder: ResultsFolder, plate: Plate, form: str) -> None:
     from bristle.figures import figure_file, fits_as_png
 
     if form == "png" and not fits_as_png(plate.figure):
@@ -81,7 +75,7 @@ def _write_figure(folder: Results, plate: Plate, form: str) -> None:
     folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
 
 
-def _write_numbers(folder: Results, plate: Plate) -> None:
+def _write_numbers(folder: ResultsFolder, plate: Plate) -> None:
     from bristle.figures import as_csv, numbers_of
 
     panels = numbers_of(plate.figure)

@@ -11,7 +11,7 @@ from bristle.excitation.moves import moves_of
 from bristle.files.model import write_model
 from bristle.files.motion import write_log, write_motion
 from bristle.files.moves import gcode_of, moves_table
-from bristle.files.results import SUMMARY, Results
+from bristle.files.results import SUMMARY, Results, ResultsFolder
 from bristle.files.summary import as_json
 from bristle.files.user_model import code_of
 from bristle.friction import base_of
@@ -30,7 +30,7 @@ REPORT = "report.html"
 LONGEST = 200  # bytes: file systems take 255
 
 
-def write_report(folder: Results, report: str, summary: Mapping[str, Any]) -> None:
+def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any]) -> None:
     """Write a report and the numbers that it rests on into a folder of results."""
     folder.write(REPORT, report)
     folder.write(SUMMARY, as_json(summary))

@@ -1,0 +1,211 @@
+"""The report of a trial: one picture that tells it, all of its numbers, and what it cannot show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from bristle.core.typography import number
+from bristle.paper.robust.competitors import CHOSEN
+from bristle.paper.robust.findings import (
+    ON_ALL_TRUTHS,
+    TOGETHER,
+    Claim,
+    Interval,
+    claims,
+    error_of,
+    numbers,
+    share_left,
+)
+from bristle.paper.robust.loops import VARIANTS
+from bristle.paper.robust.sparing import means_of
+from bristle.paper.robust.tables import (
+    LOOPS,
+    SET_NAMES,
+    best_table,
+    claim_table,
+    condition_table,
+    economy_table,
+    error_table,
+    family_table,
+    margin_table,
+    margins_of_sets,
+    unfitted,
+)
+from bristle.paper.robust.trial import Trial
+from bristle.report.front import Front, Ruling, about, answered
+from bristle.report.page import Picture, picture, render
+
+__all__ = ["LIMITS", "robust_report", "robust_summary", "ruling_of", "words_of"]
+
+HEADING = "Compensation on other truths"
+SIMULATED = "The loops are simulated; no machine was compensated."
+PIPELINE = (
+    "One pipeline for all: a log of the loop without compensation, a Maxwell-slip model identified from it, fed "
+    "forward along the desired motion, an observer for the rest. Whatever changes afterwards, nothing is fitted again."
+)
+FAMILIES = (
+    "Each family is identified from the same log by bristle identify, and fed forward with nothing changed on the rig. "
+    "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
+    "can count on."
+)
+SPARING = (
+    "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
+)
+LIMITS = (
+    "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
+    "The measured contact is one record of one amplitude, one speed and one load. It does not react to another speed; "
+    "of a reversal within its stroke it only says that it is elastic; its residuals are those of one afternoon.",
+    "The measured force is scaled to the friction of the rig, as of so many contacts side by side: mass, loop, encoder "
+    "and delay are those of the simulated rig.",
+    "Inertia, delay and encoder are known exactly; gains are not tuned for any truth.",
+)
+
+
+def words_of(trial: Trial) -> list[str]:
+    """Return what came out in sentences: how much of the error goes, on which truths.
+
+    Parameters
+    ----------
+    trial : Trial
+        What came out.
+    """
+    sentences = []
+    for place in trial.plan.sets:
+        for variant in ("feedforward", TOGETHER):
+            shares = [1.0 - share_left(trial, place, truth.name, variant) for truth in trial.plan.truths]
+            finite = [share for share in shares if math.isfinite(share)]
+            if not finite:
+                continue
+            errors = [error_of(trial, place, truth.name, variant) for truth in trial.plan.truths]
+            means = [1e6 * error.peak_to_peak for error in errors if error is not None]
+            plural = variant == TOGETHER
+            sentences.append(
+                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if plural else 'takes'} "
+                f"{_range([100.0 * share for share in finite], 10.0)} % off, by truth, and "
+                f"{'leave' if plural else 'leaves'} {_range(means, 0.1)} µm."
+            )
+    return sentences
+
+
+def _range(values: Sequence[float], resolution: float) -> str:
+    """Return the smallest and the largest number as text; one, where both read alike."""
+    low, high = (number(end, resolution=resolution) for end in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def ruling_of(trial: Trial) -> Ruling:
+    """Return whether what was to be shown is.
+
+    Parameters
+    ----------
+    trial : Trial
+        What came out.
+    """
+    listed = [(place, claim) for place in trial.plan.sets for claim in claims(trial, place)]
+    missed = [(place, claim) for place, claim in listed if not claim.holds]
+    if not missed:
+        return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
+    level = "with_care" if len(missed) < len(listed) else "no"
+    return Ruling(level, "Observer and feedforward do not hold everywhere",
+                  tuple(_reason(place, claim) for place, claim in missed))  # fmt: skip
+
+
+def _reason(place: str, claim: Claim) -> str:
+    above = {case: error for case, error in claim.errors.items() if error > claim.limit}
+    listed = ", ".join(f"{case} {number(1e6 * error, resolution=0.1)} µm" for case, error in above.items())
+    return f"{SET_NAMES[place]}, above {number(1e6 * claim.limit, resolution=0.1)} µm: {listed}"
+
+
+def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:
+    """Return the report as one HTML page.
+
+    Parameters
+    ----------
+    trial : Trial
+        What came out.
+    command : str
+        The command that repeats it.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    plan = trial.plan
+    return render(
+        "robust.html", provenance=provenance, command=command, banner=SIMULATED, front=_front(trial),
+        claims=claim_table(trial), pipeline=PIPELINE, tables=[error_table(trial, place) for place in plan.sets],
+        conditions=condition_table(trial), margins=margin_table(margins_of_sets(plan.sets)),
+        families_in_words=FAMILIES, best=best_table(trial),
+        families=[family_table(trial, place) for place in plan.sets], unfitted=unfitted(trial),
+        economy=economy_table(trial) if trial.economy else None, economy_in_words=SPARING, limits=LIMITS,
+    )  # fmt: skip
+
+
+def _front(trial: Trial) -> Front:
+    ruling = ruling_of(trial)
+    answers = answered(
+        words_of(trial),
+        ["An observer, `model = \"disturbance_observer\"` of the controller, and a model of your log fed forward"],
+        ["a log of a minute, and an observer in the controller"],
+        [PIPELINE, LIMITS[1]],
+        ["your own friction as a truth: `bristle paper --robust --truth model.toml`",
+         "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`"],
+    )  # fmt: skip
+    facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
+    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(trial), "claims",
+                 "No case is above its limit.")  # fmt: skip
+
+
+def _picture(trial: Trial) -> Picture:
+    """Return the error of each loop on each truth, and how far it goes under all conditions."""
+    from bristle.figures import errors_by_truth
+
+    errors = {
+        SET_NAMES[place]: {
+            truth.name.replace("_", " "): {
+                LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS
+            }
+            for truth in trial.plan.truths
+        }
+        for place in trial.plan.sets
+    }
+    alternative = "Following error peak to peak of each loop on each friction, and its range under all conditions"
+    caption = (
+        f"{alternative}. Marks: the mean with nothing changed; wide lines: its 95 % interval; thin lines: from the "
+        "smallest to the largest mean when level, scatter, place or creep change, without a refit."
+    )
+    return picture(
+        "robust", lambda: errors_by_truth(errors, 1e6 * ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
+        alternative, caption, file="robust", published=f"{caption} {SIMULATED}",
+    )  # fmt: skip
+
+
+def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
+    from bristle.figures import Spread
+
+    errors = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
+    means = [1e6 * error.peak_to_peak for error in errors if error is not None and math.isfinite(error.peak_to_peak)]
+    nominal = errors[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
+    error, low, high, *_ = (1e6 * end for end in nominal)
+    return Spread(error, low, high, min(means, default=math.nan), max(means, default=math.nan))
+
+
+def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return what came out in numbers, lengths in m.
+
+    Parameters
+    ----------
+    trial : Trial
+        What came out.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    return {
+        "verdict": ruling_of(trial).as_data(),
+        "sentences": words_of(trial),
+        **numbers(trial),
+        "margins": margins_of_sets(trial.plan.sets),
+        "economy": {truth: means_of(cost) for truth, cost in trial.economy.items()},
+        "chosen_family": CHOSEN,
+        "provenance": provenance,
+    }

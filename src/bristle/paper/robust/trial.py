@@ -1,0 +1,331 @@
+"""The trial: every truth under every condition in the loops of both sets, with compensators that know none of it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import version
+from itertools import zip_longest
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.cores import Abreast, cores_for_simulations
+from bristle.core.digest import digest
+from bristle.core.experiment import Variant
+from bristle.files.experiment import read_experiment
+from bristle.friction import find
+from bristle.logs.log import Log
+from bristle.paper.economy import Economy
+from bristle.paper.robust.competitors import CHOSEN, FAMILIES, LOG, Fitted, fitted, log_of
+from bristle.paper.robust.conditions import CONDITIONS, NOMINAL, under
+from bristle.paper.robust.loops import SETS, VARIANTS, loop, peak_to_peak, setting
+from bristle.paper.robust.sparing import COUNTS, economy_on, is_measurable
+from bristle.paper.robust.store import Store
+from bristle.paper.robust.truths import Truth
+from bristle.study.run import in_words
+
+__all__ = ["Cell", "Plan", "Trial", "run_trial"]
+
+Progress = Callable[[float, str], None]
+Task = Callable[[threading.Event], None]
+ECONOMY_SEEDS = 4
+PATIENCE = 0.2  # [s]: so often signals are looked for
+
+
+class Cell(NamedTuple):
+    """Runs that are made and kept together.
+
+    Parameters
+    ----------
+    set : str
+        Of the experiment: ``set_a``, ``set_c``.
+    truth : str
+        Name of the friction of the rig.
+    condition : str
+        What has changed.
+    variant : str
+        The loop.
+    family : str
+        Of the compensator; empty where none is fed forward.
+    """
+
+    set: str
+    truth: str
+    condition: str
+    variant: str
+    family: str
+
+    @property
+    def file(self) -> str:
+        """Name of its part."""
+        return "-".join(filter(None, self))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is tried.
+
+    Parameters
+    ----------
+    truths : tuple of Truth
+        Frictions of the rig.
+    seeds : int
+        Runs of each loop.
+    conditions, sets, families : tuple of str
+        Names of what is tried with each of them; of the families but the chosen one, feedforward alone under nominal
+        conditions.
+    """
+
+    truths: tuple[Truth, ...]
+    seeds: int
+    conditions: tuple[str, ...] = tuple(CONDITIONS)
+    sets: tuple[str, ...] = tuple(SETS)
+    families: tuple[str, ...] = FAMILIES
+
+    @property
+    def compensators(self) -> tuple[str, ...]:
+        """All families that are identified: the chosen one is, whichever else are."""
+        return tuple(dict.fromkeys((*self.families, CHOSEN)))
+
+    @property
+    def cells(self) -> list[Cell]:
+        """Everything that is simulated."""
+        cells = [
+            Cell(name, truth.name, condition, variant, CHOSEN if "feedforward" in variant else "")
+            for truth in self.truths for name in self.sets for condition in self.conditions for variant in VARIANTS
+        ]  # fmt: skip
+        cells += [
+            Cell(name, truth.name, NOMINAL, variant, family)
+            for truth in self.truths for name in self.sets for family in self.families
+            for variant in COMPETING if family != CHOSEN
+        ]  # fmt: skip
+        return cells
+
+
+COMPETING = ("feedforward",)
+"""Loops in which each family stands in."""
+
+
+@dataclass
+class Trial:
+    """What came out.
+
+    Parameters
+    ----------
+    plan : Plan
+        What was tried.
+    fits : dict of (str, str) to Fitted
+        Compensators by truth and family.
+    errors : dict of Cell to ndarray, shape (seed,)
+        Following error peak to peak of each run [m]; infinite where the loop diverged.
+    economy : dict of str to Economy
+        By truth, what measuring more branches brings.
+    """
+
+    plan: Plan
+    fits: dict[tuple[str, str], Fitted] = field(default_factory=dict)
+    errors: dict[Cell, np.ndarray] = field(default_factory=dict)
+    economy: dict[str, Economy] = field(default_factory=dict)
+
+
+def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Trial:
+    """Make what is missing of a trial, and keep each part as soon as it is there.
+
+    Parameters
+    ----------
+    plan : Plan
+        What is tried.
+    store : Store
+        Where parts are kept.
+    progress : callable, optional
+        Called with the share done, and how long the rest takes.
+    """
+    trial, tally = Trial(plan), Tally(progress)
+    with cores_for_simulations():
+        unfitted = _unfitted(trial, store)
+        logs = _logs(plan, {truth for truth, _ in unfitted}, tally)
+        fits = [partial(_fit, trial, store, tally, logs, *key, source) for key, source in unfitted.items()]
+        # Fits keep a core busy with Python itself, loops do not: side by side they use both.
+        sparing = [partial(_spare, trial, store, tally, truth) for truth in plan.truths if is_measurable(truth)]
+        _abreast(_alternating([*fits, *sparing], _missing(trial, store, tally, fed=False)))
+        _abreast(_missing(trial, store, tally, fed=True))
+    trial.economy = {truth.name: trial.economy[truth.name] for truth in plan.truths if truth.name in trial.economy}
+    return trial
+
+
+def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Task]:
+    """Return what simulates the runs that are missing: of loops that feed friction forward, or of the others."""
+    plan, tasks = trial.plan, []
+    settings, truths = {name: setting(name) for name in plan.sets}, {truth.name: truth for truth in plan.truths}
+    for cell in plan.cells:
+        fit = trial.fits.get((cell.truth, cell.family), Fitted(None))
+        if bool(cell.family) != fed or (cell.family and fit.friction is None):
+            continue
+        truth = truths[cell.truth]
+        variant = loop(settings[cell.set][cell.variant], truth, under(cell.condition, truth), fit.friction)
+        source = _source_of(variant, fit.friction)
+        present = [float(error) for error in store.take(cell.file, source) or []]
+        trial.errors[cell] = np.array(present[: plan.seeds])
+        if len(present) < plan.seeds:
+            tasks.append(partial(_simulate, trial, store, tally, cell, variant, source, present))
+    tally.expect(plan, trial)
+    return tasks
+
+
+def _alternating(*groups: list[Task]) -> list[Task]:
+    """Return tasks of several groups in turn, and what is left of the longest one at the end."""
+    return [task for turn in zip_longest(*groups) for task in turn if task is not None]
+
+
+def _simulate(
+    trial: Trial, store: Store, tally: Tally, cell: Cell, variant: Variant, source: Mapping[str, str],
+    known: Sequence[float], stop: threading.Event,
+) -> None:  # fmt: skip
+    """Simulate the runs of a cell that are missing, until all are there or it is to stop."""
+    errors = list(known)
+    while len(errors) < trial.plan.seeds and not stop.is_set():
+        errors.append(peak_to_peak(variant, len(errors)))
+        tally.add(f"{cell.truth}, {cell.condition}, {cell.variant}")
+    store.keep(cell.file, source, errors)
+    trial.errors[cell] = np.array(errors)
+
+
+def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str]]:
+    """Return what each compensator that is missing is to be made from, by truth and family; the others are taken up."""
+    missing = {}
+    log = read_experiment(LOG).origins["experiment"][0].checksum
+    for truth in trial.plan.truths:
+        for family in trial.plan.compensators:
+            source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log,
+                      "file": truth.origin.checksum}  # fmt: skip
+            present = store.take(_fit_file(truth.name, family), source)
+            if present is None:
+                missing[truth.name, family] = source
+            else:
+                trial.fits[truth.name, family] = _restored(present)
+    return missing
+
+
+def _logs(plan: Plan, names: set[str], tally: Tally) -> dict[str, tuple[Log, Axis]]:
+    """Return the logs of these truths."""
+    logs: dict[str, tuple[Log, Axis]] = {}
+
+    def log(truth: Truth, stop: threading.Event) -> None:
+        tally.tell(f"{truth.name}: its log")
+        logs[truth.name] = log_of(truth)
+
+    _abreast([partial(log, truth) for truth in plan.truths if truth.name in names])
+    return logs
+
+
+def _fit(
+    trial: Trial, store: Store, tally: Tally, logs: Mapping[str, tuple[Log, Axis]], truth: str, family: str,
+    source: Mapping[str, str], stop: threading.Event,
+) -> None:  # fmt: skip
+    """Identify one compensator, unless all is to stop."""
+    if stop.is_set():
+        return
+    outcome = fitted(family, *logs[truth])
+    store.keep(_fit_file(truth, family), source, _written(outcome))
+    trial.fits[truth, family] = outcome
+    tally.tell(f"{truth}: {family} identified")
+
+
+def _spare(trial: Trial, store: Store, tally: Tally, truth: Truth, stop: threading.Event) -> None:
+    """Measure few and more branches of a truth, unless all is to stop."""
+    if stop.is_set():
+        return
+    seeds = min(trial.plan.seeds, ECONOMY_SEEDS)
+    source = {"bristle": version("bristle"), "friction": digest(truth.friction), "branches": list(COUNTS),
+              "seeds": seeds}  # fmt: skip
+    present = store.take(f"economy-{truth.name}", source)
+    if present is None:
+        tally.tell(f"{truth.name}: branches")
+        cost = economy_on(truth, seeds)
+        errors = {way: errors.tolist() for way, errors in cost.errors.items()}
+        present = {"errors": errors, "floor": cost.floor, "duration": cost.duration}
+        store.keep(f"economy-{truth.name}", source, present)
+    errors = {way: np.array(values) for way, values in present["errors"].items()}
+    trial.economy[truth.name] = Economy(list(COUNTS), errors, present["floor"], present["duration"])
+
+
+def _fit_file(truth: str, family: str) -> str:
+    return f"fit-{truth}-{family}"
+
+
+def _written(fit: Fitted) -> dict[str, Any]:
+    if fit.friction is None:
+        return {"reason": fit.reason}
+    values = {name: np.asarray(value).tolist() for name, value in fit.friction.values.items()}
+    return {"model": fit.friction.name, "kind": fit.friction.kind, "values": values}
+
+
+def _restored(content: Mapping[str, Any]) -> Fitted:
+    if "reason" in content:
+        return Fitted(None, content["reason"])
+    return Fitted(find(content["model"])(kind=content["kind"], **content["values"]))
+
+
+def _source_of(variant: Variant, compensator: Model | None) -> dict[str, str]:
+    """Return what the runs of a loop are made from, in a few letters."""
+    parts = (variant.plant, variant.controller, variant.sensor, variant.reference)
+    return {
+        "bristle": version("bristle"), "friction": digest(variant.friction),
+        "compensator": "" if compensator is None else digest(compensator),
+        "loop": "-".join(map(digest, parts)), "run": repr(variant.run),
+    }  # fmt: skip
+
+
+def _abreast(tasks: Iterable[Task]) -> None:
+    """Do tasks on all cores; an error or Ctrl-C ends them once what each simulates at that moment is there."""
+    stop, pool = threading.Event(), Abreast()
+    try:
+        pending: set[Future[None]] = {pool.submit(task, stop) for task in tasks}
+        while pending:
+            ready, pending = wait(pending, PATIENCE, FIRST_COMPLETED)
+            for future in ready:
+                future.result()
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+class Tally:
+    """How many runs are there, and how long the rest takes.
+
+    Parameters
+    ----------
+    progress : callable or None
+        What is told.
+    """
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress, self.share, self.ran, self.missing = progress, 0.0, 0, 0
+        self.begin, self.lock = time.monotonic(), threading.Lock()
+
+    def expect(self, plan: Plan, trial: Trial) -> None:
+        """Take note of how many runs are missing."""
+        self.total = len(plan.cells) * plan.seeds
+        self.missing = self.total - sum(errors.size for errors in trial.errors.values())
+        self.begin, self.ran = time.monotonic(), 0
+
+    def tell(self, text: str) -> None:
+        """Report what is being done besides runs."""
+        if self.progress is not None:
+            self.progress(self.share, text)
+
+    def add(self, text: str) -> None:
+        """Count a run, and report."""
+        with self.lock:
+            self.ran += 1
+            missing = self.missing - self.ran
+            left = in_words((time.monotonic() - self.begin) * missing / self.ran)
+            self.share = 1.0 - missing / self.total
+        self.tell(f"{text}, {left} left")

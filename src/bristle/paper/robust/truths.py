@@ -1,0 +1,180 @@
+"""The truths: frictions of different kinds that one pipeline is tried on, as files, and measured ones.
+
+The simulated ones have the stiffness at a reversal, the break-away force, the asymmetry and the offset of the rig
+(`bristle.paper.rig`) as far as their equations know them, and scatter by 5 % from reversal to reversal.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.resources import files
+from pathlib import Path
+
+from bristle.core.axis import Axis
+from bristle.core.content import Origin, content_of
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError, did_you_mean
+from bristle.files.axis import read_axis
+from bristle.files.log import read_log
+from bristle.files.model import read_model
+from bristle.logs.log import Log
+from bristle.logs.span import within
+from bristle.paper.experiment_files import EXPERIMENTS
+from bristle.paper.rig import STATIC, screw_ratio
+from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
+from bristle.paper.robust.uneven import uneven
+
+__all__ = ["DATA", "MEASURED", "SIMULATED", "Truth", "is_own", "truths_named"]
+
+FOLDER = Path(str(files("bristle.paper.robust") / "truths"))
+SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} | {
+    name: FOLDER / f"{name}.toml" for name in ("gms", "reformed_dahl", "bouc_wen", "printed", "lugre")
+}
+MEASURED = "measured"
+DATA = "BRISTLE_DATA"
+RECORD = Path("tribometer") / "test_data_2.txt"
+OF_FAMILY = {
+    "thirty_sliders": ("maxwell_slip", "gms"), "gms": ("gms", "maxwell_slip"), "reformed_dahl": ("reformed_dahl",),
+    "bouc_wen": ("bouc_wen", "dahl"), "printed": ("preisach_lugre",), "lugre": ("lugre", "dahl"),
+}  # fmt: skip
+"""Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
+SCATTER = 0.05
+AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
+WITHIN_STROKE = 0.95  # share of a recorded stroke that the rig goes through
+TRAVEL = 0.15  # of the amplitude, over which the level changes
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A friction that the rig has.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    friction : Model
+        The friction, in the layer of `bristle.paper.robust.uneven`.
+    origin : Origin
+        The file that it comes from.
+    families : tuple of str
+        Families of models that have its structure.
+    amplitude : float
+        Of the motion that the rig goes through [m].
+    is_varied : bool
+        Whether the amplitude of that motion varies as in the paper; of a record of one amplitude it does not.
+    record : Log or None
+        What compensators are identified from, where the rig does not log it.
+    axis : Axis or None
+        How that record is to be read.
+    """
+
+    name: str
+    friction: Model
+    origin: Origin
+    families: tuple[str, ...] = ()
+    amplitude: float = AMPLITUDE
+    is_varied: bool = True
+    record: Log | None = field(default=None, compare=False)
+    axis: Axis | None = field(default=None, compare=False)
+
+
+def is_own(truth: Truth, family: str) -> bool:
+    """Return whether a family of models has the structure of a truth."""
+    return family in truth.families
+
+
+def truths_named(names: Sequence[str] = (), axis: Path | None = None, *, allow_code: bool = False) -> list[Truth]:
+    """Return truths by their names, or by the files that hold them; all that there are where none is named.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names, model files (``.toml``), or logs of a contact that goes to and fro over one stroke.
+    axis : Path, optional
+        The axis file of such logs.
+    allow_code : bool
+        Whether a model of a person's own may run without having been allowed before.
+
+    Raises
+    ------
+    InputError
+        If there is no such truth, or a file cannot be used.
+    """
+    present = [*SIMULATED, *([MEASURED] if _data() else [])]
+    truths = [_truth(name, axis, present, allow_code) for name in dict.fromkeys(names or present)]
+    if axis is not None and not any(truth.record is not None and truth.name != MEASURED for truth in truths):
+        raise InputError("is there for a log, and none is among the truths", path="--axis", value=str(axis))
+    _refuse_alike(truths)
+    return truths
+
+
+def _data() -> Path | None:
+    """Return the record that the environment names; None where it names none."""
+    file = Path(os.environ[DATA]) / RECORD if os.environ.get(DATA) else None
+    return file if file is not None and file.is_file() else None
+
+
+def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: bool) -> Truth:
+    file = _data() if name == MEASURED else SIMULATED.get(name)
+    if name == MEASURED:
+        if file is None:
+            raise InputError(
+                f"needs the record {RECORD.as_posix()} in the folder that {DATA} names", path="--truth", value=name,
+                mend="Name a log instead: --truth log.csv --axis axis.toml",
+            )  # fmt: skip
+        return _recorded(name, file, read_axis(FOLDER / "measured_axis.toml"))
+    if file is not None:
+        return _simulated(name, file, OF_FAMILY[name])
+    path = Path(name)
+    if not path.is_file():
+        raise InputError(
+            "no such truth", path="--truth", value=name, allowed=", ".join([*present, "a model file", "a log"]),
+            mend=did_you_mean(name, present),
+        )  # fmt: skip
+    if path.suffix == ".toml":
+        friction = read_model(path, allow_code=allow_code).friction
+        return Truth(path.stem, _in_layer(friction, 0.0), content_of(path).origin, (friction.name.split("+")[0],))
+    if axis is None:
+        raise InputError("is a log, and nothing says what its columns are", path="--truth", value=name,
+                         mend="Add --axis axis.toml")  # fmt: skip
+    return _recorded(path.stem, path, read_axis(axis))
+
+
+def _simulated(name: str, file: Path, families: tuple[str, ...]) -> Truth:
+    friction = read_model(file).friction
+    scatter = 0.0 if "scatter" in friction.values else SCATTER  # the thirty elements have their own
+    return Truth(name, _in_layer(friction, scatter), content_of(file).origin, families)
+
+
+def _in_layer(friction: Model, scatter: float, amplitude: float = AMPLITUDE) -> Model:
+    return uneven(friction, unevenness=scatter, travel=TRAVEL * amplitude)
+
+
+def _recorded(name: str, file: Path, axis: Axis) -> Truth:
+    """Return a contact of the second half of a record, as strong as the friction of the rig, and the first half."""
+    log = read_log(file, axis)
+    middle = 0.5 * float(log.time.values[0] + log.time.values[-1])
+    first, second = within(log, (float(log.time.values[0]), middle)), within(log, (middle, float("inf")))
+    record = half_cycles_of(second)
+    factor = STATIC * screw_ratio(5e-3) / record.height
+    amplitude = WITHIN_STROKE * float(record.x[-1])
+    friction = _in_layer(recorded_contact(record, factor), 0.0, amplitude)
+    return Truth(
+        name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False,
+        record=_times(first, factor), axis=axis,
+    )  # fmt: skip
+
+
+def _times(log: Log, factor: float) -> Log:
+    """Return a log with its effort so many times as large."""
+    effort = log.effort
+    return log if effort is None else replace(log, effort=replace(effort, values=factor * effort.values))
+
+
+def _refuse_alike(truths: Sequence[Truth]) -> None:
+    names: Mapping[str, Truth] = {truth.name: truth for truth in truths}
+    if len(names) < len(truths):
+        raise InputError("two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths),
+                         mend="Rename one of the files")  # fmt: skip

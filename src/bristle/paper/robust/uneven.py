@@ -1,0 +1,183 @@
+r"""What a contact may do that no log of it told: another level, scatter, a wave along the axis, creep.
+
+A layer around any friction model, in which everything but its constant part :math:`u_0` rises and falls, and which adds
+a branch that creeps:
+
+.. math::
+    F = u_0 + \ell\,\gamma\left(1 + w \sin\frac{2\pi x}{\lambda}\right)(F_\text{model} - u_0) + f_c, \qquad
+    \dot f_c = k_c v - f_c/\tau
+
+Each reversal draws the value :math:`1 + s\,\xi`, :math:`\xi` standard normal, that the factor :math:`\gamma` goes to as
+the contact moves on, :math:`e^{-1}` of the difference being left after the travel :math:`d`. So friction stays
+continuous, whatever model is inside. The branch is a spring in series with a damper: it yields to a lasting force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
+from bristle.core.mathematics import direction, sin
+from bristle.core.once import once
+from bristle.core.random_numbers import SEED_MAX, normal
+from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable, variables_of
+from bristle.friction.enclosing import relations_of
+
+__all__ = ["Uneven", "UnevenModel", "uneven"]
+
+TWO_PI = 2.0 * math.pi
+SMALLEST_FACTOR = 0.05
+SLOWEST_REVERSAL = 5e-8  # [m/s]: slower ones are noise
+
+
+class Contact(NamedTuple):
+    """Parameters of the layer."""
+
+    level: Annotated[float, Variable("1", "factor on friction", min=0.01)] = 1.0
+    unevenness: Annotated[float, Variable("1", "standard deviation of the level by reversal", min=0.0, max=0.3)] = 0.0
+    travel: Annotated[float, Variable("length", "travel after which 1/e of a change of level is left", min=1e-9)] = 1e-6
+    wave: Annotated[float, Variable("1", "amplitude of the wave of the level", min=0.0, max=0.9)] = 0.0
+    wavelength: Annotated[float, Variable("length", "length of the wave", min=1e-9)] = 1.0
+    k_creep: Annotated[float, Variable("force/length", "stiffness of the branch that creeps", min=0.0)] = 0.0
+    tau: Annotated[float, Variable("time", "time constant of that branch", min=1e-6)] = 1.0
+    seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
+
+
+class Uneven(NamedTuple):
+    """Parameters of a model in the layer."""
+
+    inner: Any
+    own: Contact
+
+
+class State(NamedTuple):
+    """State of the model inside; direction and count of reversals; the factor, what it goes to; the creeping force."""
+
+    inner: Any
+    side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
+    reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
+    scale: Annotated[float, Variable("1", "factor of the scatter", min=0.0)] = 1.0
+    aim: Annotated[float, Variable("1", "what that goes to", min=0.0)] = 1.0
+    factor: Annotated[float, Variable("1", "factor on friction, all causes together", min=0.0)] = 1.0
+    creeping: Annotated[float, Variable("force", "force of the branch that creeps")] = 0.0
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    inner: Any
+    x: float
+    v: float
+    dt: float
+
+
+@kernel
+def creeping_after(f, v, dt, q):
+    """Return the force [N or N*m] of the branch that creeps after a step at constant velocity (trapezoidal rule)."""
+    half = 0.5 * dt / q.tau
+    return (f * (1.0 - half) + q.k_creep * v * dt) / (1.0 + half)
+
+
+# Neither is absorbed by the solvers that call it in several places: some models inside take a minute to compile there.
+@kernel(inline=False)
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step, at the level where the step begins."""
+    force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
+    creeping = 0.5 * (state.creeping + creeping_after(state.creeping, motion.v, dt, p.own))
+    return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(move, motion.x, motion.v, dt)
+
+
+@kernel(inline=False)
+def commit(state, memory, move, p):
+    """Return the state after the step; a reversal draws what the level goes to."""
+    q, way = p.own, abs(move.v) * move.dt
+    inner = friction_commit(state.inner, memory, move.inner, p.inner)
+    side, reversals, aim = state.side, state.reversals, state.aim
+    if abs(move.v) > SLOWEST_REVERSAL and (side == 0.0 or direction(move.v) * side < 0.0):
+        side, aim = direction(move.v), max(1.0 + q.unevenness * normal(q.seed, reversals), SMALLEST_FACTOR)
+        reversals += 1
+    share = way / (q.travel + way)
+    scale = state.scale + share * (aim - state.scale)
+    factor = q.level * scale * (1.0 + q.wave * sin(TWO_PI * move.x / q.wavelength))
+    return State(inner, side, reversals, scale, aim, factor, creeping_after(state.creeping, move.v, move.dt, q))
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnevenModel(FrictionModel):
+    """A friction model with an offset, in the layer."""
+
+    inner: FrictionModel
+
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _uneven, (self.inner,)
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets: those of the model and those of the layer, one seed for both."""
+        return ReadOnly(variables_of(Contact) | dict(self.inner.variables))
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return Contact._field_defaults | self.inner.defaults
+
+    def initial_state(self, parameters: Uneven) -> State:
+        """Return the virgin state, at the level where the motion begins."""
+        return State(self.inner.initial_state(parameters.inner), factor=parameters.own.level)
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name in self.inner.variables and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name == "seed" or (name in self.inner.variables and self.inner.is_integer(name))
+
+    def assemble(self, values: Mapping[str, Any]) -> Uneven:
+        """Return what kernels receive, from the values that a person sets."""
+        inner = {name: values[name] for name in self.inner.variables}
+        return Uneven(self.inner.assemble(inner), Contact(**{name: values[name] for name in Contact._fields}))
+
+    def values(self, parameters: Uneven) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return parameters.own._asdict() | self.inner.values(parameters.inner)
+
+
+def uneven(friction: Model, **values: Any) -> Model:
+    """Return a friction model in the layer; with nothing else, it does what it did before.
+
+    Parameters
+    ----------
+    friction : Model
+        Any friction model with an offset, as all are that have a name.
+    **values
+        Parameters of the layer.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    return _uneven(friction.component)(kind=friction.kind, **(dict(friction.values) | values))
+
+
+@once
+def _uneven(model: FrictionModel) -> UnevenModel:
+    return UnevenModel(
+        name=f"{model.name}, uneven",
+        description=f"{model.description}, at a level that scatters, varies along the axis, and creeps",
+        Parameters=Uneven,
+        State=State,
+        trial=trial,
+        commit=commit,
+        memory_size=lambda p: model.memory_size(p.inner),
+        relations=relations_of(model),
+        inner=model,
+    )

@@ -1,0 +1,490 @@
+"""Compensation on other truths: the layer of conditions, the measured contact, what is kept, and what comes out."""
+
+import json
+import math
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.cli.conftest import bristle  # noqa: F401
+from tests.report.pages import Page
+
+from bristle import friction
+from bristle.core import Axis, InputError
+from bristle.core.content import content_of
+from bristle.core.motion import Motion
+from bristle.files.axis import read_axis
+from bristle.logs.log import Log
+from bristle.paper.economy import WAYS, Economy
+from bristle.paper.robust import trial as trials
+from bristle.paper.robust.conditions import CONDITIONS, MEANINGS, NOMINAL, under
+from bristle.paper.robust.findings import claims, error_of, interval, numbers
+from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
+from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
+from bristle.paper.robust.store import opened
+from bristle.paper.robust.trial import Cell, Plan, run_trial
+from bristle.paper.robust.truths import FOLDER, SIMULATED, is_own, truths_named
+from bristle.paper.robust.uneven import uneven
+
+ROOT = Path(__file__).parents[2]
+DT = 1e-3
+
+
+def forces(model, velocities, dt=DT):
+    """The forces of a model along velocities, step by step, as plain Python."""
+    component, p = model.component, model.parameters
+    state, memory, x, found = component.initial_state(p), component.new_memory(p), 0.0, []
+    for v in velocities:
+        x += v * dt
+        motion = Motion(v=float(v), x=float(x))
+        force, move = component.trial(state, memory, motion, dt, p)
+        state = component.commit(state, memory, move, p)
+        found.append(force)
+    return np.array(found)
+
+
+TO_AND_FRO = np.concatenate([np.full(300, side * 1e-5) for side in (1.0, -1.0, 1.0, -1.0)])
+ELEMENTS = friction.find("maxwell_slip")(F_C=20.0, k_i=[2e7, 1e7], nu_i=[0.6, 0.4], offset=3.0)
+
+
+def test_the_layer_changes_nothing_by_itself():
+    assert forces(uneven(ELEMENTS), TO_AND_FRO) == pytest.approx(forces(ELEMENTS, TO_AND_FRO), abs=1e-12)
+
+
+def test_a_level_multiplies_all_but_the_offset():
+    before, after = forces(ELEMENTS, TO_AND_FRO), forces(uneven(ELEMENTS, level=1.3), TO_AND_FRO)
+    assert after - 3.0 == pytest.approx(1.3 * (before - 3.0), abs=1e-12)
+
+
+def test_a_wave_comes_back_after_its_length():
+    onward = np.full(2000, 1e-5)
+    force = forces(uneven(ELEMENTS, wave=0.2, wavelength=5e-6), onward) - 3.0
+    sliding = force[1000:]
+    assert (sliding.min(), sliding.max()) == pytest.approx((16.0, 24.0), abs=0.02)
+    assert sliding[500:] == pytest.approx(sliding[:-500], abs=1e-9)
+
+
+def test_the_branch_that_creeps_yields_to_a_lasting_force():
+    held = np.concatenate([np.full(100, 1e-4), np.zeros(3000)])
+    free = uneven(ELEMENTS, k_creep=1e6, tau=0.5)
+    extra = forces(free, held) - forces(ELEMENTS, held)
+    assert extra[99] == pytest.approx(1e6 * 1e-5, rel=0.12)
+    assert extra[600] / extra[100] == pytest.approx(math.exp(-1.0), rel=0.01)
+
+
+def test_reversals_draw_another_level_without_a_jump():
+    path = np.tile(TO_AND_FRO, 6)
+    uneven_one = uneven(ELEMENTS, unevenness=0.1, travel=2e-7, seed=3)
+    force = forces(uneven_one, path) - 3.0
+    steady = np.abs(force[299::300])
+    assert 0.03 < np.std(steady) / 20.0 < 0.2
+    assert np.abs(np.diff(force)).max() < 1.0  # N; a new level that came at once would be two of them and more
+    assert force.tolist() == (forces(uneven_one, path) - 3.0).tolist()
+    assert np.abs(force - forces(uneven_one.with_values(seed=4), path) + 3.0).max() > 0.5
+
+
+# --- a measured contact -----------------------------------------------------------------------------------------
+
+STROKE = 2e-4
+
+
+@pytest.fixture(scope="module")
+def record():
+    """A log of a contact over one stroke: 2 N, half as much again at its far end, another residual each time."""
+    generator, x, f = np.random.default_rng(5), [], []
+    for cycle in range(12):
+        side = 1.0 if cycle % 2 == 0 else -1.0
+        way = np.linspace(-0.5, 0.5, 200) * STROKE * side
+        level = 2.0 + 1.0 * way / STROKE + 0.1 * generator.standard_normal()
+        rise = 1.0 - 2.0 * np.exp(-np.arange(200) / 15.0)
+        x += [way, np.full(100, way[-1])]
+        f += [side * level * rise, np.full(100, side * level[-1])]
+    x, f = np.concatenate(x), np.concatenate(f)
+    return Log(time=5e-3 * np.arange(x.size), position=x, effort=f)
+
+
+def test_half_cycles_are_found_and_laid_over_the_place(record):
+    cycles = half_cycles_of(record)
+    assert cycles.forward.shape == cycles.backward.shape == (6, 231)
+    middle = cycles.x.size // 2
+    assert cycles.forward.mean(axis=0)[middle] == pytest.approx(2.0, abs=0.1)
+    assert cycles.backward.mean(axis=0)[middle] == pytest.approx(-2.0, abs=0.1)
+    assert cycles.forward.mean(axis=0)[-20] > cycles.forward.mean(axis=0)[middle] + 0.3
+
+
+def test_a_recorded_contact_goes_along_its_record_and_is_elastic_inside(record):
+    cycles = half_cycles_of(record)
+    contact = recorded_contact(cycles, 10.0)
+    k = contact.values["k"]
+    way = np.full(400, 0.45 * STROKE / 400 / DT)
+    out = forces(contact, way)
+    place = int(np.searchsorted(cycles.x, 0.4 * STROKE))
+    rows = 10.0 * cycles.forward[:, place]
+    reached = out[int(400 * 0.4 / 0.45)]
+    assert rows.min() - 0.2 <= reached <= rows.max() + 0.2
+    back = forces(contact, np.concatenate([way, -way[:3]]))[400:]
+    assert np.diff(back) == pytest.approx(-k * way[0] * DT, rel=1e-6)
+
+
+def test_each_reversal_draws_a_half_cycle_of_the_record(record):
+    contact = recorded_contact(half_cycles_of(record))
+    speed = 0.9 * STROKE / 200 / DT
+    path = np.concatenate([np.full(100, speed), *(np.full(200, side * speed) for side in (-1.0, 1.0) * 8)])
+    force = forces(contact, path)
+    tops = force[499::400]
+    assert len({round(float(top), 6) for top in tops}) > 2
+    assert force.tolist() != forces(contact.with_values(seed=1), path).tolist()
+
+
+def test_a_log_that_does_not_repeat_itself_is_no_contact(record):
+    short = replace(record, **{name: replace(getattr(record, name), values=getattr(record, name).values[:900])
+                               for name in ("time", "position", "effort")}, segments=(slice(0, 900),))  # fmt: skip
+    with pytest.raises(InputError, match="too few times"):
+        half_cycles_of(short)
+    with pytest.raises(InputError, match="has no effort"):
+        half_cycles_of(replace(record, effort=None))
+
+
+# --- truths -----------------------------------------------------------------------------------------------------
+
+
+def test_the_gallery_has_the_break_away_force_and_the_stiffness_of_the_rig():
+    truths = {truth.name: truth.friction.values for truth in truths_named(list(SIMULATED))}
+    rig = truths["thirty_sliders"]
+    for name in ("gms", "printed", "lugre"):
+        assert truths[name]["F_S_pos"] == rig["F_S_pos"]
+        assert truths[name]["F_C_neg"] == rig["F_C_neg"]
+    stiffness = sum(rig["k_i"])
+    for name, key in (("printed", "s"), ("lugre", "sigma_0"), ("bouc_wen", "s"), ("reformed_dahl", "s")):
+        assert truths[name][key] == pytest.approx(36.066e6)
+    assert sum(truths["gms"]["k_i"]) == pytest.approx(stiffness)
+    assert all(truth["offset"] == pytest.approx(2.0 * math.pi, rel=1e-3) for truth in truths.values())
+
+
+def test_what_is_no_truth_is_told_with_those_that_are(monkeypatch, tmp_path):
+    monkeypatch.delenv("BRISTLE_DATA", raising=False)
+    with pytest.raises(InputError, match=r"no such truth; found 'gsm'.*thirty_sliders, gms.*Did you mean 'gms'"):
+        truths_named(["gsm"])
+    with pytest.raises(InputError, match="BRISTLE_DATA"):
+        truths_named(["measured"])
+    log = tmp_path / "log.csv"
+    log.write_text("t,x\n0,0\n")
+    with pytest.raises(InputError, match="Add --axis"):
+        truths_named([str(log)])
+    with pytest.raises(InputError, match="none is among the truths"):
+        truths_named(["gms"], log)
+    again = tmp_path / "gms.toml"
+    again.write_bytes((FOLDER / "gms.toml").read_bytes())
+    with pytest.raises(InputError, match="two truths have one name"):
+        truths_named(["gms", str(again)])
+    assert [truth.name for truth in truths_named()] == list(SIMULATED)
+
+
+def test_a_model_file_is_a_truth_as_it_stands(tmp_path):
+    mine = tmp_path / "mine.toml"
+    mine.write_bytes((FOLDER / "lugre.toml").read_bytes())
+    (truth,) = truths_named([str(mine)])
+    assert (truth.name, truth.friction.values["unevenness"]) == ("mine", 0.0)
+    assert is_own(truth, "lugre")
+    assert not is_own(truth, "dahl")
+
+
+def test_every_condition_changes_the_truth_and_says_how():
+    assert list(CONDITIONS) == list(MEANINGS)
+    for truth in truths_named(["thirty_sliders", "gms"]):
+        changed = {name: under(name, truth) for name in CONDITIONS}
+        assert changed[NOMINAL] == truth.friction
+        assert len(set(changed.values())) == len(CONDITIONS)
+
+
+def test_the_axis_of_the_measured_contact_is_that_of_the_example():
+    assert read_axis(FOLDER / "measured_axis.toml") == read_axis(ROOT / "examples" / "tribometer" / "axis.toml")
+
+
+# --- what is kept -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A trial in which nothing is simulated: how often each thing was done."""
+    done = {"runs": 0, "fits": 0}
+
+    def run(variant, number):
+        done["runs"] += 1
+        return 1e-6 + 1e-9 * number
+
+    def fit(family, log, axis):
+        done["fits"] += 1
+        return trials.Fitted(None, "not in this log") if family == "dahl" else trials.Fitted(ELEMENTS)
+
+    monkeypatch.setattr(trials, "peak_to_peak", run)
+    monkeypatch.setattr(trials, "fitted", fit)
+    monkeypatch.setattr(trials, "log_of", lambda truth: (None, Axis(kind="translational")))
+    monkeypatch.setattr(trials, "is_measurable", lambda truth: False)
+    return done
+
+
+def plan(seeds, **changes):
+    changes = {"conditions": (NOMINAL, "level_1.6"), "sets": ("set_a",), "families": ("dahl",)} | changes
+    return Plan(tuple(truths_named(["lugre"])), seeds, **changes)
+
+
+def test_a_second_start_does_what_is_missing(quick, tmp_path):
+    for seeds, runs, fits in ((2, 16, 2), (2, 0, 0), (5, 24, 0), (3, 0, 0)):
+        quick.update(runs=0, fits=0)
+        with opened(tmp_path / "out") as store:
+            trial = run_trial(plan(seeds), store)
+        assert quick == {"runs": runs, "fits": fits}
+        assert {errors.size for errors in trial.errors.values()} == {seeds}
+    assert trial.fits["lugre", "dahl"].reason == "not in this log"
+    assert trial.fits["lugre", "maxwell_slip"].friction == ELEMENTS
+
+
+def test_a_part_that_is_broken_or_of_something_else_is_made_again(quick, tmp_path, monkeypatch):
+    with opened(tmp_path / "out") as store:
+        run_trial(plan(2), store)
+    part = tmp_path / "out" / "parts" / "set_a-lugre-nominal-none.json"
+    part.write_text(part.read_text()[:-20])
+    quick.update(runs=0)
+    with opened(tmp_path / "out") as store:
+        run_trial(plan(2), store)
+    assert quick["runs"] == 2
+    monkeypatch.setitem(CONDITIONS, "level_1.6", lambda truth: {"level": 1.61})
+    quick.update(runs=0)
+    with opened(tmp_path / "out") as store:
+        run_trial(plan(2), store)
+    assert quick["runs"] == 2 * len(VARIANTS)
+
+
+def test_ctrl_c_keeps_the_runs_that_are_done(quick, tmp_path, monkeypatch):
+    counting = trials.peak_to_peak
+
+    def interrupted(variant, number):
+        if quick["runs"] == 6:
+            raise KeyboardInterrupt
+        return counting(variant, number)
+
+    monkeypatch.setattr(trials, "peak_to_peak", interrupted)
+    monkeypatch.setattr(trials, "Abreast", lambda: trials_pool(1))
+    with pytest.raises(KeyboardInterrupt), opened(tmp_path / "out") as store:
+        run_trial(plan(2), store)
+    monkeypatch.setattr(trials, "peak_to_peak", counting)
+    quick.update(runs=0)
+    with opened(tmp_path / "out") as store:
+        trial = run_trial(plan(2), store)
+    assert quick["runs"] == 10
+    assert all(errors.size == 2 for errors in trial.errors.values())
+
+
+def trials_pool(threads):
+    from bristle.core.cores import Abreast
+
+    return Abreast(threads)
+
+
+def test_progress_tells_the_share_and_the_time_left(quick, tmp_path):
+    said = []
+    with opened(tmp_path / "out") as store:
+        run_trial(plan(2), store, lambda share, text: said.append((share, text)))
+    shares = [share for share, _ in said]
+    assert max(shares) <= 1.0
+    assert any(text.endswith(" left") for _, text in said)
+    assert any(text == "lugre: dahl identified" for _, text in said)
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("a year of work")
+    with pytest.raises(InputError, match="holds no trial"), opened(tmp_path / "mine"):
+        pass
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
+    with pytest.raises(InputError, match="does not exist"), opened(tmp_path / "no" / "where"):
+        pass
+    with opened(tmp_path / "out"), pytest.raises(InputError, match="another process"), opened(tmp_path / "out"):
+        pass
+
+
+def keys_of_the_docs():
+    """The dotted keys of the section of the command; names in capitals stand for any."""
+    page = (ROOT / "docs" / "reference" / "json.md").read_text().split("\n## bristle paper --robust\n")[1]
+    found = []
+    for line in re.findall(r"^\| (`.*?) \|", page.split("\n## ")[0], flags=re.MULTILINE):
+        for key in re.findall(r"`([^`]+)`", line):
+            found.append(key if not key.startswith(".") else found[-1].rpartition(".")[0] + key)
+    return found
+
+
+def at_key(told, key):
+    for part in key.split("."):
+        name = part.removesuffix("[]")
+        told = next(iter(told.values())) if name.isupper() else told[name]
+    return told
+
+
+def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(trials, "is_measurable", lambda truth: truth.name == "lugre")
+    monkeypatch.setattr(
+        trials, "economy_on",
+        lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0),
+    )  # fmt: skip
+    asked = ("paper", "--robust", "--truth", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
+    done = bristle(*asked)
+    assert done.code == 0, done.err
+    for key in keys_of_the_docs():
+        at_key(done.data, key)
+    assert set(done.data) == {key.partition(".")[0].removesuffix("[]") for key in keys_of_the_docs()}
+    assert done.data["verdict"]["level"] == "no"  # 1 µm everywhere
+    assert json.loads(Path("out/summary.json").read_text()) == done.data
+    page = Page(Path("out/report.html").read_text(encoding="utf-8"))
+    assert [figure["id"] for figure in page.named("figure")] == ["figure-robust"]
+    quick.update(runs=0)
+    again = bristle(*asked[:-1], "--format", "svg")
+    assert (again.code, quick["runs"]) == (0, 0)
+    assert "Set A" in again.out
+    assert Path("out/figures/robust.svg").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--robust", "--figure", "4"), "--figure: says nothing beside --robust"),
+        (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
+        (("--robust", "--force"), "--force: says nothing beside --robust"),
+        (("--seeds", "3"), "--seeds: says nothing without --robust"),
+        (("--truth", "gms"), "--truth: says nothing without --robust"),
+        (("--robust", "--truth", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
+        (("--robust", "--seeds", "0"), "--seeds"),
+        (("--robust", "--axis", "axis.toml", "--truth", "gms"), "--axis"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    ended = bristle("paper", *arguments)
+    assert ended.code == 2
+    assert words in ended.err
+    assert not list(Path().iterdir())
+
+
+# --- what comes out ---------------------------------------------------------------------------------------------
+
+
+def test_the_interval_is_that_of_student():
+    told = interval([1.0, 2.0, 3.0, 6.0])
+    assert told.peak_to_peak == 3.0
+    assert (told.low, told.high) == pytest.approx((-0.4374, 6.4374), abs=1e-4)  # 3 ± 3.182 * 2.160 / 2
+    assert (told.largest, told.seeds) == (6.0, 4)
+    assert math.isnan(interval([1.0]).low)
+    assert interval([1.0, math.inf]).peak_to_peak == math.inf
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """One truth, one run, two conditions, simulated."""
+    with pytest.MonkeyPatch.context() as patch, opened(tmp_path_factory.mktemp("robust") / "out") as store:
+        patch.setattr(trials, "is_measurable", lambda truth: False)
+        small_plan = Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"),
+                          sets=("set_a",), families=())  # fmt: skip
+        return run_trial(small_plan, store)
+
+
+def test_one_truth_in_numbers(small):
+    told = numbers(small)["robust"]["thirty_sliders"]
+    assert list(told) == [NOMINAL, "level_1.6"]
+    peaks = {name: 1e6 * told[NOMINAL][name]["peak_to_peak"] for name in VARIANTS}
+    assert peaks == pytest.approx({"none": 1.47, "feedforward": 0.42, "observer": 0.39, "observer_feedforward": 0.38},
+                                  abs=0.06)  # fmt: skip
+    assert set(told[NOMINAL]["none"]) == {"peak_to_peak", "low", "high", "largest", "seeds"}
+    raised = {name: 1e6 * told["level_1.6"][name]["peak_to_peak"] for name in VARIANTS}
+    assert raised["none"] > 2.0
+    assert raised["feedforward"] > 0.9
+    assert raised["observer_feedforward"] <= 0.45
+    assert [claim.holds for claim in claims(small)] == [True]
+
+
+def test_a_claim_that_is_missed_is_told(small):
+    cell = Cell("set_a", "thirty_sliders", "level_1.6", "observer_feedforward", "maxwell_slip")
+    missed = replace(small, errors=small.errors | {cell: np.array([0.46e-6])})
+    assert [claim.holds for claim in claims(missed)] == [False]
+
+
+def told_in_the_docs():
+    return json.loads((ROOT / "docs" / "theory" / "robust.json").read_text())
+
+
+def test_the_pages_say_what_the_run_says():
+    told = told_in_the_docs()
+    page = (ROOT / "docs" / "theory" / "compensation.md").read_text()
+    for sentence in told["sentences"]:
+        assert f"- {sentence}" in page
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    shares, left = {}, {}
+    for variant in ("feedforward", "observer_feedforward"):
+        errors = [(truth["nominal"]["none"]["peak_to_peak"], truth["nominal"][variant]["peak_to_peak"])
+                  for truth in told["robust_set_c"].values()]  # fmt: skip
+        shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
+        left[variant] = sorted(1e6 * after for _, after in errors)
+    alone, both = shares["feedforward"], shares["observer_feedforward"]
+    assert f"the model alone takes {alone[0]:.0f} to {alone[-1]:.0f} % off" in readme
+    assert f"both together {both[0]:.0f} to {both[-1]:.0f} %" in readme
+    ends = left["observer_feedforward"]
+    assert f"leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
+
+
+def test_the_run_of_the_docs_keeps_what_is_claimed():
+    told = told_in_the_docs()
+    assert set(told["robust"]) == {*SIMULATED, "measured"}
+    for claim in told["claims"]["set_a"]:
+        assert claim["holds"] == all(error <= claim["limit"] for error in claim["errors"].values())
+        assert claim["holds"], claim
+    assert told["provenance"]["gms_sha256"] == content_of(FOLDER / "gms.toml").origin.checksum
+
+
+# --- the figures of the docs ------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_observer_and_feedforward_hold_on_every_truth(tmp_path, monkeypatch):
+    monkeypatch.setattr(trials, "is_measurable", lambda truth: False)
+    levels = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
+    with opened(tmp_path / "out") as store:
+        whole_plan = Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=())
+        trial = run_trial(whole_plan, store)
+    found = claims(trial)
+    assert len(found) == 2
+    for claim in found:
+        assert claim.holds, claim
+    told = told_in_the_docs()["robust"]
+    for truth in trial.plan.truths:
+        for condition in levels:
+            for variant in VARIANTS:
+                error = error_of(trial, "set_a", truth.name, variant, condition).peak_to_peak
+                of_docs = told[truth.name][condition][variant]
+                assert error == pytest.approx(of_docs["peak_to_peak"], rel=0.08, abs=3e-8), (truth.name, condition)
+
+
+@pytest.mark.slow
+def test_fewer_steps_of_the_integration_tell_the_same():
+    (truth,) = truths_named(["thirty_sliders"])
+    for variant in ("none", "observer"):
+        coarse = loop(setting("set_a")[variant], truth, truth.friction, None)
+        fine = replace(coarse, run=replace(coarse.run, substeps=25))
+        few, many = (interval([peak_to_peak(each, number) for number in range(20)]) for each in (coarse, fine))
+        apart = abs(few.peak_to_peak - many.peak_to_peak)
+        assert apart <= math.hypot(few.high - few.peak_to_peak, many.high - many.peak_to_peak)
+
+
+@pytest.mark.measured
+@pytest.mark.skipif("BRISTLE_DATA" not in os.environ, reason="BRISTLE_DATA is not set")
+def test_the_measured_contact_is_the_second_half_of_its_record():
+    (truth,) = truths_named(["measured"])
+    values = truth.friction.values
+    assert truth.amplitude == pytest.approx(0.95 * 113e-6, rel=0.01)
+    assert len(values["forward"]) // len(values["upper"]) in (23, 24)
+    half = 0.5 * (np.array(values["upper"]) - np.array(values["lower"]))
+    assert half.max() == pytest.approx(40e-3 * 2.0 * math.pi / 5e-3, rel=1e-6)
+    assert truth.record.time.values[-1] < 109.0
+    assert not truth.families
