@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bristle.cli.each import identify_each, refuse_mixed
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
 from bristle.cli.options import (
@@ -37,7 +38,8 @@ DEFAULT = "coulomb_viscous"
 
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
-    --model coulomb_viscous,stribeck+asymmetry --out results"""
+    --model coulomb_viscous,stribeck+asymmetry --out results
+  bristle identify logs --each --axis axis.toml --out fleet"""
 
 Thresholds = Annotated[
     list[str] | None,
@@ -90,6 +92,16 @@ def identify(
         bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
     ] = None,
     thresholds: Thresholds = None,
+    each: Annotated[
+        bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
+    ] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")
+    ] = False,
     reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -103,17 +115,19 @@ def identify(
     identified.
 
     Writes model.toml, drive_table.csv, summary.json, report.html and, for bristle run, experiment.toml into DIR, and
-    beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
+    beside them what other programs and bristle.load read. With --each, LOG may be a folder, FILE::* all tables of a
+    file; a log that fails is a row with its reason; br.read_study(DIR) reads them. Interrupted (Ctrl-C), it ends with the best found until then,
     marked unfinished, and exit code 130.
     """
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
+    refuse_mixed(each=each, force=force, figures=bool(formats or data), workers=workers is not None, dry_run=dry_run)
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
-    if axes and describes_curves(axes[0]):
+    if axes and describes_curves(axes[0]) and not each:
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
@@ -122,6 +136,9 @@ def identify(
     options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere,
              "settings": _thresholds(thresholds or [])}  # fmt: skip
+    if each:
+        return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
+                             workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
     return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                               figures=(formats, data))  # fmt: skip
 
