@@ -83,7 +83,9 @@ def lived(seed: int, days: int, *, onset: float | None = None, wear: float = 0.1
     far = np.where(rng.random(day.size) < FAR, FAR_OFF * rng.choice((-1.0, 1.0), day.size), 0.0)
     level = np.exp(-LEVEL_PER_KELVIN * warmth) * (1.0 + lasting) * (1.0 + OF_DAY * shared + OF_LOG * single + far)
     viscous = np.exp(-VISCOUS_PER_KELVIN * warmth) * (1.0 + 2.0 * OF_DAY * np.roll(shared, 2) + 2.0 * OF_LOG * single)
-    return Life(START + DAY * day + 3600.0 * hour, 293.15 + warmth, level, viscous, lasting, rng.random(day.size) < FAILS)
+    return Life(
+        START + DAY * day + 3600.0 * hour, 293.15 + warmth, level, viscous, lasting, rng.random(day.size) < FAILS
+    )
 
 
 def _strange(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -139,6 +141,10 @@ def _columns(name: str, life: Life, errors: Errors, rng: np.random.Generator) ->
         for key, values in (("", value), (".lower", value - half), (".upper", value + half)):
             columns[column + key] = np.where(life.fails, np.nan, values)
         columns[f"{column}.status"] = np.where(life.fails, "", "identified")
-    for key, values in (("", errors.scatter), (".lower", errors.scatter_ends[:, 0]), (".upper", errors.scatter_ends[:, 1])):
+    for key, values in (
+        ("", errors.scatter),
+        (".lower", errors.scatter_ends[:, 0]),
+        (".upper", errors.scatter_ends[:, 1]),
+    ):
         columns[f"scatter{key}"] = np.where(life.fails, np.nan, values[drawn])
     return columns

@@ -23,11 +23,11 @@ from bristle.core.axis import Axis
 from bristle.fleet.each import identify_each
 from bristle.fleet.false_alarms import FalseAlarms
 from bristle.fleet.tracks import tracks_of
-from bristle.fleet.watch import Verdict, verdict_on
-from bristle.fleet.watch import watch as watched_over
+from bristle.fleet.watched import Verdict, verdict_on
+from bristle.fleet.watched import watch as watched_over
 from bristle.study.dataset import runs_in
 
-__all__ = ["errors_of", "fleet_made", "first_alarm", "watch", "write_logs"]
+__all__ = ["errors_of", "first_alarm", "fleet_made", "watch", "write_logs"]
 
 RATE = FalseAlarms(1.0, 1000.0, "days")
 LIVES, HEALTHY = 50, 100
@@ -95,8 +95,7 @@ def errors_of(fleet: Path, truths: dict[str, tuple[Truth, Life]]) -> Errors:
     """Return what the identifications of a fleet were off by."""
     columns = runs_in(fleet).columns
     good = np.flatnonzero(columns["status"] == "ok")
-    number = {name: 0 for name in truths}
-    at = np.array([number.__setitem__(name, number[name] + 1) or number[name] - 1 for name in columns["folder"]])
+    at = np.array([np.sum(columns["folder"][:place] == name) for place, name in enumerate(columns["folder"])])
     true = {
         column: np.array([
             float(np.mean(getattr(worn(*truths[columns["folder"][place]], int(at[place])).friction, key)))
@@ -155,7 +154,7 @@ def watch() -> Iterator[Share]:
         watched = watched_over(folder / "fleet", false_alarms="1 in 1000 days")
         told = {verdict.track.axis for verdict in watched.alarms if verdict.track.quantity == OF_LEVEL}
     yield Share("small fleet: axes told rightly", 100.0 * ("worn" in told) * (told == {"worn"}), 100.0, 100.0, 2,
-                f"{errors.count} logs identified, level off by {100.0 * np.std(errors.error[OF_LEVEL]):.2g} %")  # fmt: skip
+                f"{errors.count} logs, level off by {100.0 * np.std(errors.error[OF_LEVEL]):.2g} %")  # fmt: skip
     caught = [in_time(seed, errors) for seed in range(LIVES)]
     yield Share("alarm before a third of the wear", 100.0 * np.mean(caught), 90.0, 100.0, LIVES,
                 f"10 % in 200 days, {errors.count} identifications drawn from")  # fmt: skip

@@ -47,7 +47,7 @@ def identify_each(
 
     options = dict(options)
     fleet = fleet_of(
-        logs, model=options.pop("model"), axes=[read_axis(file) for file in axes] or [None],
+        logs, model=options.pop("model"), axes=[read_axis(file) for file in axes],
         name=out.name if out else "fleet", options=options, size_limit=limit,
         readers=[content_of(file, limit=CODE_LIMIT) for file in readers],
     )  # fmt: skip
@@ -68,10 +68,10 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
 
     identifier = Identifier(fleet)
     with progress("measuring"):
-        for block in fleet.blocks[:2]:  # what the first one compiles, the second one finds
-            begin = time.perf_counter()
-            row = identifier.columns(block)
-            seconds = time.perf_counter() - begin
+        identifier.columns(fleet.blocks[0])  # which compiles
+        begin = time.perf_counter()
+        row = identifier.columns(fleet.blocks[min(1, fleet.count - 1)])
+        seconds = time.perf_counter() - begin
     count = min(workers or core_count(), fleet.count)
     dated = sum(log.time is not None for log in fleet.logs)
     numbers = {

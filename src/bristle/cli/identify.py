@@ -115,9 +115,12 @@ def identify(
     identified.
 
     Writes model.toml, drive_table.csv, summary.json, report.html and, for bristle run, experiment.toml into DIR, and
-    beside them what other programs and bristle.load read. With --each, LOG may be a folder, FILE::* all tables of a
-    file; a log that fails is a row with its reason; br.read_study(DIR) reads them. Interrupted (Ctrl-C), it ends with the best found until then,
+    beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
     marked unfinished, and exit code 130.
+
+    With --each, every log is a row of its own in DIR, which bristle watch and br.read_study read; one that fails is a
+    row with its reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is
+    missing, and with further logs those.
     """
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves

@@ -23,6 +23,7 @@ __all__ = ["fleet_parameters"]
 COLUMNS = 2
 ROW = 1.55  # inches
 WIDEST = 1.5
+APART = "#b5651d"
 MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
 FEW = 60  # logs up to which markers are large
 
@@ -72,11 +73,13 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
             ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
             axes.errorbar(
                 number[chosen], value[chosen], ends, fmt="o", markersize=size, fillstyle=fill, linewidth=0.8,
-                color=style.PREDICTED["color"] if fill == "full" else "#b5651d", label=word,
+                color=style.PREDICTED["color"] if fill == "full" else APART, label=word,
             )  # fmt: skip
     for chosen, marker, height in ((told & (value > top), "^", 0.97), (told & (value < bottom), "v", 0.03)):
-        axes.plot(number[chosen], np.full(chosen.sum(), height), marker, color="#b5651d", markersize=4, fillstyle="none",
-                  transform=axes.get_xaxis_transform(), label="_beyond")  # fmt: skip
+        axes.plot(
+            number[chosen], np.full(chosen.sum(), height), marker, color=APART, markersize=4, fillstyle="none",
+            transform=axes.get_xaxis_transform(), label="_beyond",
+        )  # fmt: skip
     axes.plot(number[~told], np.zeros((~told).sum()), "|", color=style.INK, markersize=7, clip_on=False,
               transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
     axes.set_ylim(bottom, top)
@@ -89,4 +92,6 @@ def _reach(values: np.ndarray) -> tuple[float, float]:
     """Return from where to where a panel reaches: past what most logs span, and to all of them if they are near."""
     low, high = np.quantile(values, (0.05, 0.95))
     margin = MARGIN * float(high - low) or 0.1 * abs(float(high)) or 1.0
-    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(float(high) + margin, float(values.max()) + 0.3 * margin)
+    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(
+        float(high) + margin, float(values.max()) + 0.3 * margin
+    )

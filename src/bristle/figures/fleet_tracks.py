@@ -15,7 +15,7 @@ from bristle.figures.labels import largest
 from bristle.figures.names import shortened
 
 if TYPE_CHECKING:
-    from bristle.fleet.watch import Verdict
+    from bristle.fleet.watched import Verdict
 
 __all__ = ["fleet_tracks"]
 
@@ -23,6 +23,7 @@ ROW = 1.3  # inches
 WIDEST = 1.25
 ALARM: style.Look = {"color": "#a3356f", "linewidth": 1.4, "linestyle": "-"}
 ONSET = "#f0dbe6"
+LEVEL: style.Look = style.PREDICTED | {"linewidth": 1.4}
 
 
 @style.styled
@@ -39,7 +40,9 @@ def fleet_tracks(verdicts: Sequence[Verdict], names: Sequence[str], first: str) 
         Name of the first day; empty where logs are numbered only.
     """
     rows = len(verdicts)
-    figure, grid = style.panels(0.95 + (ROW + 0.42) * rows, rows, 2, widths=(2.2, 1.0), top=0.52, gap=0.42, between=0.75)
+    figure, grid = style.panels(
+        0.95 + (ROW + 0.42) * rows, rows, 2, widths=(2.2, 1.0), top=0.52, gap=0.42, between=0.75
+    )
     start = min(float(verdict.track.time[0]) for verdict in verdicts)
     begin = np.floor(start) if verdicts[0].track.is_dated else 0.0
     end = max(float(verdict.track.time[-1]) for verdict in verdicts) - begin
@@ -61,19 +64,19 @@ def fleet_tracks(verdicts: Sequence[Verdict], names: Sequence[str], first: str) 
 def _draw_level(axes: Axes, verdict: Verdict, days: np.ndarray, begin: float) -> None:
     track = verdict.track
     level, fitted = (np.exp(values) if track.is_logarithmic else values for values in (verdict.level, verdict.fitted))
-    scale = Scale("%", 100.0) if track.is_logarithmic else scale_of(track.unit, largest(level))
+    scale = Scale(100.0, "%") if track.is_logarithmic else scale_of(track.unit, largest(level))
     if (alarm := verdict.alarm) is not None:
-        axes.axvspan(*(end - begin for end in alarm.onset_interval), color=ONSET, linewidth=0, zorder=0,
-                     label="onset, 95 % interval")  # fmt: skip
+        low, high = (end - begin for end in alarm.onset_interval)
+        axes.axvspan(low, high, color=ONSET, linewidth=0, zorder=0, label="onset, 95 % interval")
         axes.axvline(alarm.at - begin, label="alarm", **ALARM)
     axes.plot(days, level * scale.factor, "o", markersize=2.0, color=style.GREY, label="a day's logs")
-    axes.plot(days, fitted * scale.factor, **style.PREDICTED | {"linewidth": 1.6}, label="level")
-    axes.set_ylabel(scale.label(shortened(track.quantity.removeprefix("friction.").capitalize() if track.is_logarithmic
-                                          else track.quantity.removeprefix("friction."), WIDEST, style.AT_AXES)))  # fmt: skip
+    axes.plot(days, fitted * scale.factor, label="level", **LEVEL)
+    name = track.quantity.removeprefix("friction.")
+    axes.set_ylabel(scale.label(shortened(name, WIDEST, style.AT_AXES)))
 
 
 def _draw_ratio(axes: Axes, verdict: Verdict, days: np.ndarray, begin: float) -> None:
-    axes.plot(days, verdict.ratio, **style.PREDICTED | {"linewidth": 1.1}, label="evidence")
+    axes.plot(days, verdict.ratio, label="evidence", **LEVEL)
     axes.axhline(verdict.threshold, color=style.INK, linewidth=0.9, linestyle="--", label="threshold")
     if verdict.alarm is not None:
         axes.axvline(verdict.alarm.at - begin, label="_alarm", **ALARM)

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from bristle.fleet.each import identify_each
     from bristle.fleet.plan import Fleet
-    from bristle.fleet.watch import Watched, watch
+    from bristle.fleet.watched import Watched, watch
 
 __all__ = ["Fleet", "Watched", "identify_each", "watch"]
 
-_FROM = {"Fleet": "plan", "Watched": "watch", "identify_each": "each", "watch": "watch"}
+_FROM = {"Fleet": "plan", "Watched": "watched", "identify_each": "each", "watch": "watched"}
 
 
 def __getattr__(name: str) -> Any:
     if name in _FROM:
-        value = getattr(importlib.import_module(f"bristle.fleet.{_FROM[name]}"), name)
-        globals()[name] = value  # a function called like its file: the file must not take its place
-        return value
+        return getattr(importlib.import_module(f"bristle.fleet.{_FROM[name]}"), name)
     raise AttributeError(f"module 'bristle.fleet' has no attribute {name!r}")

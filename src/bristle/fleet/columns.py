@@ -20,8 +20,9 @@ RUN = {
 OF_FIT = (
     Quantity("held_out_error", "", "error on held-out blocks, as a share of the effort"),
     Quantity("error", "", "what was made small, as a share"),
-    Quantity("scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share",
-             "scatter"),  # fmt: skip
+    Quantity(
+        "scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share", "scatter"
+    ),
     Quantity("temperature", "K", "mean of the column temperature"),
     Quantity("duration", "s", "length of the log"),
 )
@@ -42,7 +43,8 @@ def numbers_of(fleet: Fleet) -> list[Quantity]:
         if quantity not in OF_FIT or quantity.column in WITH_ENDS:
             quantities += [
                 quantity._replace(
-                    column=f"{quantity.column}.{end}", stands_for="",
+                    column=f"{quantity.column}.{end}",
+                    stands_for="",
                     description=f"{end} end of the 95 % interval of {quantity.column}",
                 )
                 for end in ENDS

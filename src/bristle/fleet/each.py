@@ -28,7 +28,7 @@ __all__ = ["fleet_of", "identify_each", "identify_within"]
 
 
 def fleet_of(
-    logs: Sequence[str | Path], *, model: Any = "coulomb_viscous", axes: Sequence[Any] = (None,), name: str = "fleet",
+    logs: Sequence[str | Path], *, model: Any = "coulomb_viscous", axes: Sequence[Any] = (), name: str = "fleet",
     options: Mapping[str, Any] | None = None, readers: Sequence[Content] = (), size_limit: int = SIZE_LIMIT,
 ) -> Fleet:  # fmt: skip
     """Return many logs as a fleet: listed, looked up, nothing identified yet.
@@ -39,8 +39,8 @@ def fleet_of(
         As `bristle.fleet.listing.listed_logs` takes them.
     model : str or FrictionModel
         The one model that is fitted to all of them.
-    axes : sequence of Axis, path-like or None
-        One for all logs, or one for each.
+    axes : sequence of Axis or path-like
+        One for all logs, or one for each; none where logs say themselves what their columns are.
     name : str
         What people call the fleet.
     options : mapping, optional
@@ -61,7 +61,7 @@ def fleet_of(
         raise InputError("takes one model: parameters of different ones do not compare", path="--each",
                          value=", ".join(component.name for component in components),
                          mend="Compare models on one log first, then name the best one")  # fmt: skip
-    described = [None if axis is None else AXIS(axis, "axis", None) for axis in axes]
+    described = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
     kinds = {axis.kind for axis in described if axis is not None} or {_kind_of(listed[0].place, size_limit)}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
@@ -132,7 +132,7 @@ def identify_each(
         If a log is not there, the folder holds something else, or the disk is full. A log that cannot be read or
         fitted is a row with its reason.
     """
-    axes = list(axis) if isinstance(axis, (list, tuple)) else [axis]
+    axes = list(axis) if isinstance(axis, (list, tuple)) else [axis] if axis is not None else []
     fleet = fleet_of(logs, model=model, axes=axes, name=Path(folder).name, options=options)
     with opened(Path(folder), fleet, {}, FleetStore) as store:
         return identify_within(store, workers=workers, progress=progress)

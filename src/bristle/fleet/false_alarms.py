@@ -2,9 +2,9 @@
 
 Innovations of a healthy axis are independent normal numbers whatever its baseline, so that one table serves all: the
 largest likelihood ratio of `bristle.fleet.change` was simulated on them, cut as they are, over 1000 observations, and
-the threshold is the one that a share 1 - exp(-1000 rate) of the runs exceeds. ``python -m benchmarks.watch_thresholds``
-makes the table, of 40 000 runs. Several quantities of an axis share the rate between them (Bonferroni): what they have in common makes
-false alarms rarer, never more frequent.
+the threshold is the one that a share 1 - exp(-1000 rate) of 40 000 runs exceeds. ``python -m
+benchmarks.watch_thresholds`` makes the table. Several quantities of an axis share the rate between them (Bonferroni):
+what they have in common makes false alarms rarer, never more frequent.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _RATE = re.compile(r"(\d{1,9}(?:\.\d{1,6})?)\s*(?:per|in|/)\s*(\d{1,9}(?:\.\d{1,
 class FalseAlarms(NamedTuple):
     """A rate of false alarms of one axis: how many, in how many days or logs."""
 
-    count: float
+    times: float
     among: float
     unit: str
 
     @property
     def words(self) -> str:
         """The rate as a person says it."""
-        return f"{self.count:g} in {self.among:g} axis-{self.unit}"
+        return f"{self.times:g} in {self.among:g} axis-{self.unit}"
 
     def per_observation(self, days: float | None, quantities: int) -> float:
         """Return the rate of one quantity in one observation.
@@ -48,7 +48,7 @@ class FalseAlarms(NamedTuple):
             How many are watched on the axis.
         """
         step = 1.0 if self.unit == "logs" or days is None else days
-        return self.count / self.among * step / quantities
+        return self.times / self.among * step / quantities
 
 
 def false_alarms_from(text: str, path: str = "--false-alarms") -> FalseAlarms:
@@ -91,6 +91,6 @@ def threshold_for(rate: float, path: str = "--false-alarms") -> float:
         If the rate is outside of what was simulated.
     """
     if not RATES[0] <= rate <= RATES[-1]:
-        raise InputError("is a rate that was not simulated", path=path, value=f"{rate:.3g} in an observation of a quantity",
-                         allowed=f"{RATES[0]:g} to {RATES[-1]:g}")  # fmt: skip
+        raise InputError("is a rate that was not simulated", path=path, value=f"{rate:.3g}",
+                         allowed=f"{RATES[0]:g} to {RATES[-1]:g} in an observation of a quantity")  # fmt: skip
     return float(np.sqrt(np.interp(np.log(rate), np.log(RATES), np.square(THRESHOLDS))))

@@ -1,15 +1,16 @@
 r"""Innovations of a regression: each observation against what those before it predict, as independent normal numbers.
 
-An observation is :math:`y_i = x_i^\top\beta + \sigma\sqrt{r_i}\,\varepsilon_i`, with a constant and, where there is one,
-the temperature in :math:`x_i`, and a relative variance :math:`r_i` that is known. With the coefficients that the
-observations before it give, its recursive residual is
+An observation is :math:`y_i = x_i^\top\beta + \sigma\sqrt{r_i}\,\varepsilon_i`, with a constant and,
+where there is one, the temperature in :math:`x_i`, and a relative variance :math:`r_i` that is known. With the
+coefficients that the observations before it give, its recursive residual is
 
 .. math:: w_i = \frac{y_i - x_i^\top\hat\beta_{i-1}}{\sqrt{r_i + x_i^\top P_{i-1} x_i}}
 
 For independent normal errors all of these are independent, with one variance. Over the standard deviation of those
 before, each follows the distribution of Student with as many degrees of freedom as there were residuals; through that
 distribution it becomes a normal number :math:`u_i`, however few observations the baseline has. The uncertainty of the
-baseline, and that of the temperature coefficient, is in them.
+baseline, and that of the temperature coefficient, is in them. Beyond `CLIP` a number counts no more: heavy tails, and a
+log that went wrong, make no alarm by themselves.
 
 Sources: recursive residuals, Brown, Durbin and Evans 1975 (doi:10.1111/j.2517-6161.1975.tb01532.x); charts that begin
 by themselves, Hawkins 1987 (doi:10.2307/2348827).
@@ -22,7 +23,7 @@ from scipy.special import ndtri, stdtr
 
 __all__ = ["CLIP", "Innovations"]
 
-CLIP = 3.0  # standard deviations beyond which an innovation counts no more: one log that went wrong is no change
+CLIP = 2.0  # standard deviations
 DIFFUSE = 1e8  # variance of the coefficients before anything was seen, over that of an observation
 FEWEST = 2  # residuals that tell a standard deviation
 _EDGE = 1e-300

@@ -11,7 +11,8 @@ __all__ = ["moment_in", "moment_of"]
 HEAD = 4096  # bytes in which a file says when it was recorded
 _DATE = re.compile(
     r"(?<!\d)(?P<year>(?:19|20)\d\d)(?P<sign>[-_./]?)(?P<month>\d\d)(?P=sign)(?P<day>\d\d)"
-    r"(?:[T _-]+(?P<hour>\d\d)(?P<colon>[-:._h]?)(?P<minute>\d\d)(?:(?P=colon)(?P<second>\d\d))?(?:[.,]\d+)?)?(?!\d)"
+    r"(?:[T _-]+(?P<hour>\d\d)(?P<colon>[-:._h]?)(?P<minute>\d\d)(?:(?P=colon)(?P<second>\d\d))?(?:[.,]\d+)?"
+    r"(?!-?\d))?(?!\d)"
 )
 _FILETIME = re.compile(r"[Ss]tart\s?time[^\t;,\n]*[\t;,]\s*(1[0-9]{17})(?!\d)")
 _SINCE_1601 = datetime(1601, 1, 1)
@@ -61,7 +62,8 @@ def _moments(text: str, *, timed: bool = False) -> Iterator[datetime]:
         if timed and match["hour"] is None:
             continue
         try:
-            yield datetime(*(int(match[part] or 0) for part in ("year", "month", "day", "hour", "minute", "second")))
+            parts = [int(match[part] or 0) for part in ("hour", "minute", "second")]
+            yield datetime(int(match["year"]), int(match["month"]), int(match["day"]), *parts)
         except ValueError:  # digits that are no date
             continue
 

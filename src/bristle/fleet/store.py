@@ -29,7 +29,7 @@ class FleetStore(Store):
         self._say(self._content(provenance))
 
     def blocks_present(self) -> set[int]:
-        """Return the logs that need nothing: those with a row, and those that another command named, which may be gone."""
+        """Return the logs that need nothing: those with a row, and those that this command does not name."""
         unnamed = {number for number, log in enumerate(self.study.logs) if not log.place}
         return super().blocks_present() | unnamed
 

@@ -144,7 +144,10 @@ def rows_in(folders: Sequence[str | Path], *, axis_from: str | None = None) -> R
     for store, part in zip(stores, parts, strict=True):
         if "logs" not in part.described:
             raise InputError("is a study, not a fleet", path=str(store), mend="Name what bristle identify --each wrote")
-        if part.described["model"] != parts[0].described["model"] or part.described["kind"] != parts[0].described["kind"]:
+        if (
+            part.described["model"] != parts[0].described["model"]
+            or part.described["kind"] != parts[0].described["kind"]
+        ):
             raise InputError("is of another model or kind than the first", path=str(store),
                              value=part.described["model"], allowed=parts[0].described["model"])  # fmt: skip
     parts = [part for part in parts if part.count]

@@ -44,7 +44,7 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
         "done": runs.count, "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
             _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
-            for place in failed
+            for place in failed.tolist()
         ],
         "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
         "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
@@ -79,7 +79,9 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
     return {
         "unit": about["unit"], "description": about["description"], "count": int(told.sum()), "low": low,
         "median": median, "high": high, "half_width": _median(half),
-        "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name)],
+        "apart": [
+            _log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()
+        ],
     }  # fmt: skip
 
 
@@ -127,7 +129,9 @@ def parameters_table(summary: Mapping[str, Any]) -> Table:
             rows.append((name, "0", *[""] * 5))
             continue
         column = Quantity.of(entry["unit"], [entry["median"]])
-        cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
+        cells = [
+            column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")
+        ]
         rows.append((name, str(entry["count"]), column.scale.unit, *cells))
     heads = ("Parameter", "Logs that tell it", "Unit", "5 %", "Median", "95 %", "± of one log")
     return Table("The parameters over the logs", heads, rows).without_empty_columns()
@@ -195,7 +199,10 @@ def _picture(runs: Runs, summary: Mapping[str, Any]) -> Picture | None:
 def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
     names = drawn_parameters(summary)
     columns = runs.columns
-    scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
+    scales = {
+        name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]])
+        for name in names
+    }
     heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names))
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
@@ -215,4 +222,3 @@ def _with_interval(columns: Mapping[str, np.ndarray], name: str, place: int, sca
     half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
     value = scale.cell(float(columns[name][place]))
     return f"{value} ± {scale.cell(float(half))}" if np.isfinite(half) else value
-

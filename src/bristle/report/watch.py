@@ -13,7 +13,7 @@ from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
-    from bristle.fleet.watch import Verdict, Watched
+    from bristle.fleet.watched import Verdict, Watched
 
 __all__ = ["alarms_table", "watch_report", "watch_sentences", "watch_summary"]
 
@@ -86,7 +86,9 @@ def watch_sentences(watched: Watched) -> list[str]:
     axes = len(dict.fromkeys(watched.rows.axis))
     alarms = watched.alarms
     changed = len({verdict.track.axis for verdict in alarms})
-    head = f"{changed} of {axes} axes changed" if changed else f"None of {axes} axes changed" if axes > 1 else "No change"
+    head = (
+        f"{changed} of {axes} axes changed" if changed else f"None of {axes} axes changed" if axes > 1 else "No change"
+    )
     lines = [f"{head}, at a rate of {watched.false_alarms.words} for false alarms."]
     lines += [_sentence(verdict) for verdict in alarms]
     failed = int(np.sum(watched.rows.columns["status"] != OK))
@@ -153,13 +155,24 @@ def tracks_table(watched: Watched) -> Table:
         track = verdict.track
         coefficient = verdict.temperature_coefficient
         level = float(np.exp(verdict.fitted[-1]) if track.is_logarithmic else verdict.fitted[-1])
-        per_kelvin = None if coefficient is None else 100.0 * coefficient / (1.0 if track.is_logarithmic else abs(level))
+        per_kelvin = (
+            None if coefficient is None else 100.0 * coefficient / (1.0 if track.is_logarithmic else abs(level))
+        )
         rows.append((
             track.axis, track.quantity, str(track.time.size), with_unit(level, track.unit or "1"),
             "" if per_kelvin is None else f"{number(per_kelvin, 0.01)} %/K", number(float(verdict.ratio[-1]), 0.1),
             number(verdict.threshold, 0.1), "alarm" if verdict.alarm else "",
         ))  # fmt: skip
-    heads = ("Axis", "Quantity", "Observations", "Level now", "By temperature", "Evidence [σ]", "Threshold [σ]", "Verdict")
+    heads = (
+        "Axis",
+        "Quantity",
+        "Observations",
+        "Level now",
+        "By temperature",
+        "Evidence [σ]",
+        "Threshold [σ]",
+        "Verdict",
+    )
     return Table("Every track", heads, rows).without_empty_columns()
 
 
@@ -187,9 +200,10 @@ def watch_report(watched: Watched, summary: Mapping[str, Any], *, name: str, com
         The command that repeats it.
     """
     axes = len(summary["axes"])
+    facts = f"{summary['logs']} logs of {axes} {'axis' if axes == 1 else 'axes'}"
     return render(
         "watch.html", provenance=summary["provenance"], command=command, banner=None, name=name,
-        facts=f"{summary['logs']} logs of {axes} {'axis' if axes == 1 else 'axes'} · false alarms {summary['false_alarms']}",
+        facts=f"{facts} · false alarms {summary['false_alarms']}",
         sentences=watch_sentences(watched), alarms=alarms_table(watched), picture=_picture(watched),
         tracks=tracks_table(watched), failed=failed_table(watched),
     )  # fmt: skip

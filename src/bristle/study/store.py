@@ -15,7 +15,7 @@ import numpy as np
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.files.owned import lock
 from bristle.files.summary import as_json, plain
-from bristle.study.plan import Block, Study
+from bristle.study.plan import Block
 
 __all__ = ["RUNS", "SCHEMA", "STUDY", "Store", "library", "opened", "refuse_another", "study_in"]
 
@@ -171,9 +171,7 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 
 
 @contextmanager
-def opened(
-    folder: Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store
-) -> Iterator[AnyStore]:
+def opened(folder: Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
     """Give the folder of a study to write into, new or that of the same study, to this process alone.
 
     Raises
@@ -211,7 +209,7 @@ def study_in(folder: Path) -> dict[str, Any]:
         data = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError("is no folder of a study: it has no study.json", path=str(folder),
-                         mend="Name the folder that bristle study --out or bristle identify --each wrote") from None  # fmt: skip
+                         mend="Name what bristle study or bristle identify --each wrote") from None  # fmt: skip
     except (ValueError, OSError) as error:
         raise InputError(f"cannot be read: {error}", path=str(file)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:

@@ -282,4 +282,3 @@ def _alike(scores: np.ndarray) -> float | None:
         return None
     correlation = float(np.sum(known[1:] * known[:-1]) / np.sum(np.square(known)))
     return correlation if correlation * np.sqrt(known.size) > ALIKE else None
-
