@@ -159,5 +159,5 @@ def watch() -> Iterator[Share]:
     yield Share("alarm before a third of the wear", 100.0 * np.mean(caught), 90.0, 100.0, LIVES,
                 f"10 % in 200 days, {errors.count} identifications drawn from")  # fmt: skip
     alarms, exposed = false_alarms(range(1000, 1000 + HEALTHY), errors)
-    yield Share("false alarms in 1000 axis-days, x 100", 100.0 * 1000.0 * alarms / exposed, 0.0, 100.0, HEALTHY,
+    yield Share("false alarms, of those allowed", 100.0 * 1000.0 * alarms / exposed, 0.0, 100.0, HEALTHY,
                 f"{alarms} in {exposed:.0f} axis-days of healthy axes")  # fmt: skip

@@ -40,6 +40,6 @@ def thresholds(tops: np.ndarray) -> list[float]:
 
 
 if __name__ == "__main__":
-    found = thresholds(largest(int(sys.argv[1]) if len(sys.argv) > 1 else 40_000))
+    found = thresholds(largest(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000))
     print("RATES =", RATES)
     print("THRESHOLDS =", tuple(round(value, 2) for value in found))

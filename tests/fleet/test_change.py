@@ -5,7 +5,7 @@ import pytest
 from benchmarks.watch_thresholds import largest
 
 from bristle.core.errors import InputError
-from bristle.fleet.change import COURSES, WINDOW, Change, course_of_change, largest_ratios
+from bristle.fleet.change import COURSES, WINDOW, LevelChange, course_of_change, largest_ratios
 from bristle.fleet.false_alarms import RATES, false_alarms_from, threshold_for
 from bristle.fleet.innovations import Innovations
 
@@ -15,10 +15,10 @@ def brute(innovations, time, scores, at):
     ratios = {}
     for course in COURSES:
         for onset in range(max(at - WINDOW + 1, 0), at + 1):
-            shift = innovations.residuals(course_of_change(Change(onset, course), time))[: at + 1]
+            shift = innovations.residuals(course_of_change(LevelChange(onset, course), time))[: at + 1]
             energy = np.sum(shift[scores[: at + 1] != 0.0] ** 2)
             if energy > 1e-9:
-                ratios[Change(onset, course)] = abs(scores[: at + 1] @ shift) / np.sqrt(energy)
+                ratios[LevelChange(onset, course)] = abs(scores[: at + 1] @ shift) / np.sqrt(energy)
     return max(ratios.items(), key=lambda item: item[1])
 
 

@@ -52,7 +52,8 @@ def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.nd
             axes.set_xlabel("Log, by its number")
         else:
             axes.tick_params(labelbottom=False)
-    style.legend_in_corner(figure, panels[0])
+    richest = max(panels[: len(names)], key=lambda axes: len(axes.get_legend_handles_labels()[1]))
+    style.legend_in_corner(figure, richest)
     return figure
 
 

@@ -22,26 +22,26 @@ import numpy as np
 
 from bristle.fleet.innovations import Innovations
 
-__all__ = ["COURSES", "WINDOW", "Change", "Ratios", "course_of_change", "largest_ratios"]
+__all__ = ["COURSES", "WINDOW", "LevelChange", "Ratios", "course_of_change", "largest_ratios"]
 
 COURSES = ("step", "drift")
 WINDOW = 400  # observations
 LEAST = 1e-12
 
 
-class Change(NamedTuple):
+class LevelChange(NamedTuple):
     """A change: which observation it begins with, and which course it takes."""
 
     onset: int
     course: str
 
 
-def course_of_change(change: Change, time: np.ndarray) -> np.ndarray:
+def course_of_change(change: LevelChange, time: np.ndarray) -> np.ndarray:
     """Return the course of a change, of size one a step, of slope one a drift.
 
     Parameters
     ----------
-    change : Change
+    change : LevelChange
         Onset and course.
     time : ndarray, shape (observation,)
         When, in any unit.
@@ -69,9 +69,9 @@ class Ratios(NamedTuple):
     onsets: np.ndarray
     courses: np.ndarray
 
-    def change(self, at: int) -> Change:
+    def change(self, at: int) -> LevelChange:
         """Return the likeliest change at an observation of a single series."""
-        return Change(int(self.onsets[at]), COURSES[int(self.courses[at])])
+        return LevelChange(int(self.onsets[at]), COURSES[int(self.courses[at])])
 
 
 def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarray) -> Ratios:

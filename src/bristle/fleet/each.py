@@ -56,12 +56,12 @@ def fleet_of(
         If a log is not there or named twice, several models are asked for, or axes are of several kinds.
     """
     listed = listed_logs(logs, size_limit=size_limit)
-    components = models_of(model)
+    components: Sequence[Any] = models_of(model)
     if len(components) > 1:
         raise InputError("takes one model: parameters of different ones do not compare", path="--each",
                          value=", ".join(component.name for component in components),
                          mend="Compare models on one log first, then name the best one")  # fmt: skip
-    described = [AXIS(axis, "axis", None) for axis in axes] or [None]
+    described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
     kinds = {axis.kind for axis in described if axis is not None} or {_kind_of(listed[0].place, size_limit)}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}

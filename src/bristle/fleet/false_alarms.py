@@ -2,7 +2,7 @@
 
 Innovations of a healthy axis are independent normal numbers whatever its baseline, so that one table serves all: the
 largest likelihood ratio of `bristle.fleet.change` was simulated on them, cut as they are, over 1000 observations, and
-the threshold is the one that a share 1 - exp(-1000 rate) of 40 000 runs exceeds. ``python -m
+the threshold is the one that a share 1 - exp(-1000 rate) of 20 000 runs exceeds. ``python -m
 benchmarks.watch_thresholds`` makes the table. Several quantities of an axis share the rate between them (Bonferroni):
 what they have in common makes false alarms rarer, never more frequent.
 """
@@ -20,7 +20,7 @@ __all__ = ["RATES", "THRESHOLDS", "FalseAlarms", "false_alarms_from", "threshold
 
 RATES = (1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
 """False alarms in an observation."""
-THRESHOLDS = (4.78, 4.53, 4.24, 3.97, 3.64, 3.29, 2.93)
+THRESHOLDS = (4.48, 4.23, 3.95, 3.68, 3.37, 3.04, 2.66)
 """Likelihood ratios, in standard deviations."""
 _RATE = re.compile(r"(\d{1,9}(?:\.\d{1,6})?)\s*(?:per|in|/)\s*(\d{1,9}(?:\.\d{1,6})?)\s*(days?|logs?)")
 

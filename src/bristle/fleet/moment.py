@@ -62,8 +62,8 @@ def _moments(text: str, *, timed: bool = False) -> Iterator[datetime]:
         if timed and match["hour"] is None:
             continue
         try:
-            parts = [int(match[part] or 0) for part in ("hour", "minute", "second")]
-            yield datetime(int(match["year"]), int(match["month"]), int(match["day"]), *parts)
+            hour, minute, second = (int(match[part] or 0) for part in ("hour", "minute", "second"))
+            yield datetime(int(match["year"]), int(match["month"]), int(match["day"]), hour, minute, second)
         except ValueError:  # digits that are no date
             continue
 

@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
-from bristle.fleet.change import COURSES, Change, course_of_change, largest_ratios
+from bristle.fleet.change import COURSES, LevelChange, course_of_change, largest_ratios
 from bristle.fleet.false_alarms import FalseAlarms, false_alarms_from, threshold_for
 from bristle.fleet.innovations import Innovations
 from bristle.fleet.tracks import Rows, Track, rows_in, tracks_of
@@ -228,7 +228,7 @@ class _Fitted:
     level: np.ndarray
 
     @classmethod
-    def of(cls, track: Track, design: np.ndarray, variances: np.ndarray, change: Change | None) -> _Fitted:
+    def of(cls, track: Track, design: np.ndarray, variances: np.ndarray, change: LevelChange | None) -> _Fitted:
         added = [] if change is None else [course_of_change(change, track.time)]
         matrix, weights = np.column_stack([design, *added]), 1.0 / np.sqrt(variances)
         rows, right = matrix * weights[:, None], track.value * weights
@@ -253,13 +253,13 @@ class _Fitted:
         return float(self.coefficients[1]) / _spread(track), (low / _spread(track), high / _spread(track))
 
 
-def _costs(track: Track, design: np.ndarray, variances: np.ndarray, at: int) -> dict[Change, float]:
+def _costs(track: Track, design: np.ndarray, variances: np.ndarray, at: int) -> dict[LevelChange, float]:
     """Return the sum of squares with each change that may have begun until the alarm."""
-    changes = [Change(onset, course) for course in COURSES for onset in range(1, at + 1)]
+    changes = [LevelChange(onset, course) for course in COURSES for onset in range(1, at + 1)]
     return {change: _Fitted.of(track, design, variances, change).cost for change in changes}
 
 
-def _alarm(track: Track, at: int, costs: Mapping[Change, float], fitted: _Fitted) -> Alarm:
+def _alarm(track: Track, at: int, costs: Mapping[LevelChange, float], fitted: _Fitted) -> Alarm:
     change = min(costs, key=costs.__getitem__)
     most = fitted.cost * (1.0 + WIDER / fitted.freedom)
     onsets = [track.time[candidate.onset] for candidate, cost in costs.items()

@@ -124,7 +124,7 @@ def _amount(verdict: Verdict, change: float) -> str:
     """Return a change as a person says it: in percent of the level before."""
     alarm = verdict.alarm
     percent = 100.0 * change / abs(alarm.before) if alarm is not None else 0.0
-    return f"{number(percent, 0.1)} %"
+    return f"{number(percent, 0.1)}\u00a0%"
 
 
 def _interval(verdict: Verdict) -> str:
@@ -145,7 +145,7 @@ def alarms_table(watched: Watched) -> Table | None:
             with_unit(alarm.before, track.unit or "1"), _amount(verdict, alarm.change), _interval(verdict),
         ))  # fmt: skip
     heads = ("Axis", "Quantity", "Alarm", "Began", "95 % interval", "Course", "Before", "Change", "its 95 % interval")
-    return Table("What changed", heads, rows) if rows else None
+    return Table("Alarms, the earliest first", heads, rows) if rows else None
 
 
 def tracks_table(watched: Watched) -> Table:
