@@ -20,8 +20,8 @@ from benchmarks.coverage import Share
 from benchmarks.lives import Errors, Life, lived, rows_of
 from benchmarks.strangers import Truth, draw, make_record
 from bristle.core.axis import Axis
-from bristle.fleet.each import identify_each
 from bristle.fleet.false_alarms import FalseAlarms
+from bristle.fleet.identify import identify_each
 from bristle.fleet.tracks import tracks_of
 from bristle.fleet.watched import Verdict, verdict_on
 from bristle.fleet.watched import watch as watched_over

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.each import identify_each, refuse_mixed
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
+from bristle.cli.fleet import identify_each, refuse_mixed
 from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
@@ -92,7 +92,7 @@ def identify(
         bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
     ] = None,
     thresholds: Thresholds = None,
-    each: Annotated[
+    separate: Annotated[
         bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
     ] = False,
     workers: Annotated[
@@ -126,11 +126,13 @@ def identify(
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
-    refuse_mixed(each=each, force=force, figures=bool(formats or data), workers=workers is not None, dry_run=dry_run)
+    refuse_mixed(
+        separate=separate, force=force, figures=bool(formats or data), workers=workers is not None, dry_run=dry_run
+    )
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
-    if axes and describes_curves(axes[0]) and not each:
+    if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
@@ -139,7 +141,7 @@ def identify(
     options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere,
              "settings": _thresholds(thresholds or [])}  # fmt: skip
-    if each:
+    if separate:
         return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
                              workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
     return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,

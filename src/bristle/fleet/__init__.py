@@ -6,13 +6,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle.fleet.each import identify_each
+    from bristle.fleet.identify import identify_each
     from bristle.fleet.plan import Fleet
     from bristle.fleet.watched import Watched, watch
 
 __all__ = ["Fleet", "Watched", "identify_each", "watch"]
 
-_FROM = {"Fleet": "plan", "Watched": "watched", "identify_each": "each", "watch": "watched"}
+_FROM = {"Fleet": "plan", "Watched": "watched", "identify_each": "identify", "watch": "watched"}
 
 
 def __getattr__(name: str) -> Any:

@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 __all__ = ["identify_each", "refuse_mixed"]
 
 
-def refuse_mixed(*, each: bool, force: bool, figures: bool, workers: bool, dry_run: bool) -> None:
+def refuse_mixed(*, separate: bool, force: bool, figures: bool, workers: bool, dry_run: bool) -> None:
     """Refuse options of one fit for a fleet, and those of a fleet for one fit."""
     from bristle.core import InputError
 
-    if each and force:
+    if separate and force:
         raise InputError("a fleet is gone on with, never replaced", path="--force", mend="Name another folder")
-    if each and figures:
+    if separate and figures:
         raise InputError("a fleet has no figures as files", path="--format, --data",
                          mend="Read its rows: br.read_study(DIR)")  # fmt: skip
-    if not each and (workers or dry_run):
+    if not separate and (workers or dry_run):
         raise InputError("is for many logs, each by itself", path="--workers" if workers else "--dry-run",
                          mend="Add --each")  # fmt: skip
 
@@ -43,7 +43,7 @@ def identify_each(
     from bristle.core.content import content_of
     from bristle.files.axis import read_axis
     from bristle.files.permission import CODE_LIMIT
-    from bristle.fleet.each import fleet_of
+    from bristle.fleet.identify import fleet_of
 
     options = dict(options)
     fleet = fleet_of(
@@ -93,7 +93,7 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
 def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: int | None, as_json: bool) -> int:
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
-    from bristle.fleet.each import identify_within
+    from bristle.fleet.identify import identify_within
     from bristle.fleet.store import FleetStore
     from bristle.report.fleet import failed_logs_table, fleet_sentences, parameters_table
     from bristle.study.store import opened
