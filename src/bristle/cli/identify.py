@@ -45,63 +45,70 @@ Thresholds = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
 ]
+Each = Annotated[
+    bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default."),
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")
+]
+Logs = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="LOG...",
+        help=f"One log or several: {LOG_FILE}",
+    ),
+]
+ModelNames = Annotated[
+    str,
+    typer.Option(
+        "--model",
+        metavar="NAME[+slot][,NAME...]",
+        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
+    ),
+]
+Cutoff = Annotated[
+    str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
+]
+Decimation = Annotated[
+    int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
+]
+Draws = Annotated[
+    int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")
+]
+Free = Annotated[
+    str,
+    typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
+]
+Method = Annotated[
+    str | None,
+    typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."),
+]
+Everywhere = Annotated[bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")]
 
 
 def identify(
     *,
     context: typer.Context,
-    log: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG...",
-            help=f"One log or several: {LOG_FILE}",
-        ),
-    ],
+    log: Logs,
     axis: AxisFiles = None,
-    model: Annotated[
-        str,
-        typer.Option(
-            "--model",
-            metavar="NAME[+slot][,NAME...]",
-            help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
-        ),
-    ] = DEFAULT,
+    model: ModelNames = DEFAULT,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
-    cutoff: Annotated[
-        str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
-    ] = None,
-    decimation: Annotated[
-        int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
-    ] = None,
-    draws: Annotated[
-        int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")
-    ] = 100,
-    free: Annotated[
-        str,
-        typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
-    ] = "",
-    method: Annotated[
-        str | None,
-        typer.Option(
-            "--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."
-        ),
-    ] = None,
-    everywhere: Annotated[
-        bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
-    ] = None,
+    cutoff: Cutoff = None,
+    decimation: Decimation = None,
+    draws: Draws = 100,
+    free: Free = "",
+    method: Method = None,
+    everywhere: Everywhere = None,
     thresholds: Thresholds = None,
-    separate: Annotated[
-        bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
-    ] = False,
-    workers: Annotated[
-        int | None,
-        typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default."),
-    ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")
-    ] = False,
+    separate: Each = False,
+    workers: Workers = None,
+    dry_run: DryRun = False,
     reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,

@@ -59,29 +59,29 @@ def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.nd
 
 def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     columns, number = runs.columns, runs.columns["run"]
-    told = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
-    scale = scale_of(runs.described["columns"][name]["unit"], largest(np.median(np.abs(columns[name][told]))))
+    tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
+    scale = scale_of(runs.described["columns"][name]["unit"], largest(np.median(np.abs(columns[name][tells]))))
     value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
-    bottom, top = _reach(value[told])
+    bottom, top = _reach(value[tells])
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= FEW else 2.0
-    axes.axhline(float(np.median(value[told])), color=style.GREY, linewidth=0.9, linestyle="--", label="median")
+    axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.9, linestyle="--", label="median")
     inside = (value >= bottom) & (value <= top)
-    for chosen, fill, word in ((told & ~strange & inside, "full", "log, 95 % interval"),
-                               (told & strange & inside, "none", "stands apart")):  # fmt: skip
+    for chosen, fill, word in ((tells & ~strange & inside, "full", "log, 95 % interval"),
+                               (tells & strange & inside, "none", "stands apart")):  # fmt: skip
         if chosen.any():
             ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
             axes.errorbar(
                 number[chosen], value[chosen], ends, fmt="o", markersize=size, fillstyle=fill, linewidth=0.8,
                 color=style.PREDICTED["color"] if fill == "full" else APART, label=word,
             )  # fmt: skip
-    for chosen, marker, height in ((told & (value > top), "^", 0.97), (told & (value < bottom), "v", 0.03)):
+    for chosen, marker, height in ((tells & (value > top), "^", 0.97), (tells & (value < bottom), "v", 0.03)):
         axes.plot(
             number[chosen], np.full(chosen.sum(), height), marker, color=APART, markersize=4, fillstyle="none",
             transform=axes.get_xaxis_transform(), label="_beyond",
         )  # fmt: skip
-    axes.plot(number[~told], np.zeros((~told).sum()), "|", color=style.INK, markersize=7, clip_on=False,
+    axes.plot(number[~tells], np.zeros((~tells).sum()), "|", color=style.INK, markersize=7, clip_on=False,
               transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
     axes.set_ylim(bottom, top)
     axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)

@@ -77,10 +77,10 @@ class Identifier:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
             raise InputError(f"is {log.kind}, and this fleet is {self.fleet.kind}", path=entry.place)
-        found = identify(log, self.fleet.model, axis=axis, **self.fleet.options)
-        if found.unfinished:  # a person wants it to end: half a fit is no row
+        identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options)
+        if identification.unfinished:  # a person wants it to end: half a fit is no row
             raise KeyboardInterrupt
-        fit = found.fits[0]
+        fit = identification.fits[0]
         row: dict[str, Any] = _of_fit(fit) | _of_log(log)
         for name, quantity in self.fleet.parameters.items():
             if name in fit.parameters:

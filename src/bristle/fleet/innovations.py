@@ -86,11 +86,11 @@ class Innovations:
         residuals = self.residuals(centred / size)
         past = np.concatenate([[0.0], np.cumsum(residuals**2)[:-1]])
         freedom = np.arange(self.count) - self.order
-        known = (freedom >= FEWEST) & (past > 0.0)
+        scored = (freedom >= FEWEST) & (past > 0.0)
         scores = np.zeros(self.count)
-        ratios = residuals[known] / np.sqrt(past[known] / freedom[known])
-        tails = np.maximum(stdtr(freedom[known], -np.abs(ratios)), _EDGE)
-        scores[known] = -np.sign(ratios) * ndtri(tails)
+        ratios = residuals[scored] / np.sqrt(past[scored] / freedom[scored])
+        tails = np.maximum(stdtr(freedom[scored], -np.abs(ratios)), _EDGE)
+        scores[scored] = -np.sign(ratios) * ndtri(tails)
         return np.clip(scores, -CLIP, CLIP)
 
 

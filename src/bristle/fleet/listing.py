@@ -49,14 +49,14 @@ def _places(name: str) -> Iterator[str]:
     if not os.path.isdir(name):
         yield name
         return
-    found = False
+    is_empty = True
     for folder, below, files in os.walk(name):
         below[:] = sorted(child for child in below if not child.startswith("."))
         for file in sorted(files):
             if not file.startswith(".") and not file.lower().endswith(NO_LOGS):
-                found = True
+                is_empty = False
                 yield os.path.join(folder, file)
-    if not found:
+    if is_empty:
         raise InputError("holds no log", path=name, mend="Name the folder that the logs are in")
 
 

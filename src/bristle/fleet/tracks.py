@@ -234,21 +234,21 @@ def tracks_of(rows: Rows, quantities: Sequence[str] = (), *, since: float | None
 def _track(rows: Rows, axis: str, chosen: np.ndarray, name: str) -> Track | None:
     value, std = rows.columns[name][chosen], _std(rows, name, chosen)
     logarithmic = name == SCATTER
-    told = np.isfinite(value) & np.isfinite(std) & ((value > 0.0) if logarithmic else True)
+    usable = np.isfinite(value) & np.isfinite(std) & ((value > 0.0) if logarithmic else True)
     status = rows.columns.get(f"{name}.status")
     if status is not None:
-        told &= status[chosen] == "identified"
-    if told.sum() < max(FEWEST, TOLD_BY_MOST * chosen.size):
+        usable &= status[chosen] == "identified"
+    if usable.sum() < max(FEWEST, TOLD_BY_MOST * chosen.size):
         return None
     temperature = rows.columns["temperature"][chosen]
     warm = np.isfinite(temperature)
-    with_temperature = warm[told].mean() >= TEMPERATURE_IN_MOST and np.ptp(temperature[told & warm]) > 0.0
+    with_temperature = warm[usable].mean() >= TEMPERATURE_IN_MOST and np.ptp(temperature[usable & warm]) > 0.0
     if with_temperature:
-        told &= warm
-    value, std, temperature = value[told], std[told], temperature[told]
+        usable &= warm
+    value, std, temperature = value[usable], std[usable], temperature[usable]
     if logarithmic:
         value, std = np.log(value), std / value
-    time = rows.time[chosen][told] / DAY if rows.time is not None else np.arange(told.sum(), dtype=float)
+    time = rows.time[chosen][usable] / DAY if rows.time is not None else np.arange(usable.sum(), dtype=float)
     groups = np.unique(np.floor(time), return_inverse=True)[1]
     weight = 1.0 / np.square(std)
     total = np.bincount(groups, weight)

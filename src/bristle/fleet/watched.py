@@ -197,10 +197,10 @@ def verdict_on(track: Track, rate: FalseAlarms, quantities: int = 1) -> Verdict:
 
 
 def _design(track: Track) -> np.ndarray:
-    ones = np.ones(track.time.size)
+    constant = np.ones(track.time.size)
     if track.temperature is None:
-        return ones[:, None]
-    return np.column_stack([ones, (track.temperature - _reference(track)) / _spread(track)])
+        return constant[:, None]
+    return np.column_stack([constant, (track.temperature - _reference(track)) / _spread(track)])
 
 
 def _reference(track: Track) -> float:
@@ -277,8 +277,8 @@ def _alarm(track: Track, at: int, costs: Mapping[LevelChange, float], fitted: _F
 
 def _alike(scores: np.ndarray) -> float | None:
     """Return the correlation of neighbouring innovations where it is told from zero; None else."""
-    known = scores[np.flatnonzero(scores)[0] :] if np.any(scores) else scores
-    if known.size < BASELINE:
+    scored = scores[np.flatnonzero(scores)[0] :] if np.any(scores) else scores
+    if scored.size < BASELINE:
         return None
-    correlation = float(np.sum(known[1:] * known[:-1]) / np.sum(np.square(known)))
-    return correlation if correlation * np.sqrt(known.size) > ALIKE else None
+    correlation = float(np.sum(scored[1:] * scored[:-1]) / np.sum(np.square(scored)))
+    return correlation if correlation * np.sqrt(scored.size) > ALIKE else None

@@ -72,12 +72,12 @@ def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 
 def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
-    told = identified(columns, name)
-    values = columns[name][told]
+    tells = identified(columns, name)
+    values = columns[name][tells]
     low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
-    half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[told]
+    half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
     return {
-        "unit": about["unit"], "description": about["description"], "count": int(told.sum()), "low": low,
+        "unit": about["unit"], "description": about["description"], "count": int(tells.sum()), "low": low,
         "median": median, "high": high, "half_width": _median(half),
         "apart": [
             _log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()
@@ -91,15 +91,15 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     Their distance from the median is more than `APART` times what the median absolute deviation of all logs and their
     own interval allow (Iglewicz and Hoaglin 1993).
     """
-    told = np.flatnonzero(identified(columns, name))
-    if told.size < FEWEST:
-        return told[:0]
-    values = columns[name][told]
-    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[told]) / (2.0 * NORMAL_95)
+    tells = np.flatnonzero(identified(columns, name))
+    if tells.size < FEWEST:
+        return tells[:0]
+    values = columns[name][tells]
+    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
     distance = np.abs(values - np.median(values))
     allowed = APART * np.hypot(PER_MAD * float(np.median(distance)), std)
     far = np.flatnonzero(distance > allowed)
-    return told[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
+    return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
 
 
 def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
