@@ -45,7 +45,7 @@ Thresholds = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
 ]
-Each = Annotated[
+Separate = Annotated[
     bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
 ]
 Workers = Annotated[
@@ -106,7 +106,7 @@ def identify(
     method: Method = None,
     everywhere: Everywhere = None,
     thresholds: Thresholds = None,
-    separate: Each = False,
+    separate: Separate = False,
     workers: Workers = None,
     dry_run: DryRun = False,
     reader: Readers = None,

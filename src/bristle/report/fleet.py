@@ -114,9 +114,9 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
     if error["median"] is not None:
         lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, "
                      f"largest {100.0 * error['largest']:.3g} %.")  # fmt: skip
-    several = {name: len(entry["apart"]) for name, entry in summary["parameters"].items() if entry["apart"]}
-    if several:
-        words = ", ".join(f"{count} in {name}" for name, count in several.items())
+    counts_apart = {name: len(entry["apart"]) for name, entry in summary["parameters"].items() if entry["apart"]}
+    if counts_apart:
+        words = ", ".join(f"{count} in {name}" for name, count in counts_apart.items())
         lines.append(f"Logs that stand apart from the others: {words}.")
     return lines
 

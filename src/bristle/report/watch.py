@@ -55,21 +55,21 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     track, alarm = verdict.track, verdict.alarm
     values = np.exp(verdict.fitted) if track.is_logarithmic else verdict.fitted
     return {
-        "unit": track.unit, "observations": track.time.size, "from": _when(verdict, track.time[0]),
-        "until": _when(verdict, track.time[-1]), "level": float(values[-1]),
+        "unit": track.unit, "observations": track.time.size, "from": _date_of(verdict, track.time[0]),
+        "until": _date_of(verdict, track.time[-1]), "level": float(values[-1]),
         "evidence": float(verdict.ratio[-1]), "threshold": verdict.threshold,
         "temperature_coefficient": verdict.temperature_coefficient,
         "temperature_interval": verdict.temperature_interval, "neighbours_alike": verdict.alike,
         "alarm": None if alarm is None else {
-            "at": _when(verdict, alarm.at), "onset": _when(verdict, alarm.onset),
-            "onset_interval": [_when(verdict, end) for end in alarm.onset_interval], "course": alarm.course,
+            "at": _date_of(verdict, alarm.at), "onset": _date_of(verdict, alarm.onset),
+            "onset_interval": [_date_of(verdict, end) for end in alarm.onset_interval], "course": alarm.course,
             "before": alarm.before, "change": alarm.change, "change_interval": list(alarm.change_interval),
             "change_percent": alarm.change_percent,
         },
     }  # fmt: skip
 
 
-def _when(verdict: Verdict, time: float) -> str | int:
+def _date_of(verdict: Verdict, time: float) -> str | int:
     """Return a time of a track as text, or the number of the log where no dates are known."""
     if not verdict.track.is_dated:
         return int(time)
@@ -77,8 +77,8 @@ def _when(verdict: Verdict, time: float) -> str | int:
 
 
 def _spoken(verdict: Verdict, time: float) -> str:
-    when = _when(verdict, time)
-    return when if isinstance(when, str) else f"log {when}"
+    date = _date_of(verdict, time)
+    return date if isinstance(date, str) else f"log {date}"
 
 
 def watch_sentences(watched: Watched) -> list[str]:
@@ -222,11 +222,11 @@ def _picture(watched: Watched) -> Picture:
     drawn = _drawn(watched)
     earliest = min(drawn, key=lambda verdict: float(verdict.track.time[0]))
     first = _spoken(earliest, float(np.floor(earliest.track.time[0]))) if earliest.track.is_dated else ""
-    several = len(watched.verdicts) > len(drawn)
+    more = len(watched.verdicts) > len(drawn)
     return picture(
         "tracks", lambda: fleet_tracks(drawn, [_name(verdict) for verdict in drawn], first),
         "Quantities of the axes over time, and the evidence of a change",
         "Left, what the logs of a day say, the temperature taken off where there is one, and the level that goes with "
         "it; shaded is where a change began, by its 95 % interval. Right, the evidence of a change and the threshold "
-        f"that it must exceed.{' What changed, and what is nearest to it.' if several else ''}",
+        f"that it must exceed.{' What changed, and what is nearest to it.' if more else ''}",
     )  # fmt: skip
