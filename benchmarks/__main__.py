@@ -34,6 +34,7 @@ from benchmarks.structure import structures
 from benchmarks.study import study
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
+from benchmarks.watch import watch
 
 HERE = Path(__file__).parent
 
@@ -172,7 +173,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
-    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies, structures)
+    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies, structures, watch)
 }
 
 

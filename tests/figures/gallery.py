@@ -97,6 +97,33 @@ def budget():
     return Some(entries=entries, all_causes=Some(peak_to_peak=4e-6))
 
 
+def fleet(names):
+    """The rows of a fleet whose parameters have these names, and which logs stand apart."""
+    value = 8.0 + np.random.default_rng(4).normal(0.0, 0.2, 20)
+    value[[3, 9]] = 40.0, np.nan
+    columns = {"run": np.arange(20)}
+    for name in names:
+        columns |= {name: value, f"{name}.lower": value - 0.3, f"{name}.upper": value + 0.3}
+        columns[f"{name}.status"] = np.where(np.isfinite(value), "identified", "")
+    about = {name: {"unit": "N"} for name in names}
+    return Some(columns=columns, count=20, described={"columns": about}), names, dict.fromkeys(names, np.array([3, 5]))
+
+
+def tracks(names):
+    """What is said of axes of these names, the first of which changed."""
+    time = 20000.0 + np.arange(60.0)
+    level = 5.0 + 0.02 * np.maximum(np.arange(60) - 30, 0)
+    alarm = Some(at=20040.0, onset=20030.0, onset_interval=(20026.0, 20033.0))
+    verdicts = [
+        Some(
+            track=Some(quantity=name, unit="N", time=time, is_dated=True, is_logarithmic=k > 0), level=level,
+            fitted=level, ratio=np.linspace(0.0, 9.0, 60), threshold=3.9, alarm=None if k else alarm,
+        )
+        for k, name in enumerate(names)
+    ]  # fmt: skip
+    return verdicts, names, "2024-10-04"
+
+
 def gallery(names=PLAIN, many=None):
     """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
     many = tuple(many or names)
@@ -140,6 +167,8 @@ def gallery(names=PLAIN, many=None):
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
         "fitted": lambda: figures.fitted(best),
+        "fleet_parameters": lambda: figures.fleet_parameters(*fleet(names)),
+        "fleet_tracks": lambda: figures.fleet_tracks(*tracks(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),

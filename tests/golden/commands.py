@@ -28,6 +28,9 @@ COMMANDS = {
     "identify_own": "identify log.csv --axis axis.toml --model own.py --draws 0",
     "identify_curves": "identify curves.csv --axis curves.toml --model prandtl_ishlinskii,preisach",
     "identify_reversal_curves": "identify reversals.npz --axis reversals.toml --model reversal_table",
+    "identify_each": "identify parts --each --axis bare.toml --draws 0 --workers 1 --out each",
+    "identify_each_dry": "identify parts --each --axis bare.toml --draws 0 --workers 1 --dry-run",
+    "watch": "watch each",
     "predict": "predict model.toml log.csv --axis axis.toml",
     "predict_in_loop": "predict model.toml log.csv --axis axis.toml --mode closed-loop",
     "predict_open_loop": "predict model.toml log.csv --axis axis.toml --mode open-loop",
@@ -62,6 +65,7 @@ COMMANDS = {
 }
 BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
+    "watch": "identify parts --each --axis bare.toml --draws 0 --workers 1 --out each",
     "predict_curves": "identify curves.csv --axis curves.toml --model preisach --out operator",
 }
 SLOW = {"demo", "check"}
@@ -79,8 +83,9 @@ def printed(name: str) -> dict[str, Any]:
 
 def _run(line: str) -> tuple[int, str]:
     out = io.StringIO()
-    # A study goes on in its own folder instead of replacing it.
-    folder = ["--force"] if ("--out" in line or "--write" in line) and not line.startswith("study ") else []
+    # A study and a fleet go on in their own folder instead of replacing it.
+    goes_on = line.startswith("study ") or "--each" in line
+    folder = ["--force"] if ("--out" in line or "--write" in line) and not goes_on else []
     with redirect_stdout(out), redirect_stderr(io.StringIO()):
         code = main([*line.split(), *folder, "--json"])
     return code, out.getvalue()

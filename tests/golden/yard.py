@@ -136,6 +136,12 @@ def _write_loop(folder: Path) -> None:
     )
     for name, rows in {"log.csv": columns, "second.csv": columns[:4000], "fed.csv": fed}.items():
         np.savetxt(folder / name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
+    (folder / "parts").mkdir(exist_ok=True)
+    for day in range(6):
+        name = folder / "parts" / f"2026-03-0{day + 1}.csv"
+        np.savetxt(
+            name, columns[500 * day : 500 * day + 3000], delimiter=",", header="t,q,r,u", comments="", fmt="%.9g"
+        )
     lines = (folder / "log.csv").read_text().splitlines()
     for row in (100, 300):
         lines[row] = lines[row].rpartition(",")[0] + ",nan"

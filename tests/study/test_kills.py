@@ -13,6 +13,7 @@ from tests.study.conftest import content
 from tests.study.processes import PATIENCE, begun, children, lives, numbers, siege, until
 
 from bristle.study import run_study
+from bristle.study.block import Simulator
 from bristle.study.crew import Crew, WorkerError
 from bristle.study.worker import read_message, write_message
 
@@ -81,7 +82,7 @@ def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_ben
     study = slow_bench.study(runs=("runs = 12", "runs = 4000"), block=("block = 4", "block = 4000"))
     code = "from bristle.study.worker import main; main()"
     worker = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    write_message(worker.stdin, study)
+    write_message(worker.stdin, (Simulator, study))
     assert read_message(worker.stdout) == ("ready", None)
     write_message(worker.stdin, study.blocks[0])
     time.sleep(0.5)

@@ -6,7 +6,22 @@ from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study
+from bristle.cli import (
+    check,
+    compare,
+    demo,
+    design,
+    excite,
+    export,
+    identify,
+    lab,
+    log,
+    models,
+    paper,
+    predict,
+    study,
+    watch,
+)
 from bristle.cli import run as run_command
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import BAD_INPUT, INTERRUPTED
@@ -22,6 +37,7 @@ for module in (
     demo,
     excite,
     identify,
+    watch,
     predict,
     run_command,
     study,

@@ -12,6 +12,7 @@ import typer
 
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
+from bristle.cli.fleet import identify_each, refuse_mixed
 from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
@@ -37,59 +38,77 @@ DEFAULT = "coulomb_viscous"
 
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
-    --model coulomb_viscous,stribeck+asymmetry --out results"""
+    --model coulomb_viscous,stribeck+asymmetry --out results
+  bristle identify logs --each --axis axis.toml --out fleet"""
 
 Thresholds = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
 ]
+Separate = Annotated[
+    bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
+]
+Workers = Annotated[
+    int | None,
+    typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default."),
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")
+]
+Logs = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="LOG...",
+        help=f"One log or several: {LOG_FILE}",
+    ),
+]
+ModelNames = Annotated[
+    str,
+    typer.Option(
+        "--model",
+        metavar="NAME[+slot][,NAME...]",
+        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
+    ),
+]
+Cutoff = Annotated[
+    str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
+]
+Decimation = Annotated[
+    int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
+]
+Draws = Annotated[
+    int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")
+]
+Free = Annotated[
+    str,
+    typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
+]
+Method = Annotated[
+    str | None,
+    typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."),
+]
+Everywhere = Annotated[bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")]
 
 
 def identify(
     *,
     context: typer.Context,
-    log: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG...",
-            help=f"One log or several: {LOG_FILE}",
-        ),
-    ],
+    log: Logs,
     axis: AxisFiles = None,
-    model: Annotated[
-        str,
-        typer.Option(
-            "--model",
-            metavar="NAME[+slot][,NAME...]",
-            help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
-        ),
-    ] = DEFAULT,
+    model: ModelNames = DEFAULT,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
-    cutoff: Annotated[
-        str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
-    ] = None,
-    decimation: Annotated[
-        int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
-    ] = None,
-    draws: Annotated[
-        int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")
-    ] = 100,
-    free: Annotated[
-        str,
-        typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
-    ] = "",
-    method: Annotated[
-        str | None,
-        typer.Option(
-            "--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."
-        ),
-    ] = None,
-    everywhere: Annotated[
-        bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
-    ] = None,
+    cutoff: Cutoff = None,
+    decimation: Decimation = None,
+    draws: Draws = 100,
+    free: Free = "",
+    method: Method = None,
+    everywhere: Everywhere = None,
     thresholds: Thresholds = None,
+    separate: Separate = False,
+    workers: Workers = None,
+    dry_run: DryRun = False,
     reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -105,15 +124,22 @@ def identify(
     Writes model.toml, drive_table.csv, summary.json, report.html and, for bristle run, experiment.toml into DIR, and
     beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
     marked unfinished, and exit code 130.
+
+    With --each, every log is a row of its own in DIR, which bristle watch and br.read_study read; one that fails is a
+    row with its reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is
+    missing, and with further logs those.
     """
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
+    refuse_mixed(
+        separate=separate, force=force, figures=bool(formats or data), workers=workers is not None, dry_run=dry_run
+    )
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
-    if axes and describes_curves(axes[0]):
+    if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
@@ -122,6 +148,9 @@ def identify(
     options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere,
              "settings": _thresholds(thresholds or [])}  # fmt: skip
+    if separate:
+        return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
+                             workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
     return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                               figures=(formats, data))  # fmt: skip
 

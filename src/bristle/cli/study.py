@@ -13,6 +13,7 @@ import typer
 
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import NO
+from bristle.cli.lost import tell_lost
 from bristle.cli.options import AllowCode, Data, Figures, Formats, Json, SizeLimit, bytes_asked, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
@@ -210,9 +211,7 @@ def _run(
             show_table(table)
         for sentence in study_sentences(summary):
             say(sentence)
-    for block, code in ran.lost:
-        complain(f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended "
-                 f"({_ended(code)}). Is there enough memory? The same command tries again")  # fmt: skip
+    tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if ran.is_whole else NO
 
@@ -230,12 +229,6 @@ class _Figures:
         """Write one of them."""
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
         self.store.write_file(name, data)
-
-
-def _ended(code: int | None) -> str:
-    if code is None:
-        return "as the cluster tells it"
-    return f"by signal {-code}" if code < 0 else f"with code {code}"
 
 
 def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:

@@ -8,14 +8,15 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any
 
 from bristle.core.errors import BristleError
-from bristle.study.plan import Block, Study
+from bristle.study.block import Simulator
+from bristle.study.plan import Block
 from bristle.study.worker import read_message, write_message
 
 __all__ = ["Crew", "WorkerError"]
@@ -46,13 +47,16 @@ class Crew:
     Parameters
     ----------
     study : Study
-        The study.
+        The study, or what else is done in blocks.
     count : int
         How many workers.
+    simulator : callable
+        What makes of the study that which has the columns of a block; a worker imports it by its name.
     """
 
-    study: Study
+    study: Any
     count: int
+    simulator: Callable[[Any], Any] = Simulator
     lost: list[tuple[Block, int | None]] = field(default_factory=list)
     _processes: dict[int, subprocess.Popen[bytes]] = field(default_factory=dict)
     _threads: list[threading.Thread] = field(default_factory=list)
@@ -146,7 +150,7 @@ class Crew:
         orders: Any = process.stdin
         answers: Any = process.stdout
         try:
-            write_message(orders, self.study)
+            write_message(orders, (self.simulator, self.study))
             read_message(answers)
             while (block := self._next()) is not None:
                 write_message(orders, block)

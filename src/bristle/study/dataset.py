@@ -17,6 +17,10 @@ from bristle.study.store import RUNS, library, study_in
 __all__ = ["Runs", "read_study", "runs_in"]
 
 
+BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")
+"""Columns that stand beside the numbers of a run."""
+
+
 @dataclass(frozen=True)
 class Runs:
     """What a folder of a study holds.
@@ -103,7 +107,7 @@ def read_study(folder: str | Path) -> Any:
     xarray = any_library("xarray", "read_study()")
     described = runs.described
     grid: dict[str, list[Any]] = described["grid"]
-    attributes = {key: described[key] for key in ("name", "kind", "seed", "sampling")}
+    attributes = {key: described[key] for key in ("name", "kind", "seed", "sampling") if key in described}
     data = xarray.Dataset(attrs=attributes)
     shape = (described["draws"], *(len(values) for values in grid.values()))
     dimensions = ("draw", *grid) if grid else ("run",)
@@ -127,7 +131,7 @@ def read_study(folder: str | Path) -> Any:
             data = data.assign_coords({name: (name, values, {"units": unit} if unit else {})})
     else:
         data = data.assign_coords(run=numbers)
-    return data.set_coords([name for name in ("seed", "status", "reason") if name in data])
+    return data.set_coords([name for name in BESIDE if name in data])
 
 
 def _none(column: np.ndarray) -> Any:

@@ -127,14 +127,25 @@ def run_study(
 
 
 def run_within(
-    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None
-) -> Ran:
-    """Run what is missing of a study in its folder, which this process has; as `run_study`."""
+    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None,
+    simulator: Callable[[Any], Any] = Simulator,
+) -> Ran:  # fmt: skip
+    """Run what is missing of a study in its folder, which this process has; as `run_study`.
+
+    Parameters
+    ----------
+    store : Store
+        The folder, opened.
+    workers, scheduler, progress
+        As for `run_study`.
+    simulator : callable
+        What makes of the study that which has the columns of a block; not on a cluster.
+    """
     study, begin = store.study, time.monotonic()
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
-    with _crew(study, len(missing), workers, scheduler) as crew:
+    with _crew(study, len(missing), workers, scheduler, simulator) as crew:
         for block, columns in crew.results(missing):
             store.write(block, columns)
             tally.add(block.count, crew.workers if scheduler is not None else None)
@@ -142,7 +153,7 @@ def run_within(
 
 
 def _crew(
-    study: Study, missing: int, workers: int | None, scheduler: str | None
+    study: Study, missing: int, workers: int | None, scheduler: str | None, simulator: Callable[[Any], Any]
 ) -> AbstractContextManager[Crew | Cluster | _ThisProcess]:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
@@ -151,14 +162,15 @@ def _crew(
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
     count = min(workers or core_count(), max(missing, 1))
-    return Crew(study, count) if count > 1 else nullcontext(_ThisProcess(study))
+    return Crew(study, count, simulator) if count > 1 else nullcontext(_ThisProcess(study, simulator))
 
 
 @dataclass(frozen=True)
 class _ThisProcess:
     """What simulates the blocks of a study where no other process does."""
 
-    study: Study
+    study: Any
+    make: Callable[[Any], Any]
     lost: tuple[tuple[Block, int | None], ...] = ()
 
     @property
@@ -168,7 +180,7 @@ class _ThisProcess:
     def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
         simulator = None
         for block in blocks:
-            simulator = simulator or Simulator(self.study)
+            simulator = simulator or self.make(self.study)
             yield block, simulator.columns(block)
 
 

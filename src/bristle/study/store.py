@@ -8,16 +8,16 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.files.owned import lock
 from bristle.files.summary import as_json, plain
-from bristle.study.plan import Block, Study
+from bristle.study.plan import Block
 
-__all__ = ["RUNS", "STUDY", "Store", "library", "opened", "study_in"]
+__all__ = ["RUNS", "SCHEMA", "STUDY", "Store", "library", "opened", "refuse_another", "study_in"]
 
 STUDY, RUNS = "study.json", "runs"
 LOCK, PARTIAL = ".lock", ".partial"
@@ -60,10 +60,17 @@ class Store:
         The study.
     """
 
-    def __init__(self, folder: Path, study: Study) -> None:
+    def __init__(self, folder: Path, study: Any) -> None:
         self.folder, self.study = folder, study
         self.pyarrow, self.parquet = library("pyarrow"), library("pyarrow.parquet")
         self.schema = self._schema()
+
+    def begin(self, provenance: Mapping[str, str]) -> None:
+        """Say in the folder what it holds, once it is this process's own; refuse what holds something else."""
+        if (self.folder / STUDY).is_file():
+            refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
+        else:
+            self.write_file(STUDY, as_json(_described(self, provenance)).encode())
 
     def blocks_present(self) -> set[int]:
         """Return the first runs of the blocks that are there, whole; one that cannot be read is removed."""
@@ -160,8 +167,11 @@ class Store:
         return columns
 
 
+AnyStore = TypeVar("AnyStore", bound=Store)
+
+
 @contextmanager
-def opened(folder: Path, study: Study, provenance: Mapping[str, str]) -> Iterator[Store]:
+def opened(folder: Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
     """Give the folder of a study to write into, new or that of the same study, to this process alone.
 
     Raises
@@ -169,7 +179,7 @@ def opened(folder: Path, study: Study, provenance: Mapping[str, str]) -> Iterato
     InputError
         If another process writes there, or the folder holds something else: another study is told by what differs.
     """
-    store = Store(folder, study)
+    store = kind(folder, study)
     _refuse_foreign(folder)
     folder.mkdir(exist_ok=True)
     descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
@@ -179,10 +189,7 @@ def opened(folder: Path, study: Study, provenance: Mapping[str, str]) -> Iterato
         (folder / PARTIAL).mkdir(exist_ok=True)
         for name in os.listdir(folder / PARTIAL):  # of a process that was killed: the lock says that none writes
             (folder / PARTIAL / name).unlink()
-        if (folder / STUDY).is_file():
-            _refuse_another(study_in(folder)["described"], plain(study.described), folder)
-        else:
-            store.write_file(STUDY, as_json(_described(store, provenance)).encode())
+        store.begin(provenance)
         yield store
         (folder / PARTIAL).rmdir()
     finally:
@@ -202,7 +209,7 @@ def study_in(folder: Path) -> dict[str, Any]:
         data = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError("is no folder of a study: it has no study.json", path=str(folder),
-                         mend="Name the folder that bristle study --out wrote") from None  # fmt: skip
+                         mend="Name what bristle study or bristle identify --each wrote") from None  # fmt: skip
     except (ValueError, OSError) as error:
         raise InputError(f"cannot be read: {error}", path=str(file)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -255,7 +262,8 @@ def _lock(descriptor: int, folder: Path) -> None:
         os.pwrite(descriptor, f"process {os.getpid()}".encode(), 0)
 
 
-def _refuse_another(before: Any, now: Any, folder: Path) -> None:
+def refuse_another(before: Any, now: Any, folder: Path) -> None:
+    """Refuse a folder that was described otherwise, told by what differs."""
     differences = list(_differences(before, now, ""))
     if differences:
         more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""

@@ -69,10 +69,10 @@ def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
 
 def _serve(messages: queue.SimpleQueue[Any], answers: BinaryIO) -> None:
     from bristle.core.cores import cores_for_simulations
-    from bristle.study.block import Simulator
 
     with cores_for_simulations():
-        simulator = Simulator(messages.get())
+        make, study = messages.get()
+        simulator = make(study)
         write_message(answers, ("ready", None))
         while True:
             block = messages.get()

@@ -1,0 +1,89 @@
+"""The logs that a command names: files, tables in them, and all logs in a folder and below it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from bristle.core.content import SIZE_LIMIT, Content
+from bristle.core.errors import InputError
+from bristle.fleet.moment import moment_of
+from bristle.fleet.plan import LogFile
+from bristle.logs.choice import NONE
+from bristle.logs.readers import read_table
+from bristle.logs.tables import WITHIN, content_of_log
+
+__all__ = ["listed_logs"]
+
+NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
+
+
+def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:
+    """Return the logs that a command names, in its order, with what tells each from any other.
+
+    Parameters
+    ----------
+    named : sequence of path-like
+        Files; ``FILE::TABLE`` with ``*`` for several tables of one; folders, with all that is in them and below, but
+        for hidden files and those that end with ``.toml`` or ``.md``.
+    size_limit : int
+        Largest log [byte].
+
+    Raises
+    ------
+    InputError
+        If there is no such file, a folder holds none, no table is called so, or one is named twice.
+    """
+    logs: dict[tuple[str, str, str], LogFile] = {}
+    for place in (place for name in named for place in _places(os.fspath(name))):
+        for log in _logs_at(place, size_limit):
+            if log.identity in logs:
+                raise InputError("is named twice", path=log.place, mend="Name each log once")
+            logs[log.identity] = log
+    return list(logs.values())
+
+
+def _places(name: str) -> Iterator[str]:
+    if not os.path.isdir(name):
+        yield name
+        return
+    is_empty = True
+    for folder, below, files in os.walk(name):
+        below[:] = sorted(child for child in below if not child.startswith("."))
+        for file in sorted(files):
+            if not file.startswith(".") and not file.lower().endswith(NO_LOGS):
+                is_empty = False
+                yield os.path.join(folder, file)
+    if is_empty:
+        raise InputError("holds no log", path=name, mend="Name the folder that the logs are in")
+
+
+def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
+    """Yield the logs in a file; one that cannot be read is listed all the same: its row tells why."""
+    file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
+    if not os.path.exists(file):
+        raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
+    source = Path(os.path.abspath(file))
+    try:
+        content = content_of_log(place, limit=size_limit)
+    except InputError:
+        yield LogFile(place, source.parent.name, source.name, "")
+        return
+    for part in _parts(content, size_limit):
+        name = source.name + (f"{WITHIN}{part}" if part else "")
+        time = moment_of((name, source.parent.name), content.data)
+        yield LogFile(f"{file}{WITHIN}{part}" if part else file, source.parent.name, name, content.checksum, time)
+
+
+def _parts(content: Content, size_limit: int) -> list[str | None]:
+    """Return the tables of a file that a pattern names; where there is none, what stands there."""
+    if content.part is None or "*" not in content.part:
+        return [content.part]
+    tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
+    matching = [name for name in tables if fnmatchcase(name, content.part)]
+    if not matching:
+        raise InputError("holds no such table", path=str(content.source), value=content.part,
+                         allowed=", ".join(tables[:20]) or "a file with several tables")  # fmt: skip
+    return [*matching]

@@ -1,0 +1,224 @@
+"""The report of a fleet: what each log says of each parameter, which logs stand apart, and which failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.normal import NORMAL_95
+from bristle.core.typography import number, with_unit
+from bristle.report.page import Picture, picture, render
+from bristle.report.table import Quantity, Table
+
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
+
+__all__ = ["failed_logs_table", "fleet_report", "fleet_sentences", "fleet_summary", "parameters_table"]
+
+OK = "ok"
+IDENTIFIED = "identified"
+FAILURES_SHOWN, LOGS_SHOWN, DRAWN_MOST = 50, 200, 12
+APART = 3.5  # robust standard deviations, its own interval counted in
+PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+FEWEST = 5  # logs of which one can stand apart
+
+
+def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return a fleet in numbers, in SI.
+
+    Parameters
+    ----------
+    runs : Runs
+        What is there of it.
+    provenance : mapping of str to str
+        Where it comes from.
+    """
+    described, columns = runs.described, runs.columns
+    names, counts = np.unique(columns["status"], return_counts=True)
+    failed = np.flatnonzero(columns["status"] != OK)
+    errors = columns["held_out_error"]
+    return {
+        "name": described["name"], "kind": described["kind"], "model": described["model"], "logs": described["runs"],
+        "done": runs.count, "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
+        "failures": [
+            _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
+            for place in failed.tolist()
+        ],
+        "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
+        "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
+        "provenance": dict(provenance),
+    }  # fmt: skip
+
+
+def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
+    return {name: columns[name][place].item() for name in ("run", "folder", "log")}
+
+
+def _median(values: np.ndarray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if finite.size else None
+
+
+def _largest(values: np.ndarray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return float(np.max(finite)) if finite.size else None
+
+
+def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """Return which logs tell a parameter, shape (log,)."""
+    return np.isfinite(columns[name]) & (columns[f"{name}.status"] == IDENTIFIED)
+
+
+def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
+    tells = identified(columns, name)
+    values = columns[name][tells]
+    low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
+    half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
+    return {
+        "unit": about["unit"], "description": about["description"], "count": int(tells.sum()), "low": low,
+        "median": median, "high": high, "half_width": _median(half),
+        "apart": [
+            _log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()
+        ],
+    }  # fmt: skip
+
+
+def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    """Return which logs stand apart from the others in a parameter, the farthest first.
+
+    Their distance from the median is more than `APART` times what the median absolute deviation of all logs and their
+    own interval allow (Iglewicz and Hoaglin 1993).
+    """
+    tells = np.flatnonzero(identified(columns, name))
+    if tells.size < FEWEST:
+        return tells[:0]
+    values = columns[name][tells]
+    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
+    distance = np.abs(values - np.median(values))
+    allowed = APART * np.hypot(PER_MAD * float(np.median(distance)), std)
+    far = np.flatnonzero(distance > allowed)
+    return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
+
+
+def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
+    """Return what a fleet comes to, in sentences."""
+    lines = []
+    if summary["done"] < summary["logs"]:
+        lines.append(f"{summary['done']} of {summary['logs']} logs are there: the same command goes on.")
+    failed = len(summary["failures"])
+    good = summary["done"] - failed
+    lines.append(f"{good} of {summary['done']} logs were identified" + (f", {failed} failed." if failed else "."))
+    error = summary["held_out_error"]
+    if error["median"] is not None:
+        lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, "
+                     f"largest {100.0 * error['largest']:.3g} %.")  # fmt: skip
+    counts_apart = {name: len(entry["apart"]) for name, entry in summary["parameters"].items() if entry["apart"]}
+    if counts_apart:
+        words = ", ".join(f"{count} in {name}" for name, count in counts_apart.items())
+        lines.append(f"Logs that stand apart from the others: {words}.")
+    return lines
+
+
+def parameters_table(summary: Mapping[str, Any]) -> Table:
+    """Return how each parameter is distributed over the logs."""
+    rows = []
+    for name, entry in summary["parameters"].items():
+        if not entry["count"]:
+            rows.append((name, "0", *[""] * 5))
+            continue
+        column = Quantity.of(entry["unit"], [entry["median"]])
+        cells = [
+            column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")
+        ]
+        rows.append((name, str(entry["count"]), column.scale.unit, *cells))
+    heads = ("Parameter", "Logs that tell it", "Unit", "5 %", "Median", "95 %", "± of one log")
+    return Table("The parameters over the logs", heads, rows).without_empty_columns()
+
+
+def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the logs that failed, with their reason."""
+    rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
+    if not rows:
+        return None
+    caption = "Logs that failed" + (" (the first of them)" if len(summary["failures"]) > len(rows) else "")
+    return Table(caption, ("Folder", "Log", "Reason"), rows)
+
+
+def apart_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the logs that stand apart, by parameter."""
+    rows = [
+        (name, entry["folder"], entry["log"], with_unit(entry["value"], about["unit"] or "1"),
+         with_unit(about["median"], about["unit"] or "1"))
+        for name, about in summary["parameters"].items() for entry in about["apart"][:10]
+    ]  # fmt: skip
+    heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
+    return Table("Logs that stand apart from the others", heads, rows) if rows else None
+
+
+def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
+    """Return the report of a fleet as one HTML page.
+
+    Parameters
+    ----------
+    runs : Runs
+        What is there of it.
+    summary : mapping
+        As `fleet_summary` returns it.
+    command : str
+        The command that repeats it.
+    """
+    return render(
+        "fleet.html", provenance=summary["provenance"], command=command, banner=None, name=summary["name"],
+        facts=f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
+        sentences=fleet_sentences(summary), picture=_picture(runs, summary), parameters=parameters_table(summary),
+        failed=failed_logs_table(summary), apart=apart_table(summary), logs=_logs_table(runs, summary),
+    )  # fmt: skip
+
+
+def drawn_parameters(summary: Mapping[str, Any]) -> list[str]:
+    """Return the parameters that at least one log tells, as many as are drawn."""
+    return [name for name, entry in summary["parameters"].items() if entry["count"]][:DRAWN_MOST]
+
+
+def _picture(runs: Runs, summary: Mapping[str, Any]) -> Picture | None:
+    from bristle.figures import fleet_parameters
+
+    names = drawn_parameters(summary)
+    if not names:
+        return None
+    return picture(
+        "fleet", lambda: fleet_parameters(runs, names, {name: apart(runs.columns, name) for name in names}),
+        f"{', '.join(names)} of each log with 95 % intervals",
+        "Each log by its number, with its 95 % interval; the line is the median. Hollow: a log that stands apart. A "
+        "tick at the bottom: a log that failed, or that does not tell this parameter. An arrow: beyond the panel.",
+    )  # fmt: skip
+
+
+def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
+    names = drawn_parameters(summary)
+    columns = runs.columns
+    scales = {
+        name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]])
+        for name in names
+    }
+    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names))
+    rows = []
+    for place in range(min(runs.count, LOGS_SHOWN)):
+        error = columns["held_out_error"][place]
+        cells = [_with_interval(columns, name, place, scales[name]) for name in names]
+        rows.append((
+            str(columns["run"][place]), str(columns["folder"][place]), str(columns["log"][place]),
+            f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells,
+        ))  # fmt: skip
+    more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
+    return Table(f"The logs{more}", heads, rows)
+
+
+def _with_interval(columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity) -> str:
+    if not identified(columns, name)[place]:
+        return ""
+    half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
+    value = scale.cell(float(columns[name][place]))
+    return f"{value} ± {scale.cell(float(half))}" if np.isfinite(half) else value

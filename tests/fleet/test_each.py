@@ -1,0 +1,147 @@
+"""Many logs, each a row: numbers with intervals, failures with reasons, gone on with, grown, and killed."""
+
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+from tests.fleet.conftest import AXIS, OPTIONS, write_log
+from tests.study.conftest import content
+
+import bristle as br
+from bristle.core.axis import Column
+from bristle.core.errors import InputError
+from bristle.fleet import identify_each
+from bristle.fleet.identifier import Identifier
+from bristle.study.crew import Crew
+from bristle.study.dataset import runs_in
+
+
+def each(logs, out, **options):
+    return identify_each(
+        [logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options
+    )
+
+
+def test_a_log_is_a_row_and_one_that_fails_is_a_row_with_its_reason(logs, tmp_path):
+    assert each(logs, tmp_path / "out").is_whole
+    data = br.read_study(tmp_path / "out")
+    assert data["log"].values.tolist() == [f"press_2026-03-0{day}T06-30.csv" for day in (1, 2, 3)]
+    assert set(data["folder"].values.tolist()) == {"press_3"}
+    assert data["status"].values.tolist() == ["ok", "ok", "refused"]
+    assert "press_2026-03-03T06-30.csv" in data["reason"].values[2]
+    assert np.datetime_as_string(data["time_of_log"].values[1], "m") == "2026-03-02T06:30"
+    alone = br.identify(logs / "press_2026-03-02T06-30.csv", axis=AXIS, **OPTIONS)
+    level = alone.parameters["F_C"]
+    assert float(data["friction.F_C"][1]) == level.value == pytest.approx(5.5, rel=0.02)
+    half = 0.5 * float(data["friction.F_C.upper"][1] - data["friction.F_C.lower"][1])
+    assert half == pytest.approx(1.96 * max(level.std, level.robust_std), rel=1e-3)
+    assert data["friction.F_C"].attrs["units"] == "N"
+    assert float(data["held_out_error"][1]) == pytest.approx(0.01 * alone.best.held_out.mean_percent)
+    assert float(data["temperature"][0]) == 293.0
+    assert data["plant.M.status"].values.tolist()[:2] == ["held", "held"]
+    assert np.isnan(data["friction.F_C"].values[2])
+
+
+def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
+    first = logs / "press_2026-03-01T06-30.csv"
+    each([first], tmp_path / "out", draws=20)
+    row = {name: column[0] for name, column in runs_in(tmp_path / "out").columns.items()}
+    alone = br.identify(first, axis=AXIS, draws=20, blocks=2)
+    assert (row["friction.F_C.lower"], row["friction.F_C.upper"]) == alone.parameters["F_C"].interval
+    scatter = alone.best.resampling.scatter
+    assert (row["scatter"], row["scatter.lower"], row["scatter.upper"]) == tuple(scatter)
+
+
+def test_it_goes_on_and_it_grows_and_what_is_there_keeps_its_number(logs, tmp_path, monkeypatch):
+    each(logs, tmp_path / "out")
+    (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
+    write_log(logs / "press_2026-03-02T01-00.csv", 5.2, seed=9)  # sorts between those that are there
+    identified, columns = [], Identifier.columns
+    monkeypatch.setattr(
+        Identifier, "columns", lambda self, block: identified.append(block.first) or columns(self, block)
+    )
+    each(logs, tmp_path / "out")
+    assert identified == [1, 3]
+    names = [entry["log"] for entry in json.loads((tmp_path / "out" / "study.json").read_text())["logs"]]
+    assert names == [f"press_2026-03-0{day}.csv" for day in ("1T06-30", "2T06-30", "3T06-30", "2T01-00")]
+    identified.clear()
+    each([logs / "press_2026-03-02T01-00.csv"], tmp_path / "out")  # the others are not named, and stay
+    assert identified == []
+    assert runs_in(tmp_path / "out").count == 4
+
+
+def test_a_log_with_another_content_and_another_model_are_refused(logs, tmp_path):
+    each(logs, tmp_path / "out")
+    before = content(tmp_path / "out")
+    write_log(logs / "press_2026-03-01T06-30.csv", 7.0)
+    with pytest.raises(InputError, match="in this fleet already, with another content"):
+        each(logs, tmp_path / "out")
+    with pytest.raises(InputError, match='"coulomb_viscous" and is now "stribeck"'):
+        each(logs, tmp_path / "out", model="stribeck")
+    assert content(tmp_path / "out") == before
+
+
+def test_what_a_command_names_wrongly_is_refused_before_anything_begins(logs, tmp_path):
+    first = logs / "press_2026-03-01T06-30.csv"
+    for names, message in (
+        ([logs / "gone.csv"], "there is no such file"), ([logs, first], "is named twice"),
+        ([f"{first}::*"], "holds no such table"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            each(names, tmp_path / "out")
+    with pytest.raises(InputError, match="takes one model"):
+        each(logs, tmp_path / "out", model="coulomb,stribeck")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="holds no log"):
+        each(tmp_path / "empty", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_tables_of_a_file_are_logs(tmp_path):
+    t = np.arange(3000) * 1e-3
+    tables = {f"test_{k}": np.column_stack((t, np.sin((3.0 + k) * t), np.sign(np.cos((3.0 + k) * t)))) for k in (1, 2)}
+    np.savez(tmp_path / "all.npz", **tables, rest=np.zeros((3000, 3)))
+    columns = {name: Column(f"column_{k}", "", unit) for k, (name, unit) in enumerate(
+        (("time", "s"), ("position", "m"), ("effort", "N")), 1)}  # fmt: skip
+    identify_each(
+        [f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS
+    )
+    columns = runs_in(tmp_path / "out").columns
+    assert columns["log"].tolist() == ["all.npz::test_1", "all.npz::test_2"]
+    assert columns["status"].tolist() == ["ok", "ok"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
+def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
+    hand_out, ended = Crew._next, []
+
+    def deadly_once(self):
+        block = hand_out(self)
+        if block is not None and block.first == 1 and not ended:
+            ended.extend(self.processes)
+            for pid in self.processes:
+                os.kill(pid, signal.SIGKILL)
+        return block
+
+    monkeypatch.setattr(Crew, "_next", deadly_once)
+    ran = each(logs, tmp_path / "out", workers=2)
+    assert ended
+    assert ran.is_whole
+    assert runs_in(tmp_path / "out").columns["run"].tolist() == [0, 1, 2]
+    monkeypatch.undo()
+    each(logs, tmp_path / "alone")
+    assert content(tmp_path / "out") == content(tmp_path / "alone")
+
+
+def test_ctrl_c_within_a_fit_leaves_no_half_row(logs, tmp_path, monkeypatch):
+    import bristle.fleet.identifier as module
+
+    def interrupted(log, model, **options):
+        return type("Unfinished", (), {"unfinished": "interrupted", "fits": ()})
+
+    monkeypatch.setattr(module, "identify", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        each(logs, tmp_path / "out")
+    assert list((tmp_path / "out" / "runs").iterdir()) == []
