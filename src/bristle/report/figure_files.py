@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.typography import typeset_sentence
