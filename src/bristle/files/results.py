@@ -21,7 +21,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal
 
 from bristle.core.content import Readable, noting_what_is_read, read_in
 from bristle.core.errors import InputError, InputWarning
@@ -39,7 +39,7 @@ from bristle.files.owned import (
 )
 from bristle.files.renaming import exchange, extended, rename_new
 
-__all__ = ["SUMMARY", "Results", "ResultsFolder", "remove_unfinished", "results_folder"]
+__all__ = ["SUMMARY", "Results", "remove_unfinished", "results_folder"]
 
 SUMMARY = "summary.json"
 """The file that every folder of results of a command holds."""
@@ -53,14 +53,6 @@ _open: set[Results] = set()
 _removing = threading.Lock()
 
 State = Literal["written", "dead", "unknown"]
-
-
-class ResultsFolder(Protocol):
-    """What takes the files of results."""
-
-    def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file by its name in the folder, text in UTF-8."""
-        ...
 
 
 class Results:

@@ -11,8 +11,9 @@ from bristle.excitation.moves import moves_of
 from bristle.files.model import write_model
 from bristle.files.motion import write_log, write_motion
 from bristle.files.moves import gcode_of, moves_table
-from bristle.files.results import SUMMARY, Results, ResultsFolder
+from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
+from bristle.files.taking import ResultsFolder
 from bristle.files.user_model import code_of
 from bristle.friction import base_of
 from bristle.report.messages import note_of, sentence_of
