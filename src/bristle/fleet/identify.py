@@ -56,10 +56,10 @@ def fleet_of(
         If a log is not there or named twice, several models are asked for, or axes are of several kinds.
     """
     listed = listed_logs(logs, size_limit=size_limit)
-    components: Sequence[Any] = models_of(model)
-    if len(components) > 1:
+    chosen, *others = models_of(model)
+    if others:
         raise InputError("takes one model: parameters of different ones do not compare", path="--each",
-                         value=", ".join(component.name for component in components),
+                         value=", ".join(component.name for component in (chosen, *others)),
                          mend="Compare models on one log first, then name the best one")  # fmt: skip
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
@@ -70,7 +70,7 @@ def fleet_of(
     own = len(described) > 1
     numbered = [replace(log, axis=number if own else 0) for number, log in enumerate(listed)]
     fleet = Fleet(
-        name, tuple(numbered), tuple(described), kinds.pop(), components[0], dict(options or {}), tuple(readers),
+        name, tuple(numbered), tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers),
         size_limit, {},
     )  # fmt: skip
     return replace(fleet, described=_described(fleet))
