@@ -19,7 +19,7 @@ EXAMPLE = """Example:
   bristle paper --out paper-results
   bristle paper --figure 8 --format pdf --format svg --data csv
   bristle paper --write experiments
-  bristle paper --robust --truth gms --truth bouc_wen --seeds 4 --out robust"""
+  bristle paper --robust --seeds 4 --truth gms bouc_wen --out robust"""
 USUAL_PLACE = Path("bristle-paper")
 Robust = Annotated[
     bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")
@@ -29,7 +29,7 @@ Truths = Annotated[
     typer.Option(
         "--truth",
         metavar="NAME|FILE",
-        help="With --robust: only these frictions, separated by commas: names, model files, logs of a contact.",
+        help="With --robust: only these frictions, one after another: names, model files, logs of a contact.",
     ),
 ]
 Seeds = Annotated[
@@ -40,6 +40,7 @@ Seeds = Annotated[
 
 def paper(
     context: typer.Context,
+    truths: Annotated[list[str] | None, typer.Argument(metavar="TRUTH", hidden=True, help="More of --truth.")] = None,
     *,
     figure: Annotated[
         list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")
@@ -75,12 +76,14 @@ def paper(
     compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
     runs that are done in DIR (bristle-robust by default), and the same command goes on. --axis is for logs.
     """
+    if truths and not truth:
+        raise typer.BadParameter(f"{truths[0]} is no option: frictions are named behind --truth", param_hint="TRUTH")
     if robust:
         _refuse({"--figure": figure, "--write": write, "--from": source, "--force": force}, "beside --robust")
         from bristle.cli.robust import Request, try_robustness
 
         place = None if context.get_parameter_source("out") is ParameterSource.DEFAULT else out
-        request = Request(truth or [], seeds, axis, place, allow_code)
+        request = Request([*(truth or []), *(truths or [])], seeds, axis, place, allow_code)
         try_robustness(context.obj, request, (formats, data), as_json=as_json)
         return
     _refuse({"--truth": truth, "--seeds": seeds, "--axis": axis}, "without --robust")
