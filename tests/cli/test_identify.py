@@ -182,7 +182,7 @@ def test_emps(bristle, emps, model, error):
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
-    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--force"]
+    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--force", "--draws", "0"]
     assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
     before = {one.name: one.read_bytes() for one in Path("run").iterdir()}
     limited = ["bash", "-c", f"ulimit -f 30; exec {shlex.join(arguments)}"]

@@ -111,7 +111,9 @@ def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tm
     assert not (mine / NOTE).exists()
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii", "cp437"])
+@pytest.mark.parametrize(
+    "encoding", ["ascii", pytest.param("cp1252", marks=pytest.mark.slow), pytest.param("cp437", marks=pytest.mark.slow)]
+)
 def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
     for arguments in (

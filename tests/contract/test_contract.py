@@ -18,8 +18,11 @@ from bristle.testing.contract import pure_trial, same_bits_exported
 
 NAMES = [
     *friction.MODELS,
-    *(f"{name}+asymmetry" for name in friction.MODELS if name not in ("coulomb", "viscous", "stribeck", "dahl")),
-]
+    *(
+        pytest.param(f"{name}+asymmetry", marks=() if name == "lugre" else pytest.mark.slow)
+        for name in friction.MODELS if name not in ("coulomb", "viscous", "stribeck", "dahl")
+    ),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -22,6 +22,7 @@ def file() -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, file, tmp_path):  # noqa: F811
     logs = [f"{file}::{TEST.format(name)}" for name in FITTED]

@@ -70,6 +70,7 @@ def fed_forward_by_hand(operator, offset, position):
     return 0.5 * (output[:-1] + output[1:]) + offset
 
 
+@pytest.mark.slow
 def test_a_hundred_branches_become_a_compensator_by_commands(bristle, folder):  # noqa: F811
     asked = ("--axis", folder / "branches.toml", "--model", "reversal_table", "--out", folder / "table", "--json")
     found = bristle("identify", folder / "branches.csv", *asked)

@@ -35,13 +35,18 @@ def native(models, tmp_path_factory):
     return Native(models, tmp_path_factory.mktemp("native"))
 
 
+QUICK = ("sided_lugre", "sided_maxwell_slip", "sided_elastoplastic", "sided_gms")
 COMPARED = (
     *(f"sided_{name}" for name in MODELS), "plain_lugre", "plain_coulomb", "plain_maxwell_slip", "varied_lugre",
     "varied_gms", "varied_preisach_lugre",
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("model", COMPARED)
+# The contract of each model compares its C too.
+@pytest.mark.parametrize(
+    "model",
+    [pytest.param(name, marks=() if name in (*QUICK, *COMPARED[-6:]) else pytest.mark.slow) for name in COMPARED],
+)
 def test_each_force_has_the_bits_of_bristle(native, models, model):
     x = walk(20_000)
     forces = br.response(models[model], x, DT)

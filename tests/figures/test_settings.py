@@ -54,6 +54,7 @@ def hostile(monkeypatch):
         yield dict(matplotlib.rcParams.copy())
 
 
+@pytest.mark.slow
 def test_no_setting_changes_a_figure_and_no_figure_changes_a_setting(hostile, plain):
     assert [name for name, svg in drawn().items() if svg != plain[name]] == []
     assert dict(matplotlib.rcParams.copy()) == hostile

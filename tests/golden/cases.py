@@ -251,7 +251,7 @@ def ball_screw_draws() -> Found:
 # --- simulated axes: output error -----------------------------------------------------------------------------------
 
 
-@golden(fast=True)
+@golden()
 def open_loop() -> Found:
     return fitted(simulated.ringing(), "bouc_wen_classic", simulated.OPEN)
 
@@ -353,7 +353,7 @@ def searched_everywhere() -> Found:
     return fitted(slow_log(simulated.LUGRE, duration=8.0), "lugre", Axis(resolution=1e-7), global_search=True, blocks=0)
 
 
-@golden(fast=True)
+@golden()
 def elements_draws() -> Found:
     return fitted(simulated.elements(), "maxwell_slip,dahl", mass=12.0, cutoff=80.0, decimation=2, draws=20)
 

@@ -117,6 +117,7 @@ def composite(capacity):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_friction_that_forgets_says_so_along_a_motion_and_in_a_simulation():
     x = 1e-5 * hysteresis.conditioned(1.0, 40)
     response(composite(64), x, 1e-3)
