@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from click.core import ParameterSource
 
 from bristle.cli.options import AllowCode, AxisFile, Data, Force, Formats, Json, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
@@ -82,7 +81,8 @@ def paper(
         _refuse({"--figure": figure, "--write": write, "--from": source, "--force": force}, "beside --robust")
         from bristle.cli.robust import Request, try_robustness
 
-        place = None if context.get_parameter_source("out") is ParameterSource.DEFAULT else out
+        origin = context.get_parameter_source("out")
+        place = None if origin is not None and origin.name == "DEFAULT" else out
         request = Request([*(truth or []), *(truths or [])], seeds, axis, place, allow_code)
         try_robustness(context.obj, request, (formats, data), as_json=as_json)
         return
