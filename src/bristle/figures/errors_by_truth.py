@@ -61,7 +61,9 @@ def errors_by_truth(
         style.title(axes, head)
         axes.set_yticks(range(len(truths)), names if place == 0 else [""] * len(truths))
         axes.set_xlabel(error_name)
-    row[0].set_ylabel("Friction of the rig")
+    for axes in row:
+        axes.set_ylabel("Friction of the rig")
+        axes.yaxis.label.set_visible(axes is row[0])
     style.legend_in_corner(figure, row[0])
     return figure
 

@@ -77,12 +77,12 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
                 color=style.PREDICTED["color"] if fill == "full" else APART, label=word,
             )  # fmt: skip
     for chosen, marker, height in ((tells & (value > top), "^", 0.97), (tells & (value < bottom), "v", 0.03)):
-        axes.plot(
-            number[chosen], np.full(chosen.sum(), height), marker, color=APART, markersize=4, fillstyle="none",
+        axes.scatter(
+            number[chosen], np.full(chosen.sum(), height), marker=marker, s=16, facecolors="none", edgecolors=APART,
             transform=axes.get_xaxis_transform(), label="_beyond",
         )  # fmt: skip
-    axes.plot(number[~tells], np.zeros((~tells).sum()), "|", color=style.INK, markersize=7, clip_on=False,
-              transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
+    axes.scatter(number[~tells], np.zeros((~tells).sum()), marker="|", s=49, color=style.INK, clip_on=False,
+                 transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
     axes.set_ylim(bottom, top)
     axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
