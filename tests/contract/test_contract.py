@@ -16,8 +16,9 @@ from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
 from bristle.testing.contract import pure_trial, same_bits_exported
 
+QUICK = ("lugre", "coulomb", "viscous", "coulomb_viscous", "stribeck", "maxwell_slip", "dahl", "preisach_lugre")
 NAMES = [
-    *friction.MODELS,
+    *(pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in friction.MODELS),
     *(
         pytest.param(f"{name}+asymmetry", marks=() if name == "lugre" else pytest.mark.slow)
         for name in friction.MODELS if name not in ("coulomb", "viscous", "stribeck", "dahl")

@@ -151,6 +151,7 @@ def test_rejected_steps_leave_the_memory_alone():
     assert np.max(np.abs(rough.position - gentle.position)) < 1e-3
 
 
+@pytest.mark.slow
 def test_verifying_finds_growth_that_the_local_error_does_not_show():
     # The equations of the source paper on a spring: steady sliding is unstable, and so errors grow.
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, transition="paper", **SLIDING)

@@ -121,6 +121,7 @@ def test_a_table_that_stops_stays_where_it_is():
     assert np.ptp(trace.position[last]) == np.ptp(trace.motor_position[last]) == 0.0
 
 
+@pytest.mark.slow
 def test_memory_of_both_sides_runs_the_same_in_plain_python():
     motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[20.0, 5.0], nu_i=[0.5, 0.5])
     table = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], sigma_2=800.0)

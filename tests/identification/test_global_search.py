@@ -69,6 +69,7 @@ def test_an_oscillator_is_found_from_where_a_descent_fails(monkeypatch):
     found_where_descents_fail(Landscape(recorded(), "bouc_wen_classic", OPEN, monkeypatch))
 
 
+@pytest.mark.slow
 def test_presliding_in_a_loop_is_found_from_where_a_descent_fails(monkeypatch):
     log = recorded_in_loop(PRESLIDING, 0, pairs=4, scatter=0.0)
     found_where_descents_fail(Landscape(log, "dahl", AXIS, monkeypatch))

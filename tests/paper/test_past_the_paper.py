@@ -65,6 +65,7 @@ def test_at_low_gain_friction_along_the_measured_motion_is_positive_feedback():
     assert found == pytest.approx({"desired": 6.8, "measured": 14.3}, rel=0.12)
 
 
+@pytest.mark.slow
 def test_refining_the_step_of_the_plant_changes_little():
     coarse = peaks(some("set_a", "none", "paper", seeds=3))
     fine = peaks(some("set_a", "none", "paper", seeds=3, substeps=100))

@@ -25,6 +25,7 @@ def test_the_printed_model_drifts_more_than_the_one_that_it_mends():
     assert not printed.passed
 
 
+@pytest.mark.slow
 def test_it_does_so_with_a_mass_on_it_too():
     moved = steps_per_cycle(composite("paper"), *RIPPLE, top=RIPPLE[1])[-1]
     assert moved / UM == pytest.approx(0.4550, rel=3e-3)

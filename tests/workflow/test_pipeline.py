@@ -153,7 +153,7 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
         np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],position [m],effort [N]", comments="")
 
     rig.write_text(RIG.replace('excite = "learning"', 'log = "log.csv"').replace(
-        re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.comp)", RIG, re.DOTALL)[0], ""))  # fmt: skip
+        re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.identified)", RIG, re.DOTALL)[0], ""))  # fmt: skip
     for level in (15.0, 18.0):
         record(level)
         assert br.prepare(rig)[0].best is not None

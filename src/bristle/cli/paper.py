@@ -75,15 +75,12 @@ def paper(
     compensators of several families, each identified from a log of that friction. Interrupted (Ctrl-C), it keeps the
     runs that are done in DIR (bristle-robust by default), and the same command goes on. --axis is for logs.
     """
-    if truths and not truth:
-        raise typer.BadParameter(f"{truths[0]} is no option: frictions are named behind --truth", param_hint="TRUTH")
+    truths = _named(truth, truths)
     if robust:
         _refuse({"--figure": figure, "--write": write, "--from": source, "--force": force}, "beside --robust")
         from bristle.cli.robust import Request, try_robustness
 
-        origin = context.get_parameter_source("out")
-        place = None if origin is not None and origin.name == "DEFAULT" else out
-        request = Request([*(truth or []), *(truths or [])], seeds, axis, place, allow_code)
+        request = Request(truths, seeds, axis, None if _is_usual(context) else out, allow_code)
         try_robustness(context.obj, request, (formats, data), as_json=as_json)
         return
     _refuse({"--truth": truth, "--seeds": seeds, "--axis": axis}, "without --robust")
@@ -121,6 +118,19 @@ def paper(
         for sentence in [sentence for result in results for sentence in result.found]:
             say(sentence)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _named(truth: list[str] | None, more: list[str] | None) -> list[str]:
+    """Return the frictions that are named, behind the option or after that."""
+    if more and not truth:
+        raise typer.BadParameter(f"{more[0]} is no option: frictions are named behind --truth", param_hint="TRUTH")
+    return [*(truth or []), *(more or [])]
+
+
+def _is_usual(context: typer.Context) -> bool:
+    """Return whether nobody named a folder."""
+    origin = context.get_parameter_source("out")
+    return origin is not None and origin.name == "DEFAULT"
 
 
 def _refuse(options: Mapping[str, Any], place: str) -> None:

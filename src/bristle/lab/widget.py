@@ -65,8 +65,8 @@ class Widget(anywidget.AnyWidget):
     >>> from bristle import friction
     >>> widget = Widget(friction.coulomb_viscous(F_C="20 N", F_v="80 N*s/m"))
     >>> widget.parameters = {"F_C": "25 N"}
-    >>> widget.model
-    coulomb_viscous(F_C=25 N, F_v=80 N*s/m)
+    >>> widget.model.F_C, widget.model.F_v
+    (25.0, 80.0)
     """
 
     _esm = _script()
