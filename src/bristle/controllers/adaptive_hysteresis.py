@@ -44,7 +44,8 @@ from bristle.controllers.quantities import (
     SurfaceSlope,
     VelocityBefore,
 )
-from bristle.controllers.velocity import motion_before, observed
+from bristle.controllers.surface import surface_at
+from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -106,10 +107,7 @@ def learned(w, E, surface, least, dt, p):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
-    e = reference.position - measured
-    e_dot = reference.velocity - motion.v
-    surface = e_dot + p.lambda_ * e
+    motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     dr = reference.position - state.r
     E_1, E_2, E_3 = stop(state.E_1, dr, 1.0, p), stop(state.E_2, dr, 2.0, p), stop(state.E_3, dr, 3.0, p)
     E_4, E_5, E_6 = stop(state.E_4, dr, 4.0, p), stop(state.E_5, dr, 5.0, p), stop(state.E_6, dr, 6.0, p)

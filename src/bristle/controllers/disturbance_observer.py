@@ -30,7 +30,8 @@ from bristle.controllers.quantities import (
     SurfaceSlope,
     VelocityBefore,
 )
-from bristle.controllers.velocity import motion_before, observed
+from bristle.controllers.surface import surface_at
+from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import expm1
@@ -61,10 +62,7 @@ class State(NamedTuple):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
-    e = reference.position - measured
-    e_dot = reference.velocity - motion.v
-    surface = e_dot + p.lambda_ * e
+    motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     momentum = p.g * p.J * motion.v
     z = state.z - expm1(-p.g * dt) * (state.feedback + momentum - state.z)
     demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + z - momentum + reference.effort

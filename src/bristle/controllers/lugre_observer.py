@@ -29,7 +29,8 @@ from bristle.controllers.quantities import (
     SurfaceSlope,
     VelocityBefore,
 )
-from bristle.controllers.velocity import motion_before, observed
+from bristle.controllers.surface import surface_at
+from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp, relaxation
@@ -64,10 +65,7 @@ class State(NamedTuple):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
-    e = reference.position - measured
-    e_dot = reference.velocity - motion.v
-    surface = e_dot + p.lambda_ * e
+    motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     ratio = motion.v / p.v_S
     G = p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio)
     slip = p.sigma_0 * abs(motion.v) / G * dt

@@ -32,7 +32,8 @@ from bristle.controllers.quantities import (
     SurfaceSlope,
     VelocityBefore,
 )
-from bristle.controllers.velocity import motion_before, observed
+from bristle.controllers.surface import surface_at
+from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -69,10 +70,7 @@ def saturated(surface, phi):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
-    e = reference.position - measured
-    e_dot = reference.velocity - motion.v
-    surface = e_dot + p.lambda_ * e
+    motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     acceleration = reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface + p.K_2 * saturated(surface, p.phi)
     effort = max(-p.limit, min(p.limit, p.J * acceleration + reference.effort))
     return effort, State(motion.q, motion.v)

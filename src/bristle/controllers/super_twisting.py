@@ -28,7 +28,8 @@ from bristle.controllers.quantities import (
     SurfaceSlope,
     VelocityBefore,
 )
-from bristle.controllers.velocity import motion_before, observed
+from bristle.controllers.surface import surface_at
+from bristle.controllers.velocity import motion_before
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -58,10 +59,7 @@ class State(NamedTuple):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
-    e = reference.position - measured
-    e_dot = reference.velocity - motion.v
-    surface = e_dot + p.lambda_ * e
+    motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     side = 0.0 if surface == 0.0 else math.copysign(1.0, surface)
     w = state.w + p.k_2 * side * dt
     approach = p.lambda_ * e_dot + p.K_1 * surface + p.k_1 * math.sqrt(abs(surface)) * side

@@ -1,0 +1,29 @@
+r"""The surface that control laws bring to zero, and the motion that they see.
+
+With the error :math:`e = r - q` and the velocity :math:`\hat v` that is taken from the measured position
+
+.. math:: \dot e = \dot r - \hat v, \qquad \varsigma = \dot e + \lambda e
+"""
+
+from typing import NamedTuple
+
+from bristle.controllers.velocity import ObservedMotion, observed
+from bristle.core.kernel import kernel
+
+__all__ = ["Surface", "surface_at"]
+
+
+class Surface(NamedTuple):
+    """The motion observed at a sample, the error of its velocity, and the surface."""
+
+    motion: ObservedMotion
+    e_dot: float
+    surface: float
+
+
+@kernel
+def surface_at(state, reference, measured, dt, p):
+    """Return the `Surface` at a sample, for a law with the motion before in its state."""
+    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
+    e_dot = reference.velocity - motion.v
+    return Surface(motion, e_dot, e_dot + p.lambda_ * (reference.position - measured))
