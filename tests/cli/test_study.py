@@ -93,6 +93,12 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     (figures / "mine.svg").write_text("of a person")
     assert main(["study", "study.toml", "--out", "out", "--format", "pdf"]) == 0
     assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.pdf", "influence.pdf", "captions.tex"}
+    (figures / "captions.tex").write_text("of a person")
+    capsys.readouterr()
+    assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
+    assert "captions.tex: was changed since" in capsys.readouterr().err
+    assert (figures / "captions.tex").read_text() == "of a person"
+    assert (figures / "spread.pdf").is_file()
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()

@@ -176,6 +176,14 @@ def test_at_a_steady_speed_the_observer_holds_the_friction_of_the_model():
     assert model.F_C < effort < model.F_S
 
 
+def test_at_its_limit_the_observer_draws_its_bristles_no_further():
+    law = controllers.lugre_observer(**GAINS, **BRISTLES, k=0.5, limit=1.0)
+    *_, limited = through(law, 200, error=5e-6, effort_limit=1.0)
+    *_, moved = through(law, 200, error=5e-6)
+    assert limited.z == 0.0
+    assert moved.z > 0.0
+
+
 def test_the_error_draws_the_bristles_until_they_hold_the_friction():
     # At rest the observer integrates the error: what a constant force leaves goes, and without the gain it stays.
     def left(k):

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,6 +121,26 @@ def test_a_changed_rig_never_meets_a_stale_fit(copied, seen, instead):
     assert br.prepare(copied)[0].best is not None
     now = br.read_experiment(copied).variants[0].friction.F_C
     assert pytest.approx(now, rel=0.02) == compensator(copied).F_C
+
+
+def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
+    folder = copied.parent / "rig_identified" / "axis_x"
+    note = folder / "depends_on.json"
+    note.write_text(note.read_text() + " ")
+    with pytest.raises(InputError, match="something else than what the file says now"):
+        br.read_experiment(copied)
+
+
+def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
+    import bristle.workflow.identified as identified
+
+    whole = identified.models_fitted
+    monkeypatch.setattr(
+        identified, "models_fitted", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted")
+    )
+    with pytest.raises(KeyboardInterrupt):
+        br.prepare(rig)
+    assert list((rig.parent / "rig_identified").iterdir()) == []
 
 
 def test_what_is_judged_may_change_without_another_fit(copied):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import sys
 from collections.abc import Mapping
@@ -30,6 +32,7 @@ EXAMPLE = """Example:
   bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
 
+WRITTEN = ".figures.json"  # checksums of those that are bristle's own
 OF_REPORT = r"captions\.tex|(spread|influence)(-panel-\d+)?\.(svg|pdf|png|csv)"
 
 
@@ -196,13 +199,15 @@ def _run(
 
     command = command_told(["study", str(file), "--out", str(out)])
     with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
+        own_figures = _Figures(store)
         try:
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         except KeyboardInterrupt:
             complain(f"{out} keeps the runs that are done; the same command goes on")
             raise
         report(1.0, "writing the report")
-        with figure_files(_Figures(store), *figures):
+        own_figures.clear()
+        with figure_files(own_figures, *figures):
             summary = _write(store, ran, command, command_told(["study", str(file)]))
     if as_json:
         sys.stdout.write(json_text(summary))
@@ -217,18 +222,39 @@ def _run(
 
 
 class _Figures:
-    """The figures in the folder of a study: those of an earlier report go before those of the one that is written."""
+    """The figures in the folder of a study: those of an earlier report go before those of the one that is written.
+
+    Raises
+    ------
+    InputError
+        If one of them was changed, or made, by someone else: it would be replaced.
+    """
 
     def __init__(self, store: Store) -> None:
-        self.store = store
-        for file in store.folder.glob("figures/*"):
-            if re.fullmatch(OF_REPORT, file.name):
-                file.unlink()
+        from bristle.core import InputError
+
+        self.store, self.file = store, store.folder / WRITTEN
+        self.written: dict[str, str] = json.loads(self.file.read_text("utf-8")) if self.file.is_file() else {}
+        for figure in self._present():
+            if self.written.get(f"figures/{figure.name}") != hashlib.sha256(figure.read_bytes()).hexdigest():
+                raise InputError("was changed since, or is no figure of this study", path=str(figure),
+                                 mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
+
+    def _present(self) -> list[Path]:
+        return [file for file in self.store.folder.glob("figures/*") if re.fullmatch(OF_REPORT, file.name)]
+
+    def clear(self) -> None:
+        """Remove the figures of an earlier report."""
+        for figure in self._present():
+            figure.unlink()
+        self.written = {}
 
     def write(self, name: str, content: str | bytes) -> None:
         """Write one of them."""
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
         self.store.write_file(name, data)
+        self.written[name] = hashlib.sha256(data).hexdigest()
+        self.store.write_file(WRITTEN, json.dumps(self.written).encode())
 
 
 def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:

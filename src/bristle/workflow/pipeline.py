@@ -107,6 +107,8 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
         logs, axis = _excited(plan.excited, plan.axis) if plan.excited else _read(plan, size_limit)
         options = {"draws": 0, **plan.options}
         identification = identify(logs, axis=axis, progress=progress, **options)
+        if identification.unfinished:  # what was interrupted is not kept: it would pass for the whole
+            raise KeyboardInterrupt
         outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
         described = _of_rig(outcome, plan.excited, source) if plan.excited else outcome
         described.write(folder)
