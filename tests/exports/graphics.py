@@ -17,13 +17,18 @@ def ptx_of(text, *flags, architecture="compute_80"):
         pytest.skip(f"needs the library of NVRTC: {error}")
     options = [f"--gpu-architecture={architecture}".encode(), *(flag.encode() for flag in flags or FLAGS)]
     (status,) = nvrtc.nvrtcCompileProgram(program, len(options), options)
-    log = b" " * nvrtc.nvrtcGetProgramLogSize(program)[1]
+    log = _room(nvrtc.nvrtcGetProgramLogSize(program)[1])
     nvrtc.nvrtcGetProgramLog(program, log)
     assert int(status) == 0, log.decode()[:4000]
-    assert log.strip(b"\0 ") == b""
-    ptx = b" " * nvrtc.nvrtcGetPTXSize(program)[1]
+    assert log.strip(b"\0") == b""
+    ptx = _room(nvrtc.nvrtcGetPTXSize(program)[1])
     nvrtc.nvrtcGetPTX(program, ptx)
-    return ptx.decode()
+    return ptx.rstrip(b"\0").decode()
+
+
+def _room(size):
+    """Return bytes to be written over: never one alone, as CPython keeps a single object for each of these."""
+    return b"\0" * (size + 2)
 
 
 class Device:
