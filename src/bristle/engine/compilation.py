@@ -31,6 +31,7 @@ from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
 from bristle.core.unowned import without_holder
+from bristle.engine.linked import linked_into
 from bristle.engine.signature import compiled_signature, flat, handed_over, signature_of, type_of
 
 __all__ = ["cache_folder", "compiled", "compiled_count", "driver", "interpreted", "is_interpreted"]
@@ -159,7 +160,7 @@ def _compile(
     body: Any = numba.njit(inline="always", error_model="numpy")(function)
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(handed_over(function, kind, body))
     dispatcher._cache = _EntryCache(name, str(signature), f"{code} {interleaved}")
-    with _numbered_from(code), _faults_of(parts), _interleaving(interleaved):
+    with _numbered_from(code), _faults_of(parts), _interleaving(interleaved), linked_into(dispatcher.py_func):
         dispatcher.compile(signature)
     dispatcher.disable_compile()
     product = _Product(dispatcher.get_compile_result(signature))
