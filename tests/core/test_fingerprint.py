@@ -2,8 +2,10 @@
 
 from typing import NamedTuple
 
-from bristle.core.dispatch import everett, register
+from bristle.core.dispatch import everett, functions_of, register
 from bristle.core.fingerprint import fingerprint
+from bristle.hysteresis import OPERATORS
+from bristle.testing import example_of
 
 
 def measured(value):
@@ -33,3 +35,25 @@ def test_a_change_behind_the_dispatch_is_a_change():
     assert (one, same, another) == (4.0, 4.0, 8.0)
     assert first == again
     assert first != other
+
+
+def defined(level):
+    """A function that reads a global, and one that only asks its argument for something of that name."""
+    scope = {"level": level}
+    exec("def reads(q):\n    return q.s * level\n\ndef asks(q):\n    return q.s * q.level\n", scope)
+    return fingerprint(scope["reads"]), fingerprint(scope["asks"])
+
+
+def test_what_a_module_calls_as_an_attribute_is_called_is_no_part_of_the_code():
+    (reads, asks), (reads_other, asks_other) = defined(1.0), defined(2.0)
+    assert reads != reads_other
+    assert asks == asks_other
+
+
+def test_more_components_leave_the_number_of_what_is_there(monkeypatch):
+    # What a kernel asks of its parameters may be called as the decorator is, which knows every kernel there is.
+    functions = functions_of(type(example_of(OPERATORS["preisach"]).parameters))
+    before = [fingerprint(function) for function in functions]
+    monkeypatch.setattr("bristle.core.kernel._kernels", [(flat, True)])
+    assert functions
+    assert [fingerprint(function) for function in functions] == before

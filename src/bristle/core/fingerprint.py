@@ -7,15 +7,19 @@ is taken of the code that is loaded, not of the files that it was loaded from: t
 
 from __future__ import annotations
 
+import dis
 import enum
 import hashlib
 import types
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 from bristle.core.dispatch import functions_of
 
 __all__ = ["fingerprint"]
+
+_READ_GLOBAL = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS"}
 
 
 def fingerprint(*functions: Callable[..., Any]) -> str:
@@ -105,7 +109,14 @@ class _Reader:
                 self._code(constant, scope)
             else:
                 self.follow(constant)
+        globals_read = _globals_read(code)
         for name in code.co_names:
             self._feed("name", name)
-            if name in scope:
+            if name in scope and name in globals_read:
                 self.follow(scope[name], code.co_names)
+
+
+@lru_cache(maxsize=1024)
+def _globals_read(code: types.CodeType) -> frozenset[str]:
+    """Return which names a code reads from its module; the others are attributes, whatever else has that name."""
+    return frozenset(one.argval for one in dis.get_instructions(code) if one.opname in _READ_GLOBAL)
