@@ -1,5 +1,6 @@
 """The fingerprint of code sees what the dispatch would call."""
 
+import sys
 from typing import NamedTuple
 
 from bristle.core.dispatch import everett, functions_of, register
@@ -54,6 +55,6 @@ def test_more_components_leave_the_number_of_what_is_there(monkeypatch):
     # What a kernel asks of its parameters may be called as the decorator is, which knows every kernel there is.
     functions = functions_of(type(example_of(OPERATORS["preisach"]).parameters))
     before = [fingerprint(function) for function in functions]
-    monkeypatch.setattr("bristle.core.kernel._kernels", [(flat, True)])
+    monkeypatch.setattr(sys.modules["bristle.core.kernel"], "_kernels", [(flat, True)])
     assert functions
     assert [fingerprint(function) for function in functions] == before
