@@ -35,6 +35,7 @@ FRICTION = {
     "translational": {"F_C": 8.0, "F_S": 10.0, "v_S": 5e-3, "F_v": 30.0},
     "rotational": {"F_C": 0.034, "F_S": 0.04, "v_S": 0.5, "F_v": 3e-3},
 }
+PAPER = "tests/paper/"
 STROKE = {"translational": 0.02, "rotational": 2.0}
 
 
@@ -71,6 +72,20 @@ def build_workbench(kind: Kind) -> Workbench:
     )
     predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
     return Workbench(axis, log, identified, drive_table(best), looped, predicted)
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """Give each file of tests to one process, and those of the source paper, which share its figures, to one together."""
+    from xdist.scheduler import LoadFileScheduling
+
+    if config.getvalue("dist") != "loadfile":
+        return None
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            return PAPER if nodeid.startswith(PAPER) else super()._split_scope(nodeid)
+
+    return Scheduling(config, log)
 
 
 @pytest.fixture(autouse=True)

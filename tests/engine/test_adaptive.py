@@ -25,6 +25,7 @@ SCREW = {
     "stribeck": friction.stribeck(F_C=100.0, F_S=130.0, v_S=239.0, F_v=2.5e-3),
 }
 DT = 2e-4
+QUICK = ("coulomb", "lugre", "gms", "preisach_contact")
 
 
 def case(letter):
@@ -164,11 +165,13 @@ def test_verifying_finds_growth_that_the_local_error_does_not_show():
     assert sure.status == Status.OK
 
 
-@pytest.mark.parametrize("name", friction.MODELS)
+@pytest.mark.parametrize("name", [
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS
+])  # fmt: skip
 def test_plain_python_gives_the_same_bits(name):
     model = example_of(friction.find(name))
-    t = 1e-3 * np.arange(40)
-    effort = 40.0 * np.sin(120.0 * t)
+    t = 1e-3 * np.arange(20)
+    effort = 40.0 * np.sin(240.0 * t)  # to and fro
     for method in ("auto", "efim"):
         options = {"tolerance": 1e-4, "method": method, "v": 1e-3}
         compiled = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)

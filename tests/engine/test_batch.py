@@ -10,6 +10,7 @@ from bristle.engine import interpreted, run_batch, run_open_loop
 from bristle.plants import inertia
 from bristle.testing import example_of
 
+QUICK = ("coulomb", "lugre", "gms", "preisach_lugre")
 FIELDS = ("position", "velocity", "friction")
 
 
@@ -25,8 +26,10 @@ def mechanisms(name, count):
     return models, effort
 
 
-@pytest.mark.parametrize("name", friction.MODELS)
-@pytest.mark.parametrize("integrator", ["semi_implicit", "efim"])
+@pytest.mark.parametrize(("integrator", "name"), [
+    pytest.param(integrator, name, marks=[pytest.mark.slow] if integrator == "efim" and name not in QUICK else [])
+    for integrator in ("semi_implicit", "efim") for name in friction.MODELS
+])  # fmt: skip
 def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator):
     models, effort = mechanisms(name, 37)
     plant = inertia(M=2.0)

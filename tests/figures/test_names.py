@@ -76,7 +76,7 @@ def test_a_name_stands_in_its_figure_as_it_was_written():
 @pytest.mark.parametrize(
     ("names", "many"),
     [
-        ((f"{LONG}_1", f"{LONG}_2"), None),
+        pytest.param((f"{LONG}_1", f"{LONG}_2"), None, marks=pytest.mark.slow),
         (("<b>&amp;", "short", f"{LONG}_2"), ["<b>&amp;", "short", f"{LONG}_2", "_c", "W" * 50]),
     ],
     ids=["long", "mixed"],

@@ -2,10 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import butter, sosfiltfilt
 from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, strokes
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
+from bristle.identification.dataset import low_passed
 from bristle.identification.preprocessing import treat
 from bristle.logs import Log
 
@@ -197,3 +199,15 @@ def test_a_motion_too_slow_to_be_told_from_rest_is_fitted_whole_and_the_fit_says
     assert dataset.time.size == dataset.in_motion.size == 3_990
     codes = {one.code for one in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
     assert {"creeps", "never_slides"} <= codes
+
+
+@pytest.mark.parametrize("shape", [(16,), (400,), (3, 60), (2, 3, 40)])
+def test_the_zero_phase_filter_is_that_of_scipy_to_the_bit(shape):
+    signal = np.random.default_rng(4).normal(size=shape).cumsum(axis=-1)
+    expected = sosfiltfilt(butter(4, 35.0, fs=1000.0, output="sos"), signal)
+    assert np.array_equal(low_passed(signal, 35.0, 1e-3), expected)
+
+
+def test_a_signal_that_is_shorter_than_the_filter_reaches_is_refused():
+    with pytest.raises(ValueError, match="padlen"):
+        low_passed(np.zeros(15), 35.0, 1e-3)

@@ -25,7 +25,7 @@ def linked_into(entry: Callable[..., Any]) -> Iterator[None]:
     from numba.core.registry import cpu_target
 
     with global_compiler_lock:
-        context = cpu_target.target_context
+        context: Any = cpu_target.target_context
         codegen: Any = context.codegen()
         library = _library_class_but_for(entry.__qualname__, codegen._library_class)
         executable = _executable_but_for(entry, context.get_executable)
@@ -77,7 +77,7 @@ def _library_class_but_for(entry: str, base: Any) -> Any:
 
 def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any]) -> Callable[..., Any]:
     """Return what makes functions of Python of compiled ones, but for kernels, which get one that fails."""
-    from numba import _dynfunc
+    from numba import _dynfunc  # pyright: ignore[reportAttributeAccessIssue]
 
     known = {(one.__module__, one.__qualname__) for one in kernels()} - {(entry.__module__, entry.__qualname__)}
     failing = ctypes.cast(ctypes.pythonapi.PyErr_BadInternalCall, ctypes.c_void_p).value

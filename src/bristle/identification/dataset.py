@@ -34,16 +34,29 @@ SETTLED = 2  # times as far, its response has died out
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
-    from scipy.signal import sosfiltfilt
+    from scipy.signal import sosfilt, sosfiltfilt
 
-    return sosfiltfilt(_sections(cutoff, sample_time), signal)
+    sections, settled, edge = _butterworth(cutoff, sample_time)
+    if signal.shape[-1] <= edge:
+        return sosfiltfilt(sections, signal)  # which says what is too short
+    # To the bit what that returns, without solving for the settled state of the same filter at each call.
+    settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
+    before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]
+    after = 2.0 * signal[..., -1:] - signal[..., -2 : -(edge + 2) : -1]
+    extended = np.concatenate((before, signal, after), axis=-1)
+    forward, _ = sosfilt(sections, extended, zi=settled * extended[..., :1])
+    backward, _ = sosfilt(sections, forward[..., ::-1], zi=settled * forward[..., -1:])
+    return backward[..., ::-1][..., edge:-edge]
 
 
 @cache
-def _sections(cutoff: float, sample_time: float) -> np.ndarray:
-    from scipy.signal import butter
+def _butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the sections of the filter, their settled state, and by how much a signal is extended at its ends."""
+    from scipy.signal import butter, sosfilt_zi
 
-    return np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+    sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+    taps = 2 * len(sections) + 1 - min((sections[:, 2] == 0.0).sum(), (sections[:, 5] == 0.0).sum())
+    return sections, sosfilt_zi(sections), 3 * int(taps)
 
 
 @cache
