@@ -75,7 +75,7 @@ def build_workbench(kind: Kind) -> Workbench:
 
 
 def pytest_xdist_make_scheduler(config, log):
-    """Give each file of tests to one process, and those of the source paper, which share its figures, to one together."""
+    """Give each file of tests to one process, and those of the source paper, which share its figures, to one."""
     from xdist.scheduler import LoadFileScheduling
 
     if config.getvalue("dist") != "loadfile":

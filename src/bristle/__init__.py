@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from bristle.study import read_study
     from bristle.workflow import compare, identify, load, prepare
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _FROM = {
     "Axis": "bristle.core.axis",

@@ -1,0 +1,111 @@
+"""What makes the site of the documentation out of these pages, beside mkdocs: ``mkdocs build --strict``.
+
+Pages lie where a repository shows them, so some stand outside of this folder and link to code. The site takes them in,
+leaves links to code as names, writes equations as MathML, which browsers draw without a script, and adds the lab.
+"""
+
+from __future__ import annotations
+
+import html
+import inspect
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.plugins import event_priority
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).parent.parent
+TAKEN = (
+    "CONTRIBUTING.md", "CHANGELOG.md", "examples/*/README.md", "examples/*.py", "examples/*.ipynb", "examples/*/*.png",
+    "examples/*/*.svg", "examples/*/*.toml",
+)  # fmt: skip
+LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
+LAB = """# The lab
+
+Every friction model on one page, which computes by itself. [Open it on the whole window](lab.html), or
+[read what there is to see](how-to/lab.md).
+
+<iframe src="lab.html" title="Friction models under the mouse" style="width: 100%; height: 80vh; border: 0"></iframe>
+"""
+
+
+@event_priority(100)
+def on_files(files: Any, config: Any) -> Any:
+    """Take in what stands beside this folder, and write the pages that only the site has."""
+    for pattern in TAKEN:
+        for file in sorted(ROOT.glob(pattern)):
+            name = file.relative_to(ROOT).as_posix()
+            files.append(File(name, str(ROOT), config.site_dir, config.use_directory_urls))
+    for name, content in {"lab.md": LAB, "reference/in-full.md": in_full(), "lab.html": lab()}.items():
+        files.append(File.generated(config, name, content=content))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
+    """Lead links that climb out of the folder of the documentation to the page that was taken in, or to nothing."""
+    place = posixpath.dirname(page.file.src_uri)
+    below = posixpath.join("docs", place) if (ROOT / "docs" / page.file.src_uri).exists() else place
+    known = {file.src_uri for file in files}
+
+    def led(match: re.Match[str]) -> str:
+        text, target = match.groups()
+        address, _, anchor = target.partition("#")
+        if not address or "://" in address or address.startswith("mailto:"):
+            return match[0]
+        named = posixpath.normpath(posixpath.join(below, address)).removeprefix("docs/")
+        for candidate in (named, posixpath.join(named, "README.md")):
+            if candidate in known:
+                return f"[{text}]({posixpath.relpath(candidate, place or '.')}{'#' + anchor if anchor else ''})"
+        return text if (ROOT / named).exists() else match[0]
+
+    if not page.file.src_uri.endswith(".md"):
+        return markdown
+    parts = re.split(r"(^```.*?^```$)", markdown, flags=re.DOTALL | re.MULTILINE)
+    return "".join(part if part.startswith("```") else LINK.sub(led, part) for part in parts)
+
+
+def on_page_content(content: str, page: Any, config: Any, files: Any) -> str:
+    """Write equations as MathML, and put the lab beside each friction model."""
+    content = EQUATION.sub(lambda match: mathml(match[3], match[2] == "["), content)
+    return beside_lab(content) if page.file.src_uri == "reference/models.md" else content
+
+
+def mathml(latex: str, block: bool) -> str:
+    """Return an equation as browsers draw it."""
+    return convert(html.unescape(latex).strip(), display="block" if block else "inline")
+
+
+def beside_lab(content: str) -> str:
+    """Add to the heading of each friction model a link to the lab that shows it."""
+    from bristle.friction import MODELS
+
+    for name in MODELS:
+        link = f'<p><a href="../../lab.html#model={name}">Move it under the mouse</a></p>'
+        content, count = re.subn(rf'(<h3 id="{name}">.*?</h3>)', rf"\1{link}", content, count=1)
+        if count != 1:
+            raise SystemExit(f"reference/models.md: no heading of {name}")
+    return content
+
+
+def in_full() -> str:
+    """Return the page of all public functions, from their docstrings."""
+    import bristle
+
+    words = "Every public function with its parameters, units, shapes and errors. In short: [Python](python.md)."
+    parts = [f"# Python, in full\n\n{words}\n"]
+    for name in sorted(bristle.__all__):
+        value = getattr(bristle, name)
+        if inspect.isfunction(value) or inspect.isclass(value):
+            parts.append(f"::: {value.__module__}.{value.__qualname__}\n")
+    return "\n".join(parts)
+
+
+def lab() -> str:
+    """Return the page of the lab."""
+    from bristle.lab import lab_page
+
+    return lab_page()
