@@ -109,9 +109,9 @@ def ours() -> Iterator[Answers]:
     normal = GRAVITY * math.cos(SLOPE)
     models = {
         "coulomb": lambda level: br.friction.coulomb(F_C=level),
-        "lugre": lambda level: br.friction.lugre(F_C=level, F_S=level, v_S=1e-3, sigma_0=1e5, sigma_1=300.0),
+        "lugre": lambda level: br.friction.lugre(F_C=level, F_S=level, v_S=1e-3, sigma_0=1e5, sigma_1=10.0),
         "preisach_lugre": lambda level: br.friction.preisach_lugre(
-            kernel="dahl_masing", s=2e-5, f_p=level, F_C=level, F_S=level, v_S=1e-3, sigma_1=300.0
+            kernel="dahl_masing", s=1e5, f_p=1.2 * level, F_C=level, F_S=level, v_S=1e-3, sigma_1=10.0
         ),
     }
     for name, of in models.items():

@@ -551,6 +551,42 @@ def _economy_of(economy: Mapping[str, Any]) -> str:
     return table(("Contact", "Branches", *ways, "Scatter alone"), rows)
 
 
+# --- what rests -------------------------------------------------------------------------------------------------
+
+RESTS = Path(__file__).parent / "theory" / "sticking.json"
+
+
+def sticking() -> str:
+    """Return the page of what rests and what creeps: what ``python -m benchmarks.sticking`` wrote."""
+    heads = {
+        "simulator": "Simulator", "setting": "Setting or model", "slope": "Block on a slope, creep [m/s]",
+        "axis": "Axis held, creep [m/s]", "stop": "Stopped, off by [m]", "still": "Still moves at [m/s]",
+        "pulled": "Pulled by a spring, error [m]", "step": "A step [s]",
+    }  # fmt: skip
+    rows = [
+        [value if isinstance(value, str) else "–" if math.isnan(value) else f"{value:.1e}" if value else "0"
+         for value in (row[key] for key in heads)]
+        for row in json.loads(RESTS.read_text(encoding="utf-8"))
+    ]  # fmt: skip
+    parts = [
+        "Four questions whose answers are known beforehand, asked of each simulator with steps of 1 ms: `python -m "
+        "benchmarks.sticking`, after `pip install mujoco drake pybullet`. A block lies on a slope where its weight "
+        "pulls with 0.8 of what friction can hold. An axis of 1 kg with 1 N of friction is pushed by 0.8 N. It slides "
+        "from 1 m/s and stops after 0.5 m. A spring of 100 N/m, whose end moves at 10 mm/s, pulls it until it breaks "
+        "away. Creep is that of nine seconds, after a first one that is left out.",
+        table(heads.values(), rows),
+        "Where Coulomb friction is asked for, rest is rest here: a velocity of 0, and not a small one. Bristles are "
+        "another friction: they take up momentum as they bend, which for `lugre` is σ_1 z = 10 N·s/m · 10 µm, and so "
+        "its axis stops 0.1 mm early; and they give way before they hold. `lugre` walks on by 1.3 µm while it rings "
+        "after the push, which is [its drift](../theory/which-model-fails-which-certificate.md); `preisach_lugre`, "
+        "which does not drift, by a few nanometres. MuJoCo regularises friction; its `noslip_iterations` take that "
+        "back for a joint, and for a contact elliptic cones do more. Contacts of Drake are point contacts, all "
+        "settings as they come; joints of Drake and Bullet were not asked. These simulate bodies and contacts, which "
+        "bristle does not.",
+    ]
+    return page("What rests, and what creeps", *parts)
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "models.md": models,
     "symbols.md": symbols,
@@ -560,6 +596,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "errata.md": errata,
     "equations.md": equations,
     "robustness.md": robustness,
+    "sticking.md": sticking,
 }
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -27,6 +28,12 @@ class Drawing(Figure):
         """Save the figure; see `matplotlib.figure.Figure.savefig`."""
         with own_settings():
             super().savefig(fname, **kwargs)
+
+    def _repr_svg_(self) -> str:
+        """Return the figure as notebooks show it."""
+        file = io.StringIO()
+        self.savefig(file, format="svg", bbox_inches="tight")
+        return file.getvalue()
 
     def _get_renderer(self) -> Any:
         # What is measured before it is drawn: the gaps for the numbers in contour lines, the size of a text.
