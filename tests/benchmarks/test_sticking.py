@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-
 from benchmarks.sticking import BREAKS_AWAY, DT, F_C, PULLED, K, M, exact, ours, spring
+from scipy.integrate import solve_ivp
 
 TOLD = json.loads((Path(__file__).parents[2] / "docs" / "theory" / "sticking.json").read_text(encoding="utf-8"))
 
