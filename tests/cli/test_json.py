@@ -11,7 +11,13 @@ from bristle.cli.application import app
 FAST = [one for one in (CASES[f"json_{name}"] for name in COMMANDS) if one.fast]
 
 
-@pytest.mark.parametrize("case", FAST, ids=lambda one: one.name.removeprefix("json_"))
+LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own")
+
+
+@pytest.mark.parametrize("case", [
+    pytest.param(one, id=one.name.removeprefix("json_"), marks=[pytest.mark.slow] if one.name in LONG else [])
+    for one in FAST
+])  # fmt: skip
 def test_no_key_is_gone_and_no_name_is_another_one(case):
     assert [str(one) for one in differences_of(case)][:20] == []
 

@@ -112,7 +112,7 @@ def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tm
 
 
 @pytest.mark.parametrize(
-    "encoding", ["ascii", pytest.param("cp1252", marks=pytest.mark.slow), pytest.param("cp437", marks=pytest.mark.slow)]
+    "encoding", [pytest.param(one, marks=pytest.mark.slow) for one in ("ascii", "cp1252", "cp437")]
 )
 def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}

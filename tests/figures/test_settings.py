@@ -88,7 +88,10 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
         assert shown("expected") == found
 
 
-@pytest.mark.parametrize("name", ["everett_surface", "control_scheme", "following_error"])
+@pytest.mark.parametrize("name", [
+    pytest.param("everett_surface", marks=pytest.mark.slow), "control_scheme",
+    pytest.param("following_error", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_no_font_changes_a_figure(name, plain, monkeypatch):
     manager = font_manager.fontManager
     other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"

@@ -292,7 +292,7 @@ def test_flipped_bytes_give_a_table_or_a_message(tmp_path, recording, kind):
             assert "\n" not in str(error)[:50]  # noqa: PT017
 
 
-@pytest.mark.parametrize("kind", ["h5", "parquet", "tdms"])
+@pytest.mark.parametrize("kind", ["h5", pytest.param("parquet", marks=pytest.mark.slow), "tdms"])
 def test_flipped_bytes_of_files_that_are_read_apart(tmp_path, recording, kind):
     small = {name: values[:40] for name, values in recording.items()}
     data = bytearray(WRITERS[kind](tmp_path / f"log.{kind}", recording if kind == "tdms" else small).read_bytes())
