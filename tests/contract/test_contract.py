@@ -176,7 +176,11 @@ class Arrays(NamedTuple):
         (lambda: faulty(forgets_the_mean), "refines"),
         (lambda: faulty(sound_trial, rate=wrong_rate), "rate agrees"),
         (lambda: faulty(sound_trial, flow=wrong_flow), "flow agrees"),
-        (lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives), "flow agrees"),
+        pytest.param(
+            lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives),
+            "flow agrees",
+            marks=pytest.mark.slow,
+        ),
         (lambda: faulty(sound_trial, piece=begins, flow=flows_past_its_end, arrival=arrives), "flow agrees"),
     ],
 )

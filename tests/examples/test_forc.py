@@ -35,6 +35,7 @@ def test_the_curves_are_those_of_the_sample(recorded):
     assert recorded.low == pytest.approx(-0.3001, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_file, tmp_path):  # noqa: F811
     asked = ("--model", "reversal_table,preisach_grid", "--out", tmp_path / "out")

@@ -20,7 +20,7 @@ def coloured(seed: int, correlation_time: float, count: int, dt: float = 1e-3) -
     return lfilter([math.sqrt(1.0 - pole * pole)], [1.0, -pole], white)[SETTLING:]
 
 
-@pytest.mark.parametrize("correlation_time", [0.02, pytest.param(0.05, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("correlation_time", [pytest.param(time, marks=pytest.mark.slow) for time in (0.02, 0.05)])
 def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
     inside, inside_plain = [], []
     for seed in range(60):

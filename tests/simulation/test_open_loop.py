@@ -40,7 +40,9 @@ STICKS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", STICKS)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.slow] if name.startswith("Dahl") else []) for name in STICKS
+])  # fmt: skip
 def test_a_tolerance_holds_against_fine_steps_of_one_length(name):
     plant, model, effort = STICKS[name]
     exact = run_open_loop(plant, model, effort, DT, steps=FINE)

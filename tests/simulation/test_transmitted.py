@@ -83,6 +83,7 @@ def test_the_friction_of_a_motor_rises_with_all_that_it_turns_and_pulls():
     assert turned_by(motor, br.friction.viscous(F_v=0.0)) == pytest.approx(expected, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_friction_of_a_table_rises_with_what_moves_it():
     table = br.friction.find("coulomb+transmitted")(F_C=100.0, c_T=0.25)
     expected = 0.5 * (TORQUE - 100.0 * ARM_OF_SCREW) / (J + 1.25 * M * ARM_OF_SCREW**2)
