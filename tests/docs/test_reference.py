@@ -7,6 +7,7 @@ import re
 import pytest
 from tests.docs.conftest import ROOT
 
+from bristle import friction
 from bristle.cli.main import main
 from bristle.core.status import SENTENCES
 
@@ -118,3 +119,8 @@ def test_json_has_the_keys_that_are_documented_and_no_others(command, at_the_rea
     assert set(result) == top
     entry = next(iter(result.get("variants", result.get("certificates", {})).values()), {})
     assert set(entry) <= {part for key in keys for part in key.split(".")}
+
+
+def test_the_page_on_choosing_names_every_model():
+    page = (ROOT / "docs" / "how-to" / "choose-a-model.md").read_text(encoding="utf-8")
+    assert [name for name in friction.MODELS if f"`{name}`" not in page] == []
