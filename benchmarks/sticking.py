@@ -168,7 +168,7 @@ def mujoco() -> Iterator[Answers]:
 
 
 def drake() -> Iterator[Answers]:
-    """Ask Drake: a box on a half-space, with both of its discrete contact solvers; its joints have no friction."""
+    """Ask Drake: a box on a half-space, with each of its discrete contact solvers; its joints have no friction."""
     library = importlib.import_module("pydrake.all")
     version = importlib.import_module("importlib.metadata").version("drake")
     for name, kind in {"SAP": "kSap", "TAMSI": "kTamsi", "similar": "kSimilar"}.items():
@@ -230,30 +230,17 @@ def answers() -> list[Answers]:
     return found
 
 
-COLUMNS = {
-    "slope": "block on a slope, creep [m/s]", "axis": "axis held, creep [m/s]", "stop": "stopped, off by [m]",
-    "still": "still moves at [m/s]", "pulled": "pulled by a spring, error [m]", "step": "time of a step [s]",
-}  # fmt: skip
-
-
-def table(found: list[Answers]) -> str:
-    """Return the answers as a table in Markdown."""
-    lines = [["simulator", "setting", *COLUMNS.values()]]
-    for one in found:
-        values = [getattr(one, name) for name in COLUMNS]
-        written = ["–" if math.isnan(value) else "0" if value == 0.0 else f"{value:.1e}" for value in values]
-        lines.append([one.simulator, one.setting, *written])
-    lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def main() -> None:
     """Ask, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, help="write the answers into this file, too")
     given = parser.parse_args()
     found = answers()
-    print(table(found))
+    for one in found:
+        told = {
+            name: value for name, value in asdict(one).items() if isinstance(value, float) and not math.isnan(value)
+        }
+        print(f"{one.simulator}, {one.setting}:", ", ".join(f"{name} {value:.1e}" for name, value in told.items()))
     if given.json:
         given.json.write_text(json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8")
 

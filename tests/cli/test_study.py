@@ -99,6 +99,11 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     assert "captions.tex: was changed since" in capsys.readouterr().err
     assert (figures / "captions.tex").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
+    for damaged in (b'{"figures/cap', b"[]", b"\xff"):
+        (bench.folder / "out" / ".figures.json").write_bytes(damaged)
+        assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
+        assert "was changed since" in capsys.readouterr().err
+    assert (figures / "spread.pdf").is_file()
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()

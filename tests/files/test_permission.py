@@ -1,5 +1,6 @@
 """Code that a file names runs only if this person allowed it."""
 
+import errno
 import hashlib
 import os
 import sys
@@ -170,6 +171,17 @@ def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monke
     assert not is_allowed(content_of(treacherous).checksum)
     with pytest.warns(InputWarning, match="cannot be remembered"):
         allow(content_of(treacherous))
+
+
+def test_half_a_record_on_a_full_disk_allows_nothing(treacherous, monkeypatch):
+    def full(path, text, **options):
+        path.write_bytes(text.encode()[:3])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.warns(InputWarning, match="No space left"):
+        allow(content_of(treacherous))
+    assert not is_allowed(content_of(treacherous).checksum)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")

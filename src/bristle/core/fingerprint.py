@@ -19,8 +19,6 @@ from bristle.core.dispatch import functions_of
 
 __all__ = ["fingerprint"]
 
-_READ_GLOBAL = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS"}
-
 
 def fingerprint(*functions: Callable[..., Any]) -> str:
     """Return the SHA-256 over some functions and everything that they refer to."""
@@ -119,4 +117,8 @@ class _Reader:
 @lru_cache(maxsize=1024)
 def _globals_read(code: types.CodeType) -> frozenset[str]:
     """Return which names a code reads from its module; the others are attributes, whatever else has that name."""
-    return frozenset(one.argval for one in dis.get_instructions(code) if one.opname in _READ_GLOBAL)
+    # By what instructions are called, as a version of Python may have more of them: one too many costs time, one
+    # too few returns an old number.
+    return frozenset(
+        one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME"
+    )

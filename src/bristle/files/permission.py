@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from bristle.core.content import Content, FixedLimit, content_of
@@ -86,10 +87,14 @@ def allow(content: Content) -> None:
     """Remember that this very code may run; where that cannot be written down, it holds for now only."""
     if is_allowed(content.checksum):
         return
+    record = None
     try:
         record = state_folder("allowed-code") / content.checksum
         record.write_text(f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n", encoding="utf-8", errors="replace")
     except OSError as error:
+        if record is not None:  # half of it, on a full disk, would allow it as well
+            with suppress(OSError):
+                record.unlink()
         warnings.warn(
             f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})",
             InputWarning, stacklevel=2,
