@@ -234,19 +234,19 @@ class _Figures:
         from bristle.core import InputError
 
         self.store, self.file = store, store.folder / WRITTEN
-        self.written = self._told()
+        self.written = self._checksums()
         for figure in self._present():
             if self.written.get(f"figures/{figure.name}") != hashlib.sha256(figure.read_bytes()).hexdigest():
                 raise InputError("was changed since, or is no figure of this study", path=str(figure),
                                  mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
 
-    def _told(self) -> dict[str, str]:
+    def _checksums(self) -> dict[str, str]:
         """Return the checksums that were kept; where they cannot be read, no figure counts as bristle's."""
         try:
-            told = json.loads(self.file.read_bytes())
+            checksums = json.loads(self.file.read_bytes())
         except (OSError, ValueError):
             return {}
-        return told if isinstance(told, dict) else {}
+        return checksums if isinstance(checksums, dict) else {}
 
     def _present(self) -> list[Path]:
         return [file for file in self.store.folder.glob("figures/*") if re.fullmatch(OF_REPORT, file.name)]
