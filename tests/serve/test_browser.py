@@ -67,6 +67,8 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
         person.waits("state.parts.looked && !state.parts.looked.old && byId('check-now')")
         assert tab.run("document.getElementsByName('columns.effort.unit')[0].value") == "%"
         assert tab.run("document.getElementsByName('effort.rated')[0].value") == "250 N"
+        # What is asked for while another job begins waits for it, and is not refused.
+        tab.run("Promise.all([start('look'), start('look'), look()]).then(() => true)")
         person.clicks('button[name="columns.effort.sign"]')
         person.waits("state.axis.text.includes('sign = -1') && state.job.state === 'done'")
         person.clicks('button[name="columns.effort.sign"][aria-pressed="true"]')

@@ -28,13 +28,32 @@ async function follow() {
   }
 }
 
-// A short job is waited for; one that takes long is told of by the server.
-async function start(task, options = {}) {
-  while (state.job?.state === "runs" && SHORT.includes(state.job.task)) {
-    await new Promise((done) => setTimeout(done, BUSY));
-    await take(await json("GET", pathTo()));
+const waitsForShort = () => state.job?.state === "runs" && SHORT.includes(state.job.task);
+let turn = Promise.resolve();
+
+// One job after another, in the order asked for. A short one is waited for, also one of another tab; one that takes long is told of by the server.
+function start(task, options = {}, needed = () => true) {
+  const mine = turn.then(() => started(task, options, needed));
+  turn = mine.catch(() => {});
+  return mine;
+}
+
+async function started(task, options, needed) {
+  for (;;) {
+    while (waitsForShort()) {
+      await new Promise((done) => setTimeout(done, BUSY));
+      await take(await json("GET", pathTo()));
+    }
+    if (!needed()) return;
+    try {
+      await take(await json("POST", pathTo("/jobs"), { task, options }));
+      return;
+    } catch (error) {
+      if (error.status !== 409) throw error;
+      await take(await json("GET", pathTo()));
+      if (state.job?.state === "runs" && !waitsForShort()) throw error;
+    }
   }
-  await take(await json("POST", pathTo("/jobs"), { task, options }));
 }
 
 async function begin() {
@@ -140,8 +159,7 @@ async function report(part, place) {
 // --- what a person does ----------------------------------------------------------------------------------------------
 
 async function look() {
-  const { looked } = state.parts;
-  if (state.files.some(({ role }) => role === "fit") && (!looked || looked.old)) await start("look");
+  await start("look", {}, () => state.files.some(({ role }) => role === "fit") && (!state.parts.looked || state.parts.looked.old));
 }
 
 async function receive(files) {
