@@ -43,3 +43,13 @@ def lanes() -> Iterator[Ratio]:
         f"LuGre and a mass, {TRAJECTORIES} in lanes", each, one, each / one, 1.0 / 15.0,
         "the same integrator, serial", f"largest difference to serial runs {difference:.1e} m",
     )  # fmt: skip
+
+    implicit, one_by_one, _ = side_by_side(
+        *(lambda in_lanes=in_lanes: run_batch(plant, models, effort, DT, threads=1, in_lanes=in_lanes)
+          for in_lanes in (True, False)), 9,
+    )  # fmt: skip
+    yield Ratio(
+        f"LuGre and a mass by EFIM, {TRAJECTORIES} in lanes", implicit / (SAMPLES * TRAJECTORIES),
+        one_by_one / (SAMPLES * TRAJECTORIES), implicit / one_by_one, 1.0 / 2.5, "one by one, on one core",
+        "to the bit the same",
+    )  # fmt: skip

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import bristle.engine.batch
 from bristle import friction
 from bristle.core.errors import InputError
 from bristle.core.status import Status
@@ -53,6 +54,66 @@ def test_the_number_of_threads_changes_nothing(integrator):
     )
     for field in FIELDS:
         assert np.array_equal(getattr(one, field), getattr(two, field))
+
+
+WITHOUT_MEMORY = [
+    name for name in friction.MODELS
+    if not (model := example_of(friction.find(name))).component.new_memory(model.parameters).size
+]  # fmt: skip
+
+
+@pytest.fixture
+def lanes(monkeypatch):
+    """Let the implicit step run in lanes however short the work is, and count how often it does."""
+    counted, original = [], bristle.engine.batch._Batch.in_lanes
+    monkeypatch.setattr("bristle.engine.batch.WORTH_LANES", 0)
+    monkeypatch.setattr(bristle.engine.batch._Batch, "in_lanes", lambda *a: counted.append(a) or original(*a))
+    return counted
+
+
+@pytest.mark.parametrize("name", [
+    name if name in ("coulomb", "lugre") else pytest.param(name, marks=pytest.mark.slow) for name in WITHOUT_MEMORY
+])  # fmt: skip
+def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
+    models, effort = mechanisms(name, 37)
+    effort[7] = 0.0  # rests
+    plant = inertia(M=2.0)
+    starts = np.where(np.arange(37) % 3, 0.01, 0.0)
+    options = {"steps": 3, "hold": "linear"}
+    batch = run_batch(plant, models, effort, 1e-4, v=starts, **options)
+    for i in range(37):
+        alone = run_open_loop(plant, models[i], effort[i], 1e-4, v=starts[i], **options)
+        for field in FIELDS:
+            assert np.array_equal(getattr(batch, field)[i], getattr(alone, field)), (field, i)
+    if name == "lugre":
+        with interpreted():
+            plain = run_batch(plant, models[:32], effort[:32, :12], 1e-4, v=starts[:32], **options)
+        for field in FIELDS:
+            assert np.array_equal(getattr(batch, field)[:32, :11], getattr(plain, field)[:, :11]), field
+    assert len(lanes) == 1 + (name == "lugre")
+    assert np.sum(np.diff(np.sign(batch.velocity[1:]), axis=1) != 0) > 30  # they reverse
+
+
+@pytest.mark.parametrize(("name", "dt"), [("coulomb", 1e-4), ("lugre", 1e-4), ("lugre", 1e-2)])
+def test_lanes_near_rest_give_the_bits_of_one_by_one(name, dt):
+    models, _ = mechanisms(name, 1024)
+    generator = np.random.default_rng(8)
+    effort, v = generator.normal(0.0, 20.0, (1024, 12)), generator.normal(0.0, 1e-3, 1024)
+    both = [run_batch(inertia(M=2.0), models, effort, dt, v=v, in_lanes=in_lanes) for in_lanes in (True, False)]
+    for field in FIELDS:
+        assert np.array_equal(*(getattr(batch, field) for batch in both)), field
+
+
+def test_lanes_that_leave_the_finite_numbers_end_as_serial_runs_do(lanes):
+    models, effort = mechanisms("lugre", 34)
+    effort[4] = 1e300
+    batch = run_batch(inertia(M=1e-6), models, effort, 1e-2)
+    assert len(lanes) == 1
+    for i in (4, 5):
+        alone = run_open_loop(inertia(M=1e-6), models[i], effort[i], 1e-2)
+        assert np.array_equal(batch.position[i][: alone.position.size], alone.position, equal_nan=True)
+        assert np.all(np.isnan(batch.position[i][alone.position.size :]))
+        assert batch.status[i] is alone.status
 
 
 def test_what_is_one_for_all_is_shared():

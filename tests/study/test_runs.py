@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.study.conftest import STUDY, same
+from tests.study.conftest import STUDY, content, same
 
 import bristle as br
+from bristle.core.errors import InputError
+from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
+from bristle.study import run_study
 from bristle.study.block import Simulator
 from bristle.study.metrics import METRICS
 from bristle.study.plan import Block
@@ -37,6 +40,51 @@ def test_runs_in_a_batch_have_the_bits_of_runs_one_by_one(bench):
     assert same(first, second)
     assert len(set(first["motion.std"])) == 8
     assert np.all(np.isnan(first["following_error.rms"]))
+
+
+def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
+    monkeypatch.setattr("bristle.study.block.WORTH_LANES", 0)
+    bench.rig(substeps=1)
+    study = bench.study(EVERY, runs=("runs = 12", "runs = 64"), block=("block = 4", "block = 40"))
+    in_lanes = []
+    monkeypatch.setattr(
+        "bristle.engine.batch._Batch.in_lanes", lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a)
+    )
+    block = Block(1, 41)
+    assert same(Simulator(study, threads=2).columns(block), Simulator(study, batches=False).columns(block))
+    assert len(in_lanes) == 1
+
+
+def test_threads_of_this_process_leave_the_bytes_of_workers_and_begin_none(bench, monkeypatch):
+    study = bench.study(EVERY)
+    run_study(study, bench.folder / "workers", workers=2)
+    with monkeypatch.context() as without:
+        without.setattr("bristle.study.run.Crew", None)
+        assert run_study(study, bench.folder / "threads").is_whole
+    assert content(bench.folder / "threads") == content(bench.folder / "workers")
+    assert len(content(bench.folder / "threads")) == 3
+
+
+@pytest.mark.parametrize(("model", "drawn"), [("lugre", "0.2 N"), ("elastoplastic", "0.8 N")])
+def test_only_draws_out_of_range_are_left_to_runs_by_themselves(bench, model, drawn):
+    rig = (bench.folder / "rig.toml").read_text()
+    if model == "elastoplastic":  # whose sigma_0 z_ba must be below F_C
+        rig = rig.replace('model = "lugre"', 'model = "elastoplastic"\nz_ba = "8 um"')
+    (bench.folder / "rig.toml").write_text(rig)
+    study = bench.study(normal=('["1 N", "0.1 N"]', f'["{drawn}", "0.2 N"]'))  # F_C may be negative
+    block = Block(0, 12)
+    values, varied = study.values(block), Varied(study)
+    models = varied.models_by_place(values, study.seeds(block), ("plant", "friction"))
+    refused = set()
+    for place in range(12):
+        try:
+            alone = varied.models(row_of(values, place), study.seeds(block)[place], ("plant", "friction"))
+        except InputError:
+            refused.add(place)
+        else:
+            assert models[place] == alone
+    assert refused
+    assert set(models) == set(range(12)) - refused
 
 
 @pytest.mark.parametrize("change", ["delay = 1", 'current_lag = "1 ms"', 'tolerance = "1 um"'])

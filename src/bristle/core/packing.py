@@ -13,9 +13,10 @@ the compiler sees is a loop over neighbouring numbers, and it runs several traje
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterator
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,11 @@ from bristle.core.unowned import unowned
 
 __all__ = [
     "LANES",
+    "LaneConstants",
     "Structure",
+    "flattener",
     "is_scalar",
+    "lane_constants",
     "lane_packer",
     "lane_unpacker",
     "pack",
@@ -90,6 +94,13 @@ def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
 
 
 @cache
+def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
+    """Return what makes one flat tuple of a NamedTuple of scalars, and of those in it."""
+    numbers = "".join(f"value{place}, " for place in _places(structure))
+    return eval(f"lambda value: ({numbers})")
+
+
+@cache
 def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
     """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
 
@@ -99,43 +110,96 @@ def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
     return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
-@cache
-def lane_unpacker(structure: Structure, infinite: frozenset[int] = frozenset()) -> Callable[[Any, int, int], Any]:
-    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row.
+class LaneConstants(NamedTuple):
+    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else.
 
-    Numbers whose place among the scalars is in `infinite` are so in every lane. An infinite parameter switches a part
-    of a model off: the compiler, told so, leaves that part out instead of computing it and throwing it away.
+    An infinite parameter switches a part of a model off, and what is the same in both directions needs no choice: the
+    compiler, told so, leaves that out instead of computing it and throwing it away.
+
+    Parameters
+    ----------
+    infinite : frozenset of int
+        Those that are infinite.
+    twins : frozenset of (int, int)
+        Those that are another one before them, of a part that is all another part.
     """
+
+    infinite: frozenset[int] = frozenset()
+    twins: frozenset[tuple[int, int]] = frozenset()
+
+    @property
+    def word(self) -> str:
+        """A few letters that differ where they do."""
+        return hashlib.sha256(repr([sorted(part) for part in self]).encode()).hexdigest()[:8]
+
+
+NO_CONSTANTS = LaneConstants()
+
+
+def lane_constants(structure: Structure, rows: np.ndarray) -> LaneConstants:
+    """Return what holds of some vectors of a structure, shape (lane, number)."""
+    if not is_scalar(structure):
+        return NO_CONSTANTS
+    infinite = np.flatnonzero(np.all(np.isposinf(rows), axis=0))
+    return LaneConstants(frozenset(infinite.tolist()), frozenset(_twins(structure, rows, 0)))
+
+
+def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple[int, int]]:
+    """Yield the places of each part that is the same as one beside it, and those in that one."""
+    before: list[tuple[Structure, int]] = []
+    for part in structure[1]:
+        size = _size(part)
+        if isinstance(part, tuple):
+            numbers = rows[:, first : first + size].tobytes()
+            before_it = [at for kind, at in before if kind == part and rows[:, at : at + size].tobytes() == numbers]
+            if before_it:
+                yield from ((first + place, before_it[0] + place) for place in range(size))
+            else:
+                before.append((part, first))
+                yield from _twins(part, rows, first)
+        first += size
+
+
+def _size(part: Any) -> int:
+    return sum(map(_size, part[1])) if isinstance(part, tuple) else 1
+
+
+@cache
+def lane_unpacker(structure: Structure, constants: LaneConstants = NO_CONSTANTS) -> Callable[[Any, int, int], Any]:
+    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row."""
     array = f"block[(at + 1) * {LANES} + lane : (at + 1 + {{size}}) * {LANES} : {LANES}]"
-    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array, infinite)
+    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array, constants)
 
 
 def _unpacker(
-    structure: Structure, head: str, first: str, number: str, array: str, infinite: frozenset[int] = frozenset()
+    structure: Structure, head: str, first: str, number: str, array: str, constants: LaneConstants = NO_CONSTANTS
 ) -> Callable[..., Any]:
     names: dict[str, Any] = {"INFINITY": float("inf"), "unowned": unowned}
     lines = [f"at = {first}"]
-    expression = _unpack_expression(structure, names, lines, number, array, infinite)
+    expression = _unpack_expression(structure, names, lines, number, array, constants)
     return _define(head, [*lines, f"return {expression}"], names)
 
 
 def _unpack_expression(
-    structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str, infinite: frozenset[int]
+    structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str, constants: LaneConstants
 ) -> str:
     cls, parts = structure
+    twins = dict(constants.twins)
     key = f"Class{len(names)}"
     names[key] = cls
     arguments = []
     for part in parts:
         if isinstance(part, tuple):
-            arguments.append(_unpack_expression(part, names, lines, number, array, infinite))
+            arguments.append(_unpack_expression(part, names, lines, number, array, constants))
             continue
-        name = f"field_{len(lines)}"
+        name, place = f"field_{len(lines)}", lines.count("at += 1")
         if part == "array":
             size = f"size_{name}"
             lines += [f"{size} = int({number})", f"{name} = unowned({array.format(size=size)})", f"at += 1 + {size}"]
-        elif lines.count("at += 1") in infinite:
+        elif place in constants.infinite:
             lines += [f"{name} = INFINITY", "at += 1"]
+        elif place in twins:
+            lines += [f"{name} = field_{1 + 2 * twins[place]}", "at += 1"]
         else:
             cast = "int" if part == "integer" else "float"
             lines += [f"{name} = {cast}({number})", "at += 1"]
@@ -161,7 +225,7 @@ def _places(structure: Structure) -> list[str]:
 @cache
 def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
     """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
-    lines = [f"block[(row + {i}) * {LANES} + lane] = value[{i}]" for i, _ in enumerate(structure[1])]
+    lines = [f"block[(row + {i}) * {LANES} + lane] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, block, row, lane)", lines or ["return"], {})
 
 

@@ -14,7 +14,7 @@ from bristle.core.errors import BristleError, InputError, InputWarning, told_by
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
 
-__all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "shown"]
+__all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "numbers_of", "shown"]
 
 Converter = Callable[[Any, str, Any], Any]
 """What takes a value, the name of its argument and the kind of axis where it is known, and returns what it is."""
@@ -103,3 +103,12 @@ def check_value(component: Described, name: str, variable: Variable, value: Any,
             "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
         )
     variable.validate(value, path, kind)
+
+
+def numbers_of(component: Described, parameters: Any) -> dict[str, Any]:
+    """Return the values that a person sets as kernels receive them: a choice by its place."""
+    variables = component.variables
+    return {
+        name: variables[name].code(value, name) if variables[name].choices else value
+        for name, value in component.values(parameters).items()
+    }

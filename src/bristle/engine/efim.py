@@ -78,6 +78,27 @@ def next_guess(bracket, v, residual, slope):
 
 
 @kernel
+def is_solved(residual, force, a, b, slack):
+    """Return whether a residual of the velocity [m/s or rad/s] is small beside what the force makes of it."""
+    return abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a) + slack
+
+
+@kernel
+def is_narrow(low, high, v):
+    """Return whether a bracket holds no more numbers than rounding leaves."""
+    return high - low <= 4e-16 * abs(v)
+
+
+@kernel
+def slope_from(slope, v, residual, v_last, residual_last):
+    """Return the slope of the residual between the last two velocities; 1 where it does not rise."""
+    if residual_last != 0.0 and v != v_last:
+        secant = (residual - residual_last) / (v - v_last)
+        return secant if secant > 1e-3 else 1.0
+    return slope
+
+
+@kernel
 def solve(state, memory, x, effort, dt, p, a, b, start):
     """Return the `Solution` of ``v = a + b * F(v)``; what of the `effort` friction leaves passes on to the load.
 
@@ -99,15 +120,12 @@ def solve(state, memory, x, effort, dt, p, a, b, start):
         residual = at - a - b * force
         evaluations += 1
         if phase == 0:
-            if abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a) + start.slack:
+            if is_solved(residual, force, a, b, start.slack):
                 return Solution(v, force, move, slope, 0.0)
-            if residual_last != 0.0 and v != v_last:
-                secant = (residual - residual_last) / (v - v_last)
-                slope = secant if secant > 1e-3 else 1.0
+            slope = slope_from(slope, v, residual, v_last, residual_last)
             v_last, residual_last = v, residual
             bracket = bracket_update(bracket, v, residual)
-            width = bracket.high - bracket.low
-            if width <= 4e-16 * abs(v) or evaluations >= ITERATIONS:
+            if is_narrow(bracket.low, bracket.high, v) or evaluations >= ITERATIONS:
                 return Solution(v, force, move, slope, 1.0 if evaluations >= ITERATIONS else 0.0)
             target = next_guess(bracket, v, residual, slope)
             crosses = (v > 0.0 and target <= 0.0) or (v < 0.0 and target >= 0.0)

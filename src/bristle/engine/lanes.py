@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.packing import LANES, Structure, lane_packer, lane_unpacker
+from bristle.core.packing import LANES, LaneConstants, Structure, lane_packer, lane_unpacker
 from bristle.engine.drivers import BOUND
 from bristle.engine.entry_points import FAILED, FAILED_SO_FAR, FORCE, MechanismVectors, Substeps
 from bristle.engine.semi_implicit import advance
@@ -56,19 +56,20 @@ class Rows:
         self.friction = self.plant_state + plant_state
         self.friction_state = self.friction + friction
         self.effort = self.friction_state + friction_state
-        self.count = self.effort + 3
+        self.failures_so_far = self.lost_at = self.effort + 3  # a step without a solve fails nowhere, and goes on
+        self.count = self.failures_so_far + 1
 
 
 def make_lanes(
     plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, memory: bool,
-    infinite: frozenset[int],
+    constants: LaneConstants,
 ) -> Callable[..., Any]:  # fmt: skip
     """Return the entry that drives one block by the semi-implicit step: the `used` mechanisms from `first` on.
 
-    `memory` tells whether the friction model has one, `infinite` which of its parameters are so in every lane.
+    `memory` tells whether the friction model has one, `constants` what holds of its parameters in every lane.
     """
     unpack_plant, load_plant, store_plant = lane_unpacker(plant), lane_unpacker(plant_state), lane_packer(plant_state)
-    unpack_friction = lane_unpacker(friction, infinite)
+    unpack_friction = lane_unpacker(friction, constants)
     load_friction, store_friction = lane_unpacker(friction_state), lane_packer(friction_state)
     row_body, row_p, row_state = rows.plant_state, rows.friction, rows.friction_state
     row_effort, row_end, row_total = rows.effort, rows.effort + 1, rows.effort + 2

@@ -168,9 +168,14 @@ class SlottedModel(FrictionModel):
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
-        forward = {name: values[self.keys(name)[0]] for name in self.inner.variables}
-        backward = {name: values[self.keys(name)[-1]] for name in self.inner.variables}
-        return self.Parameters(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
+        forward = backward = self.inner.assemble({name: values[keys[0]] for name, keys in self._keys})
+        if self.asymmetry:
+            backward = self.inner.assemble({name: values[keys[-1]] for name, keys in self._keys})
+        return self.Parameters(forward, backward, values["offset"])
+
+    @cached_property
+    def _keys(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        return tuple((name, self.keys(name)) for name in self.inner.variables)
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets from both sides and the offset."""
@@ -301,4 +306,8 @@ def _slotted_example(model: FrictionModel, asymmetry: bool) -> dict[str, Any]:
 
 
 def _on_both_sides(relation: Relation) -> Relation:
-    return relation._replace(holds=lambda p: relation.holds(p.forward) and relation.holds(p.backward))
+    return relation._replace(holds=lambda p: all(relation.holds(side) for side in _sides(p)))
+
+
+def _sides(p: Any) -> tuple[Any, ...]:
+    return (p.forward,) if p.backward is p.forward else (p.forward, p.backward)

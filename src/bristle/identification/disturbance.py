@@ -18,12 +18,13 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.packing import pack
+from bristle.core.values import numbers_of
 from bristle.engine.motion import in_turns
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
 
-__all__ = ["Disturbance", "correlation_time", "disturbance_of", "force_with_scatter", "numbers_of", "scaled", "signs"]
+__all__ = ["Disturbance", "correlation_time", "disturbance_of", "force_with_scatter", "scaled", "signs"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
@@ -78,15 +79,6 @@ def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) 
     return share * row_time * residual.size / BLOCKS
 
 
-def numbers_of(model: Model) -> dict[str, float]:
-    """Return the values of a model as its kernels receive them: a choice by its place."""
-    variables = model.component.variables
-    return {
-        name: variables[name].code(value, name) if variables[name].choices else value
-        for name, value in model.values.items()
-    }
-
-
 def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
     """Return the values of a model with its forces scaled, the constant offset left as it is."""
     forces = (
@@ -107,7 +99,8 @@ def force_with_scatter(
     """
     levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST)
     mean = pack(friction.parameters)
-    doubled = pack(friction.component.assemble(scaled(friction.component, numbers_of(friction), 2.0)))
+    component = friction.component
+    doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
     # A parameter may be infinite; that of a force differs.
     rise = np.subtract(doubled, mean, out=np.zeros_like(mean), where=doubled != mean)
     first = segment.first_cycle

@@ -24,8 +24,9 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.normal import NORMAL_95
+from bristle.core.values import numbers_of
 from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.disturbance import force_with_scatter, numbers_of
+from bristle.identification.disturbance import force_with_scatter
 from bristle.identification.half_cycles import half_cycle_starts
 
 __all__ = ["Bands", "half_width", "with_parameters"]
@@ -95,4 +96,5 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
     """Return a model with one of the sets of parameters, as far as they are its own."""
     own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
-    return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)
+    component = model.component
+    return Model(component, component.assemble(numbers_of(component, model.parameters) | own), model.kind)

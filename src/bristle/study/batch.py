@@ -46,7 +46,11 @@ def _forgets(model: Model) -> bool:
 
 
 def metrics_of_batch(
-    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric]
+    variant: Variant,
+    changes: Sequence[Mapping[str, Model]],
+    metrics: Sequence[Metric],
+    threads: int = 1,
+    in_lanes: bool | None = None,
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     """Return the metrics of one variant in several runs, by column, and how each ended.
 
@@ -58,27 +62,39 @@ def metrics_of_batch(
         Plant and friction of each run, where they are other ones.
     metrics : sequence of Metric
         Those of this variant.
+    threads : int
+        Cores to use.
+    in_lanes : bool, optional
+        As for `run_batch`.
     """
     count = 0 if variant.effort is None else variant.effort.values.size
     size = max(1, SAMPLES_AT_ONCE // max(count, 1))
-    parts = [_of_part(variant, changes[first : first + size], metrics) for first in range(0, len(changes), size)]
+    parts = [
+        _of_part(variant, changes[first : first + size], metrics, threads, in_lanes)
+        for first in range(0, len(changes), size)
+    ]
     columns = {metric.column: np.concatenate([part[0][metric.column] for part in parts]) for metric in metrics}
     return columns, [status for part in parts for status in part[1]]
 
 
 def _of_part(
-    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric]
+    variant: Variant,
+    changes: Sequence[Mapping[str, Model]],
+    metrics: Sequence[Metric],
+    threads: int,
+    in_lanes: bool | None,
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     run, driven = variant.run, np.zeros(0) if variant.effort is None else variant.effort.values
     effort = np.clip(driven, -run.effort_limit, run.effort_limit)
     x, v = _begin(variant)
     trace = run_batch(
-        _models("plant", variant, changes), _models("friction", variant, changes), np.tile(effort, (len(changes), 1)),
-        run.sample_time, steps=run.substeps, x=x, v=v, threads=1,
+        _models("plant", variant, changes), _models("friction", variant, changes), effort, run.sample_time,
+        steps=run.substeps, x=np.full(len(changes), x), v=v, threads=threads, in_lanes=in_lanes,
     )  # fmt: skip
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
-    columns = {metric.column: metric.along(trace.position[:, judged], applied) for metric in metrics}
+    position = np.ascontiguousarray(trace.position[:, judged])  # sums of one run in the order of a run by itself
+    columns = {metric.column: metric.along(position, applied) for metric in metrics}
     return columns, list(trace.status)
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from bristle.core.errors import BristleError, told_by
 from bristle.core.status import Status
+from bristle.engine.batch import WORTH_LANES
 from bristle.simulation import SimulationResult, simulate
 from bristle.study.batch import MODELS, fits_a_batch, metrics_of_batch
-from bristle.study.plan import Block, Study
+from bristle.study.plan import Block, Study, steps_of
 from bristle.study.varied import Varied, row_of
 
 __all__ = ["FAILED", "OK", "Simulator"]
@@ -39,10 +40,13 @@ class Simulator:
         The study.
     batches : bool
         Whether runs that can be are simulated many in one call; the numbers are the same.
+    threads : int
+        Cores that such a call uses.
     """
 
-    def __init__(self, study: Study, *, batches: bool = True) -> None:
-        self.study, self.varied = study, Varied(study)
+    def __init__(self, study: Study, *, batches: bool = True, threads: int = 1) -> None:
+        self.study, self.varied, self.threads = study, Varied(study), threads
+        self._in_lanes = steps_of(study.experiment) * study.count >= WORTH_LANES
         self.in_batches = batches and self.varied.is_direct and fits_a_batch(study.experiment)
 
     def run(self, number: int) -> SimulationResult:
@@ -63,11 +67,10 @@ class Simulator:
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
-        rows = [row_of(values, place) for place in range(block.count)]
         with _quiet():
-            batched = self._batched(rows, seeds, metrics) if self.in_batches else set()
+            batched = self._batched(values, seeds, metrics) if self.in_batches else set()
             for place in (place for place in range(block.count) if place not in batched):
-                status[place], reason[place] = self._serial(place, rows[place], seeds[place], metrics)
+                status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
         return {
             "run": np.arange(block.first, block.last), "seed": np.array(seeds), "status": status, "reason": reason,
             **_flat(values), **metrics,
@@ -94,18 +97,17 @@ class Simulator:
         return NAMES[worst.status], sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
 
     def _batched(
-        self, rows: Sequence[Mapping[str, Any]], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]
+        self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]
     ) -> set[int]:
         """Simulate runs many at once; return those that ended well: of the others each is told by itself."""
-        changes: dict[int, Any] = {}
-        for place, row in enumerate(rows):
-            with suppress(BristleError):
-                changes[place] = self.varied.models(row, seeds[place], MODELS)
+        changes = self.varied.models_by_place(values, seeds, MODELS)
         places = np.array(list(changes), dtype=int)
         well = np.ones(len(places), dtype=bool)
         for index, variant in enumerate(self.study.experiment.variants if len(places) else ()):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
-            numbers, ends = metrics_of_batch(variant, [changes[place][index] for place in changes], own)
+            numbers, ends = metrics_of_batch(
+                variant, [changes[place][index] for place in changes], own, self.threads, self._in_lanes
+            )
             well &= np.array([end is Status.OK for end in ends])
             for name, column in numbers.items():
                 metrics[name][places] = column

@@ -19,7 +19,7 @@ from bristle.study.metrics import Metric
 from bristle.study.sampling import Sampling, seed_of_run
 from bristle.study.target import Target
 
-__all__ = ["BLOCK_MOST", "Block", "Study", "block_for"]
+__all__ = ["BLOCK_MOST", "Block", "Study", "block_for", "steps_of"]
 
 BLOCK_MOST = 4096
 BLOCK_STEPS = 10_000_000  # of the integration: about a second or two
@@ -153,8 +153,12 @@ def block_for(runs: int, experiment: Experiment) -> int:
     experiment : Experiment
         What a run is.
     """
-    steps = sum(_steps(variant.run) for variant in experiment.variants)
-    return max(1, min(BLOCK_MOST, BLOCK_STEPS // max(steps, 1), -(-runs // BLOCKS_LEAST)))
+    return max(1, min(BLOCK_MOST, BLOCK_STEPS // max(steps_of(experiment), 1), -(-runs // BLOCKS_LEAST)))
+
+
+def steps_of(experiment: Experiment) -> int:
+    """Return the steps of the integration of one run."""
+    return sum(_steps(variant.run) for variant in experiment.variants)
 
 
 def _steps(run: Run) -> int:

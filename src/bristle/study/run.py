@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast, core_count
 from bristle.core.errors import InputError
 from bristle.study.block import Simulator
 from bristle.study.cluster import Cluster
@@ -104,7 +105,8 @@ def run_study(
     folder : path
         A new folder, or that of the same study, which is gone on with.
     workers : int, optional
-        Processes; as many as there are cores where not given. With 1 this process works itself.
+        Processes; with 1 this process works itself. Where not given, as many as there are cores; or, of runs that are
+        simulated many in one call, threads of this process.
     scheduler : str, optional
         The scheduler of a Dask cluster, ``tcp://HOST:PORT``, whose workers simulate in place of those of this machine.
     progress : callable, optional
@@ -154,13 +156,17 @@ def run_within(
 
 def _crew(
     study: Study, missing: int, workers: int | None, scheduler: str | None, simulator: Callable[[Any], Any]
-) -> AbstractContextManager[Crew | Cluster | _ThisProcess]:
+) -> AbstractContextManager[Crew | Cluster | _ThisProcess | _Threads]:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
         raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers,
                          mend="Leave one of them out")  # fmt: skip
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
+    if workers is None and simulator is Simulator and missing:
+        threaded = Simulator(study, threads=core_count())
+        if threaded.in_batches:  # its threads have begun before another process has
+            return nullcontext(_Threads(threaded))
     count = min(workers or core_count(), max(missing, 1))
     return Crew(study, count, simulator) if count > 1 else nullcontext(_ThisProcess(study, simulator))
 
@@ -182,6 +188,29 @@ class _ThisProcess:
         for block in blocks:
             simulator = simulator or self.make(self.study)
             yield block, simulator.columns(block)
+
+
+@dataclass(frozen=True)
+class _Threads:
+    """What simulates blocks many runs in one call, one block while the one before is written."""
+
+    simulator: Simulator
+    lost: tuple[tuple[Block, int | None], ...] = ()
+
+    @property
+    def workers(self) -> int:
+        return self.simulator.threads
+
+    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
+        with Abreast(1) as ahead:
+            under_way: list[tuple[Block, Future[dict[str, Any]]]] = []
+            for block in blocks:
+                under_way.append((block, ahead.submit(self.simulator.columns, block)))
+                if len(under_way) > 1:
+                    block, columns = under_way.pop(0)
+                    yield block, columns.result()
+            for block, columns in under_way:
+                yield block, columns.result()
 
 
 class _Tally:

@@ -19,13 +19,13 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Experiment, Variant
 from bristle.core.random_numbers import SEED_MAX
-from bristle.core.values import check_relations, check_value, coerced, looked_at
+from bristle.core.values import check_relations, check_value, coerced, looked_at, numbers_of
 from bristle.files.components import key_of
 from bristle.files.experiment import experiment_from
 from bristle.study.plan import Block, Study
 from bristle.study.target import sections_of
 
-__all__ = ["Varied", "with_changes"]
+__all__ = ["Varied", "with_changes", "with_columns"]
 
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
@@ -103,6 +103,36 @@ class Varied:
             changes.append(_seeds(variant, changed, seed, fields))
         return changes
 
+    def models_by_place(
+        self, values: Mapping[str, np.ndarray], seeds: Sequence[int], fields: Sequence[str]
+    ) -> dict[int, list[dict[str, Model]]]:
+        """Return the `models` of several runs by their place, of those whose values are all in range.
+
+        Parameters
+        ----------
+        values : mapping of str to ndarray
+            What the runs are made with, by dotted key in SI; shape (run,) or (run, element).
+        seeds : sequence of int
+            Seed of each run.
+        fields : sequence of str
+            The models that are wanted.
+        """
+        changed: dict[int, list[dict[str, Model]]] = {place: [] for place in range(len(seeds))}
+        for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
+            models = {
+                field: with_columns(
+                    getattr(variant, field), {name: values[path] for path, name in sections[section].items()}, section
+                )
+                for section in sections if (field := _FIELD.get(section, section)) in fields
+            }  # fmt: skip
+            for place in list(changed):
+                own = {field: model for field, column in models.items() if (model := column[place]) is not None}
+                if len(own) < len(models):
+                    del changed[place]
+                else:
+                    changed[place].append(_seeds(variant, own, seeds[place], fields))
+        return changed
+
     def _by_tables(self, values: Mapping[str, Any]) -> Experiment:
         tables = copy.deepcopy(dict(self.study.tables))
         for path, value in values.items():
@@ -140,10 +170,7 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
         If a value is out of range, or breaks a relation.
     """
     component, variables = model.component, model.component.variables
-    numbers = {
-        name: variables[name].code(value, path) if variables[name].choices else value
-        for name, value in component.values(model.parameters).items()
-    }
+    numbers = numbers_of(component, model.parameters)
     for name, raw in changes.items():
         place = f"{path}.{key_of(name)}"
         numbers[name] = looked_at(partial(coerced, component, name, variables[name]), raw, place, model.kind)
@@ -151,6 +178,58 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path)
     return Model(component, parameters, model.kind)
+
+
+def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> list[Model | None]:
+    """Return `with_changes` for each row of some columns; None where that refuses.
+
+    Plain numbers are looked at by their column: where the smallest and the largest are in range, all are.
+    """
+    component = model.component
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    if not all(_is_in_range(model, name, column, path) for name, column in columns.items()):
+        return [_if_it_can(model, dict(zip(columns, row, strict=True)), path) for row in rows]
+    numbers = numbers_of(component, model.parameters)
+    models: list[Model | None] = []
+    for row in rows:
+        numbers.update(zip(columns, row, strict=True))
+        parameters = component.assemble(numbers)
+        if _holds(component, parameters):
+            models.append(Model(component, parameters, model.kind))
+        else:
+            models.append(_if_it_can(model, dict(zip(columns, row, strict=True)), path))
+    return models
+
+
+def _is_in_range(model: Model, name: str, column: np.ndarray, path: str) -> bool:
+    """Return whether a column holds floating numbers for a parameter that is one, each of them in its range."""
+    component, variable = model.component, model.component.variables[name]
+    is_plain = not (variable.choices or component.is_integer(name) or component.is_array(name))
+    if not (is_plain and column.ndim == 1 and column.dtype == float and np.all(np.isfinite(column))):
+        return False
+    try:
+        for number in (float(column.min()), float(column.max())):
+            value = coerced(component, name, variable, number, path, model.kind)
+            check_value(component, name, variable, value, model.kind, path)
+    except InputError:
+        return False
+    return True
+
+
+def _holds(component: Any, parameters: Any) -> bool:
+    """Return whether parameters fulfil every relation; what a relation raises, the run by itself tells."""
+    try:
+        return all(relation.holds(parameters) for relation in component.relations)
+    except Exception:  # noqa: BLE001
+        return False
+
+
+def _if_it_can(model: Model, changes: Mapping[str, Any], path: str) -> Model | None:
+    """Return `with_changes`, or None: the run by itself tells why not."""
+    try:
+        return with_changes(model, changes, path)
+    except Exception:  # noqa: BLE001
+        return None
 
 
 def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:

@@ -68,10 +68,11 @@ def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
 
 
 def _serve(messages: queue.SimpleQueue[Any], answers: BinaryIO) -> None:
+    make, study = messages.get()
+    # Only now: what a message holds is imported by the thread that reads it, and two at a time see half a module.
     from bristle.core.cores import cores_for_simulations
 
     with cores_for_simulations():
-        make, study = messages.get()
         simulator = make(study)
         write_message(answers, ("ready", None))
         while True:
