@@ -32,6 +32,7 @@ def test_what_it_takes_away_is_taken_away():
     assert elsewhere(code).stdout.split() == [b"False", b"False"]
 
 
+@pytest.mark.slow
 def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, place):
     arguments = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20", "--json")
     here = bristle(*arguments).data

@@ -28,7 +28,7 @@ def mechanisms(name, count):
 
 
 @pytest.mark.parametrize(("integrator", "name"), [
-    pytest.param(integrator, name, marks=[pytest.mark.slow] if integrator == "efim" and name not in QUICK else [])
+    pytest.param(integrator, name, marks=[pytest.mark.slow] if name not in QUICK else [])
     for integrator in ("semi_implicit", "efim") for name in friction.MODELS
 ])  # fmt: skip
 def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator):

@@ -257,6 +257,7 @@ print(product.fndesc.uid)
 """
 
 
+@pytest.mark.slow
 def test_no_two_products_share_the_number_that_tells_their_symbols_apart(tmp_path):
     # The compiler counts functions from 1 in each process. Products of several processes, loaded into one, then have
     # symbols of the same name, types and number, and the linker takes one for the other: wrong forces, silently.
