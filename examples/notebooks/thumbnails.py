@@ -1,4 +1,4 @@
-"""Execute the notebooks of the gallery, and keep the first figure of each, small: ``python examples/notebooks/thumbnails.py``."""
+"""Execute the notebooks of the gallery, keep the first figure of each: ``python examples/notebooks/thumbnails.py``."""
 
 from __future__ import annotations
 

@@ -33,7 +33,9 @@ def numbers(pattern, text):
 
 
 def figures_in(shown):
-    return sum(isinstance(value, Figure) for value in shown)
+    """How many figures a notebook shows as pictures: those that draw themselves, and those of pyplot."""
+    figures = [value for value in shown if isinstance(value, Figure)]
+    return sum(hasattr(figure, "_repr_svg_") or hasattr(figure, "number") for figure in figures)
 
 
 def test_each_is_small_stripped_listed_and_asserted_here():

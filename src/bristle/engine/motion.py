@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -328,7 +328,7 @@ def _follow(
     return force
 
 
-def force_along_entry(part: Instance) -> entry_points.ForceAlong:
+def force_along_entry(part: Instance) -> Callable[..., Any]:
     """Return the entry that runs this friction model along a prescribed motion."""
     return compiled(
         f"force_along-{part.key}",
