@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
-from bristle.engine import entry_points
-from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance
+from bristle.engine.motion import force_along_entry
 
 __all__ = ["Contact"]
 
@@ -29,22 +28,14 @@ class Contact:
         self.x = 0.0
         self._part = Instance(model)
         self._memory = model.component.new_memory(model.parameters)
-        self._entry = self._ready()
-
-    def _ready(self) -> Any:
-        return compiled(
-            f"force_along-{self._part.key}",
-            lambda: entry_points.make_force_along(*self._part.structures),
-            entry_points.ForceAlong,
-            self._part.functions,
-        )
+        self._entry = force_along_entry(self._part)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_entry"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._entry = self._ready()
+        self._entry = force_along_entry(self._part)
 
     @property
     def state(self) -> np.ndarray:

@@ -27,6 +27,7 @@ __all__ = [
     "conditioned",
     "each_from",
     "force_along",
+    "force_along_entry",
     "force_from",
     "force_in_turns",
     "in_turns",
@@ -137,7 +138,7 @@ def each_from(
         _around(v.size, load, temperature, transmitted),
     )
     check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
-    force, entry, virgin = np.empty((len(states), v.size)), _entry(part), memory_of(model, None)
+    force, entry, virgin = np.empty((len(states), v.size)), force_along_entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
         part.begin(state)
         entry(part.parameters, part.state, virgin.copy(), v, x, *around, float(dt), row)
@@ -320,14 +321,15 @@ def _follow(
     load = np.full(velocity.size, NOMINAL_LOAD) if load is None else load
     temperature = np.full(velocity.size, NOMINAL_TEMPERATURE) if temperature is None else temperature
     transmitted = np.full(velocity.size, NOTHING_TRANSMITTED) if transmitted is None else transmitted
-    _entry(part)(
+    force_along_entry(part)(
         part.parameters, part.state, memory, velocity, position, load, temperature, transmitted, float(dt), force
     )  # fmt: skip
     warn_of_lost(part)
     return force
 
 
-def _entry(part: Instance) -> Callable[..., Any]:
+def force_along_entry(part: Instance) -> Callable[..., Any]:
+    """Return the entry that runs this friction model along a prescribed motion."""
     return compiled(
         f"force_along-{part.key}",
         lambda: entry_points.make_force_along(*part.structures),

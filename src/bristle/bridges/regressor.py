@@ -1,0 +1,266 @@
+"""An identification as an estimator of scikit-learn: by its methods, so that scikit-learn is not needed for it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from bristle.core.arrays import array
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.variable import unit_of
+from bristle.files.given import AXIS
+from bristle.identification.delay import differentiated
+from bristle.identification.preprocessing import treat
+from bristle.logs.channel import Channel
+from bristle.logs.columns import is_table
+from bristle.logs.log import Log
+from bristle.workflow import identify
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import FrictionModel
+    from bristle.identification.dataset import Dataset
+    from bristle.identification.settings import Settings
+    from bristle.workflow import Identified
+
+__all__ = ["FrictionRegressor"]
+
+COLUMNS = ("time", "position", "velocity")
+
+
+class FrictionRegressor:
+    """Friction and inertia of an axis as an estimator of scikit-learn: the effort from time and position.
+
+    It has what `sklearn.base.clone`, `Pipeline`, `cross_val_score` and `GridSearchCV` ask for. `fit` is
+    `bristle.identify`; each argument is that of the same name there, and is looked at when it fits.
+
+    Parameters
+    ----------
+    model : str, FrictionModel, or list of either
+        Of several, the best is used.
+    axis : Axis or path-like, optional
+        What is known of the axis; its columns are not used, for `X` and `y` are in SI. ``Axis(kind="rotational")``
+        where the axis turns.
+    cutoff, decimation, blocks, offset, mass, free, draws, method, global_search, settings
+        As in `bristle.identify`, but that without `draws` no logs are simulated for intervals: that takes the most
+        time, and folds do not need it.
+
+    Attributes
+    ----------
+    identified_ : Identified
+        What `bristle.identify` returned: parameters, intervals, diagnostics, report.
+    n_features_in_ : int
+        Number of columns of `X`.
+    feature_names_in_ : ndarray of str
+        Their names, where `X` was a data frame.
+
+    Examples
+    --------
+    >>> t = np.arange(4000) * 1e-3
+    >>> position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
+    >>> velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    >>> effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    >>> fitted = FrictionRegressor("coulomb_viscous").fit(np.column_stack((t, position)), effort)
+    >>> round(fitted.identified_.parameters["M"].value, 1)
+    12.0
+    >>> bool(fitted.score(np.column_stack((t, position)), effort) > 0.98)
+    True
+    """
+
+    _estimator_type = "regressor"
+
+    def __init__(
+        self, model: str | FrictionModel | Sequence[str | FrictionModel] = "coulomb_viscous", *,
+        axis: Axis | str | PathLike[str] | None = None, cutoff: float | str | None = None,
+        decimation: int | None = None, blocks: int | None = None, offset: float | str | None = None,
+        mass: float | str | None = None, free: str | Sequence[str] = (), draws: int = 0, method: str | None = None,
+        global_search: bool | None = None, settings: Settings | Mapping[str, float] | None = None,
+    ) -> None:  # fmt: skip
+        # scikit-learn clones by these very objects: they are kept as they are, and looked at by `fit`.
+        self.model, self.axis = model, axis
+        self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
+        self.offset, self.mass, self.free = offset, mass, free
+        self.draws, self.method, self.global_search, self.settings = draws, method, global_search, settings
+
+    def __repr__(self) -> str:
+        usual = {name: parameter.default for name, parameter in _signature().items()}
+        changed = (f"{name}={value!r}" for name, value in self.get_params().items() if value is not usual[name])
+        return f"{type(self).__name__}({', '.join(changed)})"
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Return the arguments by name; `deep` changes nothing, for none of them is an estimator."""
+        return {name: getattr(self, name) for name in _signature()}
+
+    def set_params(self, **params: Any) -> Self:
+        """Set arguments by name.
+
+        Raises
+        ------
+        InputError
+            If one has no such name.
+        """
+        names = list(_signature())
+        for name, value in params.items():
+            if name not in names:
+                raise InputError("is no parameter of the regressor", path=name, allowed=", ".join(names),
+                                 mend=did_you_mean(name, names))  # fmt: skip
+            setattr(self, name, value)
+        return self
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Identify friction and inertia.
+
+        Parameters
+        ----------
+        X : array_like, shape (sample, 2) or (sample, 3)
+            Time [s], position [m or rad], and velocity [m/s or rad/s] where there is one; or a table with columns of
+            these names. Rows are in order of time; where some are left out, as between folds, nothing goes across.
+        y : array_like, shape (sample,)
+            Effort [N or N*m].
+
+        Returns
+        -------
+        FrictionRegressor
+            Itself.
+
+        Raises
+        ------
+        InputError
+            If `X` and `y` make no log that serves, or an argument of the regressor does not.
+        """
+        columns, effort = _columns_of(X), array()(y, "y", None)
+        _refuse_other_length(columns, effort)
+        options = {name: value for name, value in self.get_params().items() if name not in ("model", "axis")}
+        self.identified_: Identified = identify(columns | {"effort": effort}, self.model, axis=self._axis(), **options)
+        self.n_features_in_ = len(columns)
+        if is_table(X):
+            self.feature_names_in_ = np.array(list(columns), dtype=object)
+        return self
+
+    def predict(self, X: Any) -> np.ndarray:
+        """Return the effort that the motion takes, by the best model, friction being virgin at each first row.
+
+        Parameters
+        ----------
+        X : array_like, shape (sample, 2) or (sample, 3)
+            As in `fit`. Of the position, what is slower than the cut-off counts: it is filtered forward and backward.
+
+        Returns
+        -------
+        ndarray, shape (sample,)
+            Effort [N or N*m] of each row.
+
+        Raises
+        ------
+        InputError
+            If nothing was fitted, or a stretch of `X` is too short for the filter, or stands still.
+        """
+        identified = self._fitted()
+        columns, axis = _columns_of(X), self._axis()
+        if len(columns) != self.n_features_in_:
+            raise InputError("has another number of columns than in fit", path="X", value=len(columns),
+                             allowed=str(self.n_features_in_))  # fmt: skip
+        # The delay is that of an effort: without one, nothing is moved, and no sample lost.
+        log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
+        # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
+        log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
+        treatment = identified.treatment
+        dataset = treat(log, axis, treatment["cutoff"], 1)
+        dataset = differentiated(dataset) if treatment.get("slow") else dataset
+        lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
+        return _at_rows(columns["time"], dataset, self._explained(dataset), lag)
+
+    def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
+        """Return the coefficient of determination of the effort, as regressors of scikit-learn do.
+
+        Parameters
+        ----------
+        X : array_like, shape (sample, 2) or (sample, 3)
+            As in `predict`.
+        y : array_like, shape (sample,)
+            Measured effort [N or N*m].
+        sample_weight : array_like, shape (sample,), optional
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            ``1 - sum (y - predicted)^2 / sum (y - mean)^2``: 1 for a perfect prediction, 0 for that of the mean.
+        """
+        effort = array()(y, "y", None)
+        weight = np.ones(effort.size) if sample_weight is None else array()(sample_weight, "sample_weight", None)
+        left = effort - self.predict(X)
+        spread = effort - np.average(effort, weights=weight)
+        return 1.0 - float(np.sum(weight * left**2)) / float(np.sum(weight * spread**2))
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "identified_")
+
+    def __sklearn_tags__(self) -> Any:
+        # Asked for by scikit-learn alone, which is therefore there.
+        from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags
+
+        return Tags(
+            estimator_type="regressor", target_tags=TargetTags(required=True), regressor_tags=RegressorTags(),
+            input_tags=InputTags(two_d_array=True), requires_fit=True,
+        )  # fmt: skip
+
+    def _fitted(self) -> Identified:
+        if not self.__sklearn_is_fitted__():
+            raise InputError("nothing was fitted yet", path=type(self).__name__, mend="Call fit(X, y) first")
+        return self.identified_
+
+    def _axis(self) -> Axis | None:
+        axis = self.axis if self.axis is None else AXIS(self.axis, "axis", None)
+        return axis if axis is None else replace(axis, columns={}, injected=(), table=None, sample_time=None)
+
+    def _explained(self, dataset: Dataset) -> list[np.ndarray]:
+        """Return the effort along each segment [N or N*m]; where a contact stood before it, no effort tells."""
+        identified = self._fitted()
+        return dataset.explained(identified.plant, identified.model, contacts=(None,) * len(dataset.segments))
+
+
+def _signature() -> dict[str, inspect.Parameter]:
+    return dict(list(inspect.signature(FrictionRegressor.__init__).parameters.items())[1:])
+
+
+def _columns_of(X: Any) -> dict[str, np.ndarray]:
+    """Return the columns of `X` by name."""
+    if is_table(X):
+        names = [name for name in COLUMNS if name in list(X)]
+        if names[:2] != list(COLUMNS[:2]):
+            raise InputError("lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS),
+                             mend="Call its columns time and position, in SI")  # fmt: skip
+        return {name: np.asarray(X[name], dtype=float) for name in names}
+    values = array(ndim=2, least=1)(X, "X", None)
+    if values.shape[1] not in (2, 3):
+        raise InputError("must have the columns time and position, and velocity where there is one", path="X",
+                         value=values.shape, allowed="shape (sample, 2) or (sample, 3)")  # fmt: skip
+    return dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False))
+
+
+def _refuse_other_length(columns: Mapping[str, np.ndarray], effort: np.ndarray) -> None:
+    rows = columns["time"].size
+    if effort.size != rows:
+        raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(rows))
+
+
+def _at_rows(time: np.ndarray, dataset: Dataset, efforts: Sequence[np.ndarray], lag: float) -> np.ndarray:
+    """Return efforts along segments at the times of rows, each as late as the effort of the log lags its position."""
+    predicted = np.full(time.size, np.nan)
+    around = 0.5 * dataset.sample_time
+    for segment, effort in zip(dataset.segments, efforts, strict=True):
+        inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)
+        predicted[inside] = np.interp(time[inside] - lag, segment.time, effort)
+    left_out = np.flatnonzero(np.isnan(predicted))
+    if left_out.size:
+        raise InputError(
+            f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still", path="X",
+            value=f"row {left_out[0]}, {time[left_out[0]]:g} s", mend="Leave those rows out, or give longer stretches",
+        )  # fmt: skip
+    return predicted

@@ -1,0 +1,193 @@
+"""An axis with its friction, or friction alone, as a system of python-control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from bristle.bridges.equations import axis_equations, contact_equations
+from bristle.bridges.steps import SOLVER, axis_step, contact_step
+from bristle.core.contracts import Model
+from bristle.core.edge import TEXT, Amount, guarded, model, optional
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.packing import pack
+from bristle.core.variable import unit_of, variables_of
+from bristle.engine.checks import FRICTION, PERIOD, STEPS
+from bristle.engine.screwed import refuse_screw
+
+try:
+    from control import NonlinearIOSystem
+except ImportError as error:
+    raise MissingExtraError.of("a system of python-control", "control") from error
+
+__all__ = ["FrictionSystem", "to_control"]
+
+QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
+# What python-control calls position and velocity of a plant, whose fields are x and v.
+PLANT_NAMES = {"x": "position", "v": "velocity"}
+
+
+class FrictionSystem(NonlinearIOSystem):
+    """A system of python-control that `to_control` made, which tells the unit of each of its signals.
+
+    Attributes
+    ----------
+    units : dict of str to str
+        SI unit of each input, output and state.
+    friction, plant : Model
+        What it was made of; `plant` is None for friction alone.
+    """
+
+    units: dict[str, str]
+    friction: Model
+    plant: Model | None
+
+    def __str__(self) -> str:
+        # python-control would print functions that tell nobody anything.
+        signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
+        lines = [f"{head}: {', '.join(_with_unit(name, self.units) for name in names)}"
+                 for head, names in signals.items()]  # fmt: skip
+        time = "differential equation" if self.dt == 0 else f"sampled every {self.dt:g} s"
+        on = f" on {self.plant}" if self.plant is not None else ""
+        return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
+
+
+def _with_unit(name: str, units: dict[str, str]) -> str:
+    return f"{name} [{units[name]}]" if name in units else name
+
+
+@guarded(
+    friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT),
+)  # fmt: skip
+def to_control(
+    friction: Model, plant: Model | None = None, *, dt: Amount | None = None, steps: int = 1, name: str | None = None
+) -> FrictionSystem:
+    r"""Return an axis with its friction, or friction alone, as a nonlinear system of python-control.
+
+    With a plant: in goes the effort, out come position, velocity and friction force,
+
+    .. math:: M \ddot x = u - F(x, \dot x, z), \qquad \dot z = g(\dot x, z)
+
+    for an inertia. Without one: in goes a velocity, out comes the friction force.
+
+    Parameters
+    ----------
+    friction : Model
+        A friction model with parameters.
+    plant : Model, optional
+        What it acts on, such as ``plants.inertia(M="28 kg")``, or the ``plant`` of an identification.
+    dt : float or str, optional
+        Sample time [s]: a sampled system, for every model. Without it a differential equation, for a model that is one:
+        one with a ``rate`` (`dahl`, `bouc_wen`, `bouc_wen_classic`, `lugre`, `elastoplastic`), or a map without a jump
+        at rest (`viscous`).
+    steps : int
+        Integration steps in a sample, with a plant.
+    name : str, optional
+        What python-control calls it; the name of the model where not given.
+
+    Returns
+    -------
+    FrictionSystem
+        A ``control.NonlinearIOSystem`` with named signals and their `units`. Its state is all that axis and friction
+        remember; zero is a virgin contact at rest, and what is another number there is counted from it. Its functions
+        keep nothing, so that they may be called in any order. Sampled, its values are those of `run_open_loop` and of
+        `force_along`, to the bit: position and velocity at the sample, the mean friction force until the next one.
+        Load and temperature are the nominal ones.
+
+    Raises
+    ------
+    InputError
+        If the model is no differential equation and no `dt` is given, with the reason; if plant and friction are of
+        different kinds of axis; if the plant has a table behind a screw.
+    MissingExtraError
+        If python-control is not installed.
+
+    Examples
+    --------
+    >>> from bristle import friction, plants
+    >>> lugre = friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 kN*s/m")
+    >>> axis = to_control(lugre, plants.inertia(M="28 kg"))
+    >>> axis.state_labels, axis.units["velocity"]
+    (['position', 'velocity', 'z'], 'm/s')
+    """
+    _refuse_misfits(friction, plant, dt, steps)
+    states = _states_of(friction, plant, is_sampled=dt is not None)
+    if plant is None:
+        advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
+        inputs, outputs = ["velocity"], ["friction"]
+    else:
+        advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
+        inputs, outputs = ["effort"], ["position", "velocity", "friction"]
+    virgin = _virgin_state(friction, len(plant.component.State._fields) if plant else 1, len(states))
+    following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
+    called = friction.name.replace("+", "_") if name is None else name
+    system = FrictionSystem(
+        following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0
+    )
+    system.friction, system.plant = friction, plant
+    signals = {signal: unit_of(QUANTITIES[signal], friction.kind) for signal in (*inputs, *outputs)}
+    system.units = states | signals
+    return system
+
+
+def _refuse_misfits(friction: Model, plant: Model | None, dt: float | None, steps: int) -> None:
+    if plant is not None:
+        refuse_screw(plant, "to_control")
+        if plant.kind != friction.kind:
+            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind,
+                             allowed=friction.kind)  # fmt: skip
+    if steps != 1 and (dt is None or plant is None):
+        raise InputError("are those in a sample of an axis", path="steps", value=steps,
+                         mend="Give dt and a plant, or leave steps out")  # fmt: skip
+
+
+def _functions_of(
+    advance: Callable[[np.ndarray, float], tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *,
+    is_sampled: bool,
+) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:  # fmt: skip
+    """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
+    # Where zero is added a zero would lose its sign, which tells the side of a contact.
+    places = np.flatnonzero(virgin)
+
+    def advanced(x: Any, u: Any) -> tuple[float, np.ndarray]:
+        state = np.array(x, dtype=float)  # a copy: python-control asks for any sample again, in any order
+        state[places] += virgin[places]
+        return advance(state, float(u[0]))
+
+    def following(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
+        _, state = advanced(x, u)
+        if is_sampled:
+            state[places] -= virgin[places]
+        return state
+
+    def output(t: float, x: Any, u: Any, params: Any) -> np.ndarray:
+        return np.array((*x[:motion], advanced(x, u)[0]))
+
+    return following, output
+
+
+def _virgin_state(friction: Model, before: int, size: int) -> np.ndarray:
+    """Return the state of an axis at rest whose contact is virgin; that of the contact comes after `before` numbers."""
+    component, p = friction.component, friction.parameters
+    contact = np.concatenate((pack(component.initial_state(p)), component.new_memory(p)))
+    virgin = np.zeros(size)
+    virgin[before : before + contact.size] = contact[: size - before]
+    return virgin
+
+
+def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dict[str, str]:
+    """Return the unit of each state, by its name, in the order of the vector."""
+    kind, component = friction.kind, friction.component
+    parts = {"position": unit_of("length", kind)}
+    if plant is not None:
+        variables = variables_of(plant.component.State)
+        parts = {PLANT_NAMES.get(name, name): variable.unit(kind) for name, variable in variables.items()}
+    for name, variable in variables_of(component.State).items():
+        parts[f"contact_{name}" if name in parts else name] = variable.unit(kind)
+    if is_sampled:
+        parts |= {f"memory_{k}": "" for k in range(component.memory_size(friction.parameters))}
+    if is_sampled and plant is not None:
+        parts |= {name: unit or unit_of("length/time^2", kind) for name, unit in SOLVER.items()}
+    return parts

@@ -1,0 +1,191 @@
+"""An identification as scikit-learn has its estimators: cloned, in a pipeline, in folds, in a search."""
+
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.bridges import FrictionRegressor
+from bristle.core.errors import InputError
+
+DT = 1e-3
+TRUTH = br.friction.coulomb_viscous(F_C=5.0, F_v=80.0)
+
+
+@pytest.fixture(scope="module")
+def log():
+    """Time and position of an axis of 12 kg, and the effort that drove it, of which half a newton is noise."""
+    t = DT * np.arange(9000)
+    effort = 30.0 * np.sin(6.0 * t) + 12.0 * np.sin(np.sqrt(3.0) * 10.0 * t) + 8.0 * np.sin(0.7 * t)
+    trace = br.engine.run_open_loop(br.plants.inertia(M=12.0), TRUTH, effort, DT)
+    return np.column_stack((t, trace.position)), effort + 0.5 * np.random.default_rng(2).standard_normal(t.size)
+
+
+@pytest.fixture(scope="module")
+def fitted(log):
+    return FrictionRegressor(cutoff=60.0).fit(*log)
+
+
+def moving(position):
+    """Where the axis surely slides, so that friction has one value."""
+    return np.abs(np.gradient(position, DT)) > 0.02
+
+
+def test_it_identifies_what_identify_does(log, fitted):
+    X, y = log
+    same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, cutoff=60.0, draws=0)
+    assert fitted.identified_.parameters == same.parameters
+    assert fitted.identified_.parameters["M"].value == pytest.approx(12.0, rel=0.01)
+    assert fitted.n_features_in_ == 2
+
+
+def test_it_predicts_the_effort_of_every_row(log, fitted):
+    X, y = log
+    predicted = fitted.predict(X)
+    assert predicted.shape == y.shape
+    inner = moving(X[:, 1])[200:-200]
+    left = (y - predicted)[200:-200][inner]
+    assert np.std(left) == pytest.approx(0.5, rel=0.25)
+    assert fitted.score(X, y) == pytest.approx(1.0 - np.sum((y - predicted) ** 2) / np.sum((y - y.mean()) ** 2))
+    assert fitted.score(X, y) > 0.98
+
+
+def test_the_weight_of_a_row_counts_in_its_score(log, fitted):
+    X, y = log
+    spoilt = y.copy()
+    spoilt[4000:4100] += 500.0
+    weight = np.ones(y.size)
+    weight[4000:4100] = 0.0
+    assert fitted.score(X, spoilt) < 0.9 < 0.98 < fitted.score(X, spoilt, sample_weight=weight)
+
+
+def test_an_effort_that_lags_is_predicted_as_late(log):
+    X, y = log
+    late = np.concatenate((np.full(50, y[0]), y[:-50]))
+    regressor = FrictionRegressor(cutoff=60.0, axis=br.Axis(delay=0.05)).fit(X, late)
+    assert regressor.score(X[300:-300], late[300:-300]) > 0.97
+    assert regressor.score(X[300:-300], y[300:-300]) < 0.9
+
+
+def test_rows_left_out_part_a_log(log, fitted):
+    X, y = log
+    kept = np.concatenate((np.arange(3000), np.arange(5000, 9000)))
+    regressor = FrictionRegressor(cutoff=60.0).fit(X[kept], y[kept])
+    assert len(regressor.identified_.log.segments) == 2
+    apart = regressor.predict(X[kept])
+    assert apart[200:2800] == pytest.approx(regressor.predict(X)[200:2800], abs=1e-6)
+    with pytest.raises(InputError, match=r"\d+ rows lie in stretches that are too short.*row 3000, 4 s"):
+        fitted.predict(X[np.concatenate((np.arange(3000), np.arange(4000, 4050)))])
+
+
+def test_a_table_with_names_is_taken_by_its_names(log, fitted):
+    pandas = pytest.importorskip("pandas")
+    X, y = log
+    frame = pandas.DataFrame({"position": X[:, 1], "time": X[:, 0]})
+    named = FrictionRegressor(cutoff=60.0).fit(frame, y)
+    assert list(named.feature_names_in_) == ["time", "position"]
+    np.testing.assert_array_equal(named.predict(frame), fitted.predict(X))
+    with pytest.raises(InputError, match="X: lacks a column"):
+        named.predict(frame.rename(columns={"time": "t"}))
+
+
+def test_a_velocity_is_a_third_column(log):
+    X, y = log
+    regressor = FrictionRegressor(cutoff=60.0).fit(np.column_stack((X, np.gradient(X[:, 1], DT))), y)
+    assert regressor.n_features_in_ == 3
+    assert regressor.identified_.log.velocity is not None
+    with pytest.raises(InputError, match="X: has another number of columns than in fit; found 2, allowed 3"):
+        regressor.predict(X)
+
+
+def test_the_best_of_several_models_predicts_and_the_kind_of_axis_is_kept(log):
+    X, y = log
+    axis = br.Axis(kind="rotational")
+    regressor = FrictionRegressor("viscous,coulomb_viscous", axis=axis, cutoff=60.0).fit(X, y)
+    assert regressor.identified_.best.name == "coulomb_viscous"
+    assert regressor.identified_.parameters["F_C"].unit == "N*m"
+    assert regressor.score(X, y) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("X", "y", "words"),
+    [
+        (np.zeros((500, 4)), np.zeros(500), "X: must have the columns time and position"),
+        (np.zeros((500, 2)), np.zeros(400), "y: has another number of rows than X; found 400, allowed 500"),
+        (np.zeros(500), np.zeros(500), "X: must be a 2-D array"),
+    ],
+)  # fmt: skip
+def test_what_is_no_log_is_refused(X, y, words):
+    with pytest.raises(InputError, match=words):
+        FrictionRegressor().fit(X, y)
+
+
+def test_it_says_what_was_not_done_and_what_it_does_not_know(log):
+    with pytest.raises(InputError, match=r"nothing was fitted yet.*Call fit"):
+        FrictionRegressor().predict(log[0])
+    with pytest.raises(InputError, match=r"modle: is no parameter.*Did you mean 'model'"):
+        FrictionRegressor().set_params(modle="lugre")
+    assert repr(FrictionRegressor("lugre", cutoff=60.0)) == "FrictionRegressor(model='lugre', cutoff=60.0)"
+
+
+def test_it_travels(log, fitted):
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(fitted)).predict(log[0]), fitted.predict(log[0]))
+
+
+def test_it_needs_no_scikit_learn():
+    code = (
+        "import sys; sys.modules['sklearn'] = None\n"
+        "from bristle.bridges import FrictionRegressor\n"
+        "print(FrictionRegressor('lugre').set_params(cutoff=9.0).get_params()['cutoff'])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "9.0\n"
+
+
+# --- in scikit-learn ----------------------------------------------------------------------------------------------
+
+
+def test_scikit_learn_clones_it_and_puts_it_into_pipelines_folds_and_searches(log):
+    pytest.importorskip("sklearn")
+    from sklearn.base import clone, is_regressor
+    from sklearn.model_selection import GridSearchCV, KFold, TimeSeriesSplit, cross_val_score
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import FunctionTransformer
+    from sklearn.utils.validation import check_is_fitted
+
+    X, y = log
+    regressor = FrictionRegressor(cutoff=60.0, axis=br.Axis(name="stage"))
+    assert is_regressor(regressor)
+    assert clone(regressor.fit(X, y)).get_params() == regressor.get_params()
+    assert not hasattr(clone(regressor), "identified_")
+    check_is_fitted(regressor)
+
+    millimetres = X * (1.0, 1e3)
+    pipeline = make_pipeline(FunctionTransformer(lambda columns: columns * (1.0, 1e-3)), clone(regressor))
+    assert pipeline.fit(millimetres, y).score(millimetres, y) == pytest.approx(regressor.score(X, y), abs=1e-6)
+
+    for folds in (KFold(3), TimeSeriesSplit(3)):
+        scores = cross_val_score(clone(regressor), X, y, cv=folds)
+        assert scores.shape == (3,)
+        assert np.all(scores > 0.95)
+    search = GridSearchCV(clone(regressor), {"model": ["viscous", "coulomb_viscous"]}, cv=KFold(3)).fit(X, y)
+    assert search.best_params_ == {"model": "coulomb_viscous"}
+
+    with pytest.raises(InputError, match="is too short for this filter"):
+        cross_val_score(clone(regressor), X, y, cv=KFold(3, shuffle=True, random_state=1), error_score="raise")
+
+
+# Those checks that hand in no columns of random numbers, which are no log.
+CHECKS = (
+    "estimator_cloneable", "estimator_tags_renamed", "valid_tag_types", "estimator_repr", "no_attributes_set_in_init",
+    "do_not_raise_errors_in_init_or_set_params", "mixin_order", "parameters_default_constructible",
+    "get_params_invariance", "set_params",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_it_passes_the_checks_of_scikit_learn(name):
+    checks = pytest.importorskip("sklearn.utils.estimator_checks")
+    getattr(checks, f"check_{name}")("FrictionRegressor", FrictionRegressor())

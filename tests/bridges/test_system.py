@@ -1,0 +1,169 @@
+"""An axis with its friction in python-control: the same values, in whatever order it asks for them."""
+
+import sys
+from dataclasses import replace
+
+import control as ct
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.bridges import to_control
+from bristle.core.errors import InputError, InputWarning, MissingExtraError
+from bristle.simulation.compensation import compensation_experiment
+from bristle.testing.contract import example_of
+
+DT = 5e-4
+PLANT = br.plants.inertia(M=28.0)
+# Discrete memory of each kind: none but a jump, elements, turning points, a state that changes at reversals.
+SAMPLED = ("coulomb", "maxwell_slip", "preisach_lugre", "maxwell_stribeck", "lugre")
+ODES = ("dahl", "bouc_wen", "bouc_wen_classic", "lugre", "elastoplastic", "viscous")
+
+
+def effort_over(t):
+    return 45.0 * np.sin(40.0 * t) + 12.0 * np.sin(171.0 * t)
+
+
+def run(system, t, u, **options):
+    return ct.input_output_response(system, t, u, **options)
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_a_sampled_axis_is_that_of_the_engine_to_the_bit(name):
+    friction = example_of(br.friction.MODELS[name])
+    t = DT * np.arange(400)
+    trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), DT, steps=2)
+    found = run(to_control(friction, PLANT, dt=DT, steps=2), t, effort_over(t))
+    for signal, row in zip(("position", "velocity", "friction"), found.outputs, strict=True):
+        np.testing.assert_array_equal(row, getattr(trace, signal), err_msg=signal)
+    assert np.ptp(found.outputs[0]) > 1e-6
+
+
+def test_the_axis_of_a_simulated_loop_is_the_same_in_python_control_to_the_bit():
+    t = DT * np.arange(600)
+    friction = example_of(br.friction.preisach_lugre)
+    law = br.controllers.cascade(k_p=60.0, k_v=6700.0)
+    loop = compensation_experiment(PLANT, friction, friction, law, 1e-5 * (1.0 - np.cos(40.0 * t)), DT)
+    variants = [replace(variant, run=replace(variant.run, substeps=3)) for variant in loop.variants]
+    looped = br.simulate(replace(loop, variants=tuple(variants)))
+    system = to_control(friction, PLANT, dt=DT, steps=3)
+    for variant in (looped.variants["as_recorded"], looped.variants["compensated"]):
+        begun = [variant.position[0], variant.velocity[0], *np.zeros(len(system.state_labels) - 2)]
+        found = run(system, variant.time, variant.effort, X0=begun)
+        np.testing.assert_array_equal(found.outputs[0], variant.position)
+        np.testing.assert_array_equal(found.outputs[2], variant.friction)
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_a_sampled_contact_is_that_of_response_to_the_bit(name):
+    friction = example_of(br.friction.MODELS[name])
+    x = 3e-6 * np.sin(np.linspace(0.0, 20.0, 500)) * np.linspace(1.0, 0.3, 500)
+    system = to_control(friction, dt=DT)
+    found = run(system, DT * np.arange(x.size - 1), np.diff(x) / DT)
+    np.testing.assert_array_equal(found.outputs, br.response(friction, x, DT)[1:])
+
+
+@pytest.mark.parametrize("name", ["maxwell_slip", "preisach_lugre"])
+def test_calls_out_of_order_leave_no_trace(name):
+    friction = example_of(br.friction.MODELS[name])
+    system = to_control(friction, PLANT, dt=DT)
+    t = DT * np.arange(60)
+    states = run(system, t, effort_over(t), return_states=True).states.T
+    assert np.any(states[:, [label.startswith("memory") for label in system.state_labels]] != 0.0)
+    for k in (40, 3, 57, 3, 40):
+        handed = states[k].copy()
+        system.output(t[k], handed, [-500.0])
+        again = system.dynamics(t[k], handed, [effort_over(t[k])])
+        np.testing.assert_array_equal(again, states[k + 1])
+        np.testing.assert_array_equal(handed, states[k])
+
+
+@pytest.mark.parametrize("name", ODES)
+def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
+    friction = example_of(br.friction.MODELS[name])
+    t = 1e-3 * np.arange(60)
+    trace = br.engine.run_adaptive(PLANT, friction, effort_over(t), 1e-3, tolerance=1e-12, hold="linear")
+    options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-9, "atol": 1e-13}}
+    found = run(to_control(friction, PLANT), t, effort_over(t), **options)
+    scale = np.ptp(trace.position)
+    assert scale > 1e-6
+    np.testing.assert_allclose(found.outputs[0], trace.position, atol=1e-5 * scale, rtol=0.0)
+    np.testing.assert_allclose(found.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
+
+
+def test_friction_of_its_own_goes_into_a_mechanism_of_ones_own():
+    lugre = example_of(br.friction.lugre)
+    mass = ct.nlsys(
+        lambda t, x, u, params: [x[1], (u[0] - u[1]) / 28.0], lambda t, x, u, params: [x[0], x[1]],
+        inputs=["effort", "friction"], outputs=["position", "velocity"], states=2, name="mass",
+    )  # fmt: skip
+    axis = ct.interconnect([mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"])
+    t = 1e-3 * np.arange(40)
+    options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-8, "atol": 1e-13}}
+    found, alike = (run(system, t, effort_over(t), **options).outputs for system in (axis, to_control(lugre, PLANT)))
+    np.testing.assert_allclose(found[0], alike[0], atol=1e-5 * np.ptp(alike[0]), rtol=0.0)
+    np.testing.assert_allclose(found[2], alike[2], atol=1e-3, rtol=0.0)
+
+
+def test_a_stuck_axis_has_the_poles_of_its_bristles():
+    model = br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e4, sigma_2=200.0)
+    poles = ct.linearize(to_control(model, PLANT), [0.0, 0.0, 0.0], [0.0], eps=1e-9).poles()
+    oscillating = poles[np.abs(poles) > 1.0]
+    assert np.abs(oscillating) == pytest.approx(2 * [np.sqrt(1e7 / 28.0)], rel=1e-4)
+    assert oscillating.real == pytest.approx(2 * [-0.5 * (1e4 + 200.0) / 28.0], rel=1e-3)
+
+
+def test_signals_have_names_and_units():
+    system = to_control(br.friction.dahl(F_C="30 mN*m", sigma_0="90 N*m/rad"), br.plants.inertia(M="4e-4 kg*m^2"))
+    assert system.input_labels == ["effort"]
+    assert system.output_labels == ["position", "velocity", "friction"]
+    assert system.state_labels == ["position", "velocity", "F"]
+    assert system.units == {
+        "effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m",
+    }  # fmt: skip
+    assert "F [N*m]" in str(system)
+    sampled = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name="table")
+    assert sampled.dt == 1e-3
+    assert sampled.name == "table"
+    assert sampled.state_labels[2:] == ["memory_0", "memory_1", "memory_2", "solver_slope", "solver_acceleration"]
+    assert sampled.units["solver_acceleration"] == "m/s^2"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("coulomb", "jumps at rest"), ("stribeck", "jumps at rest"), ("maxwell_slip", "remembers in jumps"),
+        ("preisach_lugre", "remembers in jumps"), ("reformed_dahl", "remembers in jumps"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("plant", [PLANT, None])
+def test_what_is_no_differential_equation_is_refused_by_name(name, reason, plant):
+    with pytest.raises(InputError, match=rf"friction: {reason}.*found '{name}'.*Give dt"):
+        to_control(example_of(br.friction.MODELS[name]), plant)
+
+
+def test_what_does_not_fit_is_refused():
+    lugre = example_of(br.friction.lugre)
+    with pytest.raises(InputError, match="plant: is of another kind"):
+        to_control(lugre, br.plants.inertia(M="1 kg*m^2"))
+    with pytest.raises(InputError, match="steps: are those in a sample"):
+        to_control(lugre, PLANT, steps=2)
+    with pytest.raises(InputError, match="dt: must be positive"):
+        to_control(lugre, PLANT, dt=0.0)
+    screw = br.plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
+    with pytest.raises(InputError, match="table behind a screw"):
+        to_control(br.friction.viscous(kind="rotational", F_v=1e-3), screw, dt=DT)
+
+
+def test_a_memory_that_is_full_is_told():
+    tight = br.friction.MODELS["preisach_lugre"](**br.friction.preisach_lugre.example, capacity=4)
+    x = 2e-6 * np.cos(np.linspace(0.0, 40.0, 400)) * np.linspace(1.0, 0.1, 400)
+    with pytest.warns(InputWarning, match="Raise capacity"):
+        run(to_control(tight, dt=DT), DT * np.arange(x.size - 1), np.diff(x) / DT)
+
+
+def test_without_python_control_it_says_what_to_type(monkeypatch):
+    monkeypatch.setitem(sys.modules, "control", None)
+    monkeypatch.delitem(sys.modules, "bristle.bridges.system")
+    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):
+        from bristle.bridges import to_control  # noqa: F401
