@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
+from types import TracebackType
 from typing import Any
 
-from bristle.core.contracts import Model
 from bristle.core.errors import told_by
 
 __all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
 
-Demand = Callable[[Model], Any]
+Demand = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
@@ -67,14 +67,32 @@ class UnmetError(Exception):
         super().__init__(self.fact.detail)
 
 
-def outcome(check: Demand, model: Model) -> Check:
-    """Return what became of a demand on a model."""
+def outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
+    """Return what became of a demand on a model, or what else has a contract; what to do where its code stops."""
     name = check.__name__.replace("_", " ")
     try:
-        return Check(name, True, **asdict(check(model)))
+        return Check(name, True, **asdict(check(subject)))
     except UnmetError as failure:
         return Check(name, False, advice=failure.advice, **asdict(failure.fact))
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
-        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")
+        return Check(
+            name, False, f"stops with {type(error).__name__}: {told_by(error)}{_line_of(error)}", where_it_stops
+        )
+
+
+def _line_of(error: BaseException) -> str:
+    """Return in which line of a user's file it stopped, in brackets; nothing where that is not known."""
+    lines = [
+        frame.tb_lineno for frame in _frames_of(error)
+        if str(frame.tb_frame.f_globals.get("__name__", "")).startswith("bristle_user_")
+    ]  # fmt: skip
+    return f" (line {lines[-1]})" if lines else ""
+
+
+def _frames_of(error: BaseException) -> Iterator[TracebackType]:
+    frame = error.__traceback__
+    while frame is not None:
+        yield frame
+        frame = frame.tb_next
