@@ -129,7 +129,7 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
 @pytest.mark.parametrize(
     ("result", "before", "demand", "said"),
     [
-        ("1 / 0", "", "writes or refuses", "stops with ZeroDivisionError: division by zero (line 3)"),
+        ("1 / 0", "", "writes or refuses", "stops with ZeroDivisionError: division by zero (mine.py, line 3)"),
         ("refuse()", "from bristle.core import InputError\ndef refuse():\n    raise InputError('no')\n",
          "writes or refuses", "it refuses every model: coulomb_viscous, no"),
         ("Product({'a.txt': str(next(COUNT))})", "import itertools\nCOUNT = itertools.count()\n", "same bytes twice",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from types import TracebackType
 from typing import Any
 
 from bristle.core.errors import told_by
+from bristle.core.own_code import place_in_own_code
 
 __all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
 
@@ -78,21 +78,11 @@ def outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never ra
         raise
     except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
         return Check(
-            name, False, f"stops with {type(error).__name__}: {told_by(error)}{_line_of(error)}", where_it_stops
+            name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops
         )
 
 
-def _line_of(error: BaseException) -> str:
-    """Return in which line of a user's file it stopped, in brackets; nothing where that is not known."""
-    lines = [
-        frame.tb_lineno for frame in _frames_of(error)
-        if str(frame.tb_frame.f_globals.get("__name__", "")).startswith("bristle_user_")
-    ]  # fmt: skip
-    return f" (line {lines[-1]})" if lines else ""
-
-
-def _frames_of(error: BaseException) -> Iterator[TracebackType]:
-    frame = error.__traceback__
-    while frame is not None:
-        yield frame
-        frame = frame.tb_next
+def _told_place(error: BaseException) -> str:
+    """Return where in a user's file it stopped, in brackets; nothing where that is not known."""
+    place = place_in_own_code(error)
+    return f" ({place})" if place else ""
