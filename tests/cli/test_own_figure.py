@@ -104,6 +104,7 @@ def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, lin
     assert found.code == 0
     assert f"warning: {said}" in found.err
     assert "The results are whole without it" in found.err
+    assert found.err.count("the figure mine is not") == 1
     assert (written_in("run"), written_in_figures()) == before
     assert said.replace("'", "&#39;") in page()
     assert "fig:mine" not in Path("run/figures/captions.tex").read_text(encoding="utf-8")
