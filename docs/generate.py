@@ -22,9 +22,11 @@ import typer
 
 import bristle
 from bristle.cli.application import app
+from bristle.cli.export import told_of
 from bristle.core.contracts import Component
 from bristle.core.docstring import REFERENCE, as_markdown
 from bristle.core.variable import KINDS, unit_of
+from bristle.exports import TARGETS
 from bristle.files.components import key_of
 from bristle.friction.slots import OFFSET
 
@@ -184,8 +186,13 @@ def command_line() -> str:
     parts = [*_paragraphs(group.help), table(("Command", "What it does"), rows)]
     for name, command in group.commands.items():
         parts += [f"## bristle {name}", *_paragraphs(command.help), _options(command)]
+        parts += [table(("Target", "What it writes"), _targets())] if name == "export" else []
         parts += ["```sh\n" + inspect.cleandoc(command.epilog.replace("\b", "").replace("Example:", "")) + "\n```"]
     return page("Command line", *parts)
+
+
+def _targets() -> Iterable[tuple[str, str]]:
+    return ((f"`{name}`", told_of(target)) for name, target in TARGETS.items())
 
 
 def _paragraphs(text: str) -> list[str]:

@@ -5,7 +5,8 @@ import pytest
 
 import bristle as br
 from bristle.exports.described import Source
-from bristle.exports.targets import Request, files_for
+from bristle.exports.target import Request
+from bristle.exports.writing import files_for
 from bristle.files.model import read_model
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values

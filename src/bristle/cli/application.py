@@ -51,7 +51,8 @@ for module in (
     log,
 ):
     name = module.__name__.rpartition(".")[2]
-    app.command(name, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
+    command_class = getattr(module, "COMMAND", None)
+    app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
 
 
 @app.callback(invoke_without_command=True)

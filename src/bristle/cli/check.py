@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -13,6 +15,7 @@ from bristle.cli.options import AllowCode, Json
 from bristle.cli.terminal import complain, progress, show_table
 
 if TYPE_CHECKING:
+    from bristle.core.content import Content
     from bristle.testing import Check
 
 __all__ = ["EXAMPLE", "check"]
@@ -24,7 +27,11 @@ EXAMPLE = """Example:
 
 def check(
     model: Annotated[
-        Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model, law or sensor of your own.")
+        Path,
+        typer.Argument(
+            metavar="MODEL.toml|OWN.py",
+            help="A model file, or a model, law, sensor, figure or target of the export of your own.",
+        ),
     ],
     force_ripple: Annotated[
         str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
@@ -33,11 +40,12 @@ def check(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Check whether a model, law or sensor is fit to be used.
+    """Check whether a model, or what else you wrote, is fit to be used.
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed, and its friction model, control law or sensor held against the contract.
+    A Python file is executed, and its friction model, control law, sensor, figure or target of the export held against
+    its contract.
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
@@ -82,10 +90,7 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allo
 def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
     from bristle.core import InputError
     from bristle.core.content import content_of
-    from bristle.core.contracts import Component, Controller, FrictionModel, Sensor
     from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_model import WORDS, load_component_file
-    from bristle.testing import check_model
 
     if model.suffix != ".py":
         raise InputError(
@@ -99,19 +104,47 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
                 mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
             )  # fmt: skip
     content = content_of(model, limit=CODE_LIMIT)
-    chosen: Component = load_component_file(content, FrictionModel, Controller, Sensor)
+    subject = _subject_in(content)
     allow(content)
     with progress("checking"):
-        results = check_model(chosen)
+        results = subject.checks()
     failed = [check for check in results if not check.passed]
     if as_json:
-        _print_json(chosen.name, not failed, {check.name: _as_certificate(check) for check in results})
+        _print_json(subject.name, not failed, {check.name: _as_certificate(check) for check in results})
     else:
-        word = next(word for family, word in WORDS.items() if isinstance(chosen, family))
-        _show_demands(f"The contract of a {word}: {chosen.name}", results)
+        _show_demands(f"The contract of a {subject.title}: {subject.name}", results)
     for check in failed:
         complain(f"{check.name}: {check.detail}. {check.advice}")
     return NO if failed else 0
+
+
+class _Subject(NamedTuple):
+    """What is held against a contract: its name, what people call such a thing, and what tries it."""
+
+    name: str
+    title: str
+    checks: Callable[[], list[Check]]
+
+
+def _subject_in(content: Content) -> _Subject:
+    """Return what a file defines that has a contract."""
+    from bristle.core.contracts import Controller, FrictionModel, Sensor
+    from bristle.exports import load_target_file
+    from bristle.files.user_model import WORDS, SourceText, load_component_file
+    from bristle.testing import check_figure, check_model, check_target
+
+    module = SourceText(content).module()
+    if hasattr(module, "TARGET") and not hasattr(module, "MODEL"):
+        target = load_target_file(content)
+        return _Subject(target.name, "target of the export", partial(check_target, target))
+    if hasattr(module, "FIGURE") and not hasattr(module, "MODEL"):
+        from bristle.figures import load_figure_file
+
+        figure = load_figure_file(content)
+        return _Subject(figure.name, "figure", partial(check_figure, figure))
+    component = load_component_file(content, FrictionModel, Controller, Sensor)
+    title = next(word for family, word in WORDS.items() if isinstance(component, family))
+    return _Subject(component.name, title, partial(check_model, component))
 
 
 def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:

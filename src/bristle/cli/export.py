@@ -8,15 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Json, folder_named
 from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
+    from bristle.exports.target import Target
     from bristle.workflow.exported import ExportedModel
 
-__all__ = ["EXAMPLE", "export"]
+__all__ = ["COMMAND", "EXAMPLE", "export"]
 
 STEP = "0.5 ms"
 Speed = Annotated[
@@ -36,7 +38,10 @@ Step = Annotated[
 Draws = Annotated[
     int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
 ]
-TARGETS = "c, wasm, st, cuda, table, tf5200, sinumerik, cogging, mjcf, draws, fmu2 or fmu3."
+To = Annotated[
+    str,
+    typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own."),
+]
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -48,7 +53,7 @@ def export(
         Path | None,
         typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
     ] = None,
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help=TARGETS)],
+    to: To,
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
@@ -72,21 +77,13 @@ def export(
 ) -> None:
     """Write a model or a control law as C, for a PLC or a drive.
 
-    c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
-    that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
-    script that loads it, for a browser or node. st, of operators too: a function block in Structured Text for a PLC,
-    its self-test, and both as XML of PLCopen. table: effort over velocity, CSV, in the units of the log and of the
-    drive that AXIS.toml describes; with --points 3, gravity, a level for each direction and the inertia. tf5200: the
-    same for the friction compensation of a Beckhoff TF5200 CNC. sinumerik: start values for that of a SINUMERIK, to
-    be tuned by the circularity test. cogging: its harmonics, where they were identified. mjcf: a scene of MuJoCo with
-    what it has of friction. draws: what the bootstrap found, a row a draw with all correlations, and the same as
-    attributes of such a scene. fmu2, fmu3: FMUs of the friction and, where the model file has a plant, of both, with a
-    library for each platform that there is a compiler for.
+    Where a target loses something or does it otherwise, that is told. A target of your own is a file of Python with a
+    TARGET, which is executed; bristle check tries it.
 
-    With --law, what a variant of an experiment commands, for c and st: its controller and all that is fed forward.
+    With --law, what a variant of an experiment commands: its controller and all that is fed forward.
     """
     from bristle.core import InputError
-    from bristle.exports.targets import name_for
+    from bristle.exports.writing import name_for
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.workflow.exported import export_model_file
@@ -100,12 +97,13 @@ def export(
                 "draws": draws}  # fmt: skip
     _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
+    target = _target(to)
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
-            exported = _law(context, law, variant, to, name_for(name), allow_code=allow_code)
+            exported = _law(context, law, variant, target, name_for(name), allow_code=allow_code)
         else:
             options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
-            exported = export_model_file(file, to, command=context.obj, name=name, allow_code=allow_code, **options)
+            exported = export_model_file(file, target, command=context.obj, name=name, allow_code=allow_code, **options)
         exported.write(folder)
     summary = exported.summary
     if as_json:
@@ -114,6 +112,45 @@ def export(
         for note in summary["notes"]:
             say(f"Note: {note}")
     complain(f"wrote {out}: {', '.join(exported.product.files)}")
+
+
+class _Command(TyperCommand):
+    """A command whose help tells the targets: they are looked up when somebody asks, for every command loads this."""
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the targets in front of the example."""
+        from bristle.exports.targets import TARGETS
+
+        with formatter.section("Targets"):
+            formatter.write_dl([(target.name, told_of(target)) for target in TARGETS.values()])
+        super().format_epilog(ctx, formatter)
+
+
+COMMAND = _Command
+
+
+def told_of(target: Target) -> str:
+    """Return what a target writes, and what else it can do."""
+    able = {
+        "--tunable": target.tunable, "--float32": target.single, "--log": target.compares,
+        "--draws": target.takes_draws, "--law": target.write_law is not None, "operators too": target.operators,
+    }  # fmt: skip
+    further = ", ".join(word for word, is_able in able.items() if is_able)
+    return f"{target.description} ({further})." if further else f"{target.description}."
+
+
+def _target(to: str) -> str | Target:
+    """Return the name of a target, or the one that a file defines; naming its code allows it."""
+    if not to.endswith(".py"):
+        return to
+    from bristle.core.content import content_of
+    from bristle.exports.own import load_target_file
+    from bristle.files.permission import CODE_LIMIT, allow
+
+    content = content_of(to, limit=CODE_LIMIT)
+    target = load_target_file(content)
+    allow(content)
+    return target
 
 
 def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
@@ -126,13 +163,14 @@ def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
 
 
 def _law(
-    context: typer.Context, path: Path, variant: str | None, to: str, name: str, *, allow_code: bool
+    context: typer.Context, path: Path, variant: str | None, to: str | Target, name: str, *, allow_code: bool
 ) -> ExportedModel:  # fmt: skip
     """Return the control law of a variant of an experiment as files."""
     from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
-    from bristle.exports.targets import law_for, variant_of
+    from bristle.exports.writing import law_for, target_named, variant_of
     from bristle.files.provenance import provenance
+    from bristle.files.user_model import origins_of_code
     from bristle.testing import admit
     from bristle.workflow.exported import ExportedModel
 
@@ -140,7 +178,8 @@ def _law(
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
-    source = provenance(context.obj, **experiment.origins)
+    target = target_named(to)
+    source = provenance(context.obj, **experiment.origins, target=origins_of_code([target]))
     return ExportedModel(
-        to, law_for(to, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source
+        target.name, law_for(target, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source
     )

@@ -27,7 +27,7 @@ def refuse_mixed(*, separate: bool, force: bool, figures: bool, workers: bool, d
     if separate and force:
         raise InputError("a fleet is gone on with, never replaced", path="--force", mend="Name another folder")
     if separate and figures:
-        raise InputError("a fleet has no figures as files", path="--format, --data",
+        raise InputError("a fleet has no figures", path="--format, --data, --figure",
                          mend="Read its rows: br.read_study(DIR)")  # fmt: skip
     if not separate and (workers or dry_run):
         raise InputError("is for many logs, each by itself", path="--workers" if workers else "--dry-run",

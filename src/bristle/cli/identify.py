@@ -17,6 +17,7 @@ from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
     Data,
+    FigureFiles,
     Figures,
     Force,
     Formats,
@@ -25,6 +26,7 @@ from bristle.cli.options import (
     Readers,
     SizeLimit,
     bytes_asked,
+    own_figures,
     own_readers,
 )
 from bristle.cli.terminal import complain, progress
@@ -99,6 +101,7 @@ def identify(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     cutoff: Cutoff = None,
     decimation: Decimation = None,
     draws: Draws = 100,
@@ -129,12 +132,17 @@ def identify(
     row with its reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is
     missing, and with further logs those.
     """
+    from bristle.core import InputError
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
     refuse_mixed(
-        separate=separate, force=force, figures=bool(formats or data), workers=workers is not None, dry_run=dry_run
+        separate=separate,
+        force=force,
+        figures=bool(formats or data or figure),
+        workers=workers is not None,
+        dry_run=dry_run,
     )
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
@@ -142,6 +150,8 @@ def identify(
     if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
+        if figure:
+            raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
         named = None if model == DEFAULT else model
         return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                                   figures=(formats, data))  # fmt: skip
@@ -152,12 +162,12 @@ def identify(
         return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
                              workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
     return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
-                              figures=(formats, data))  # fmt: skip
+                              figures=(formats, data), own=figure)  # fmt: skip
 
 
 def _identify_friction(
     log: list[Path], axis: list[Content], options: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
-    command: str, limit: int, figures: Figures,
+    command: str, limit: int, figures: Figures, own: list[Path] | None,
 ) -> int:  # fmt: skip
     from bristle.files.axis import read_axis
     from bristle.files.given import axes_for
@@ -168,6 +178,7 @@ def _identify_friction(
     from bristle.workflow import identify as identified
     from bristle.workflow.outcome import EXPERIMENT
 
+    further, code = own_figures(own, "identify", has_folder=out is not None)
     with (
         results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
         progress("identifying") as report,
@@ -177,8 +188,9 @@ def _identify_friction(
         recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
         identification = identified(recorded, axis=axes, progress=report, **options)
         outcome = identification.outcome_with(
-            command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, files={"axis": axis}
-        )
+            command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, figures=further,
+            files={"axis": axis, "figure": code},
+        )  # fmt: skip
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:

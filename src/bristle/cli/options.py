@@ -5,9 +5,13 @@ from __future__ import annotations
 from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from bristle.core.content import Origin
+    from bristle.figures import ReportFigure
 
 __all__ = [
     "LOG_FILE",
@@ -15,6 +19,7 @@ __all__ = [
     "AxisFile",
     "AxisFiles",
     "Data",
+    "FigureFiles",
     "Figures",
     "Force",
     "Formats",
@@ -24,6 +29,7 @@ __all__ = [
     "SizeLimit",
     "bytes_asked",
     "folder_named",
+    "own_figures",
     "own_readers",
 ]
 
@@ -77,6 +83,34 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     return reading(*formats)
 
 
+def own_figures(
+    files: list[Path] | None, command: str, *, has_folder: bool
+) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:  # fmt: skip
+    """Return the figures that files of a person's own define, and those files; naming their code allows it.
+
+    Raises
+    ------
+    InputError
+        If a file defines no figure that the report of this command can have, or two have one name.
+    """
+    if not files:
+        return (), ()
+    from bristle.core.content import content_of
+    from bristle.core.errors import InputError
+    from bristle.figures.own import load_figure_file, refuse_unfit
+    from bristle.files.permission import CODE_LIMIT, allow
+
+    if not has_folder:
+        raise InputError("needs a folder to write into", path="--figure", mend="Add --out DIR")
+    contents = [content_of(file, limit=CODE_LIMIT) for file in files]
+    figures = tuple(load_figure_file(content) for content in contents)
+    for content in contents:
+        allow(content)
+    for figure, file in zip(figures, files, strict=True):
+        refuse_unfit(figure, command, figures, str(file))
+    return figures, tuple(content.origin for content in contents)
+
+
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
 AxisFiles = Annotated[
     list[Path] | None,
@@ -115,6 +149,10 @@ Data = Annotated[
     typer.Option(
         "--data", metavar="csv", case_sensitive=False, help="Write the numbers that each figure draws into DIR/figures."
     ),
+]
+FigureFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated."),
 ]
 Figures = tuple[list[Format] | None, Numbers | None]
 """How figures are asked for as files: formats, and the format of their numbers."""

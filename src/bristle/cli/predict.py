@@ -15,6 +15,7 @@ from bristle.cli.options import (
     AllowCode,
     AxisFile,
     Data,
+    FigureFiles,
     Figures,
     Force,
     Formats,
@@ -23,6 +24,7 @@ from bristle.cli.options import (
     Readers,
     SizeLimit,
     bytes_asked,
+    own_figures,
     own_readers,
 )
 from bristle.cli.terminal import complain, progress, say
@@ -53,6 +55,7 @@ def predict(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
@@ -62,6 +65,7 @@ def predict(
     controller of the axis file. open-loop: the motion from the measured effort. A model of a hysteresis operator
     predicts recorded curves.
     """
+    from bristle.core import InputError
     from bristle.core.content import content_of
     from bristle.files.operator import holds_operator
     from bristle.files.toml import TOML_LIMIT
@@ -71,18 +75,20 @@ def predict(
     file = content_of(model, limit=TOML_LIMIT)
     described = None if axis is None else content_of(axis, limit=TOML_LIMIT)
     if holds_operator(file):
+        if figure:
+            raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
         from bristle.cli.operators import predict_operator
 
         predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                          figures=(formats, data))  # fmt: skip
         return 0
     return _predict_friction(file, log, described, mode, out, allow_code=allow_code, force=force, as_json=as_json,
-                             command=context.obj, limit=limit, figures=(formats, data))  # fmt: skip
+                             command=context.obj, limit=limit, figures=(formats, data), own=figure)  # fmt: skip
 
 
 def _predict_friction(
     model: Content, log: Path, axis_file: Content | None, mode: str, out: Path | None, *, allow_code: bool, force: bool,
-    as_json: bool, command: str, limit: int, figures: Figures,
+    as_json: bool, command: str, limit: int, figures: Figures, own: list[Path] | None,
 ) -> int:  # fmt: skip
     from bristle.core import InputError
     from bristle.files.axis import read_axis
@@ -99,6 +105,7 @@ def _predict_friction(
     from bristle.report.summary import prediction_summary
     from bristle.testing import admit
 
+    further, code = own_figures(own, "predict", has_folder=out is not None)
     with (
         results_folder(out, force=force, reads=[model, log, axis_file]) if out else nullcontext() as folder,
         progress("predicting"),
@@ -114,7 +121,12 @@ def _predict_friction(
         bands = Bands(**facts["bands"]) if facts["bands"] else None
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
         source = provenance(
-            command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
+            command,
+            model=model,
+            log=recorded,
+            axis=axis_file,
+            code=origins_of_code([base_of(friction.component)]),
+            figure=code,
         )
         # A file of several tables has one checksum for all of them.
         own_log = (
@@ -132,6 +144,7 @@ def _predict_friction(
             page = prediction_report(
                 prediction, plant=plant, friction=friction, log=recorded, command=command,
                 axis_name=described.name if described else log.stem, provenance=source, own_log=own_log,
+                figures=further,
             )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:

@@ -12,11 +12,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import (
+    AllowCode,
+    Data,
+    FigureFiles,
+    Force,
+    Formats,
+    Json,
+    Out,
+    SizeLimit,
+    bytes_asked,
+    own_figures,
+)
 from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
+    from bristle.core.experiment import Experiment
     from bristle.stability import Assessment
 
 __all__ = ["EXAMPLE", "run"]
@@ -31,6 +43,7 @@ def run(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -62,10 +75,10 @@ def run(
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
     from bristle.stability import runnable
-    from bristle.testing import admit
 
     if log and not out:
         raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
+    further, code = own_figures(figure, "run", has_folder=out is not None)
     with (
         results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
         progress("simulating") as report,
@@ -74,24 +87,22 @@ def run(
         described = experiment_in(
             experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
         )
-        for friction in {
-            model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
-        }:
-            admit(friction)
+        _admit(described)
         stable, judged = runnable(described)
         about = about_loops(judged, on_another_rig(described))
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
         result = replace(simulate(stable, report), refused=_refused(judged))
-        source = provenance(context.obj, **described.origins)
+        source = provenance(context.obj, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}
         summary = simulation_summary(result, files=files, provenance=source, diagnostics=about)
         if folder:
             from bristle.report.simulation import simulation_report
 
             page = simulation_report(
-                result, command=context.obj, provenance=source, warnings=warnings, doubts=loop_doubts(about)
+                result, command=context.obj, provenance=source, warnings=warnings, doubts=loop_doubts(about),
+                figures=further,
             )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:
@@ -106,6 +117,16 @@ def run(
     for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0
+
+
+def _admit(experiment: Experiment) -> None:
+    """Try each friction model of a person's own that is simulated or fed forward."""
+    from bristle.testing import admit
+
+    for friction in {
+        model for member in experiment.variants for model in (member.friction, member.feedforward.friction) if model
+    }:
+        admit(friction)
 
 
 def _refused(judged: Mapping[str, Assessment]) -> dict[str, str]:

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import Source
 from bristle.friction.slots import variations_of
@@ -24,9 +26,13 @@ from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
 from bristle.prediction.reversal import reversal_distance
 from bristle.prediction.steady_side import placed, steady_side
 
+if TYPE_CHECKING:
+    from bristle.exports.target import Request
+
 __all__ = [
     "Side",
     "curve_of",
+    "error_on_log",
     "level_losses",
     "levels_unseen",
     "losses",
@@ -170,6 +176,22 @@ def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
     if axis.rated is None and effort.name != "%":
         return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",)
     return ()
+
+
+def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
+    """Return how far a table is from the model along the log that was given, in a sentence."""
+    if request.log is None:
+        return ()
+    from bristle.prediction.drive_units import log_units
+    from bristle.prediction.table_error import table_error
+
+    effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
+    scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
+    error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
+    largest, rms = (f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}" for value in error)
+    own = request.log.origin.checksum in request.info.get("provenance", {}).values()
+    which = "its own log" if own else printable(request.log.origin.name)
+    return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
 
 
 def table_text(forward: Side, backward: Side, units: LogUnits) -> str:

@@ -15,7 +15,9 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
-from bristle.exports.targets import Request, files_for, law_for, name_for
+from bristle.exports.own import load_target_file
+from bristle.exports.target import Request, Target
+from bristle.exports.writing import files_for, law_for, name_for
 from bristle.logs.log import Log
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
@@ -51,15 +53,15 @@ class Exported:
 
 
 @guarded(
-    model=_model_or_variant, to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    model=_model_or_variant, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
     plant=optional(model("plant")),
 )  # fmt: skip
 def export(
-    model: Model | Variant, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP,
-    tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
-    mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None,
+    model: Model | Variant, to: str | os.PathLike[str] | Target, out: str | os.PathLike[str], *, name: str = NAME,
+    step: Amount = STEP, tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0,
+    points: int = POINTS, mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None,
     log: Log | str | os.PathLike[str] | None = None, info: Mapping[str, Any] | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
@@ -69,11 +71,10 @@ def export(
     Parameters
     ----------
     model : Model or Variant
-        A friction model; for ``"c"``, ``"st"``, ``"cuda"`` a operator too; a variant's law for the first two.
-    to : str
-        The target: ``"c"`` is C99, ``"wasm"`` WebAssembly, ``"st"`` Structured Text for a PLC, ``"cuda"`` lanes of a
-        graphics processor, ``"table"`` effort over velocity, ``"tf5200"`` that of this CNC, ``"sinumerik"`` start
-        values for this control, ``"cogging"`` harmonics, ``"mjcf"`` a scene of MuJoCo, ``"fmu2"``, ``"fmu3"`` FMUs.
+        A friction model; an operator or the law of a variant where the target holds one.
+    to : str, Target or path-like
+        The target: a name of `bristle.exports.TARGETS`, where each says what it writes, such as ``"c"`` or ``"table"``;
+        or one of your own, or the file that defines it, ``"my_drive.py"``, which is executed.
     out : path-like
         The new folder; its parent must exist.
     name : str
@@ -123,20 +124,29 @@ def export(
     """
     from bristle.files.results import results_folder
 
-    label, origin = name_for(name), source or Source()
+    label, origin, target = name_for(name), source or Source(), _target_of(to)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
             _refuse_tuning(tunable=tunable, float32=float32)
-            product = law_for(to, model, label, origin)
+            product = law_for(target, model, label, origin)
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
                 plant, _log_of(log, axis), info or {},
             )  # fmt: skip
-            product = files_for(to, request)
+            product = files_for(target, request)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes)
+
+
+def _target_of(to: str | os.PathLike[str] | Target) -> str | Target:
+    """Return a target, the one that a file of Python defines, or the name of one."""
+    if isinstance(to, Target):
+        return to
+    if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
+        return load_target_file(to)
+    return TEXT(to, "to", None)
 
 
 def _log_of(log: Any, axis: Axis | None) -> Log | None:

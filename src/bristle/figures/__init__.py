@@ -41,12 +41,14 @@ from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
 from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.open_loop import open_loop
+from bristle.figures.own import load_figure_file
 from bristle.figures.parameters import parameters
 from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
 from bristle.figures.preisach_stages import preisach_stages
 from bristle.figures.recorded_curves import recorded_curves
+from bristle.figures.report_figure import ReportFigure
 from bristle.figures.residuals import residuals
 from bristle.figures.ripple import ripple
 from bristle.figures.study_influence import study_influence
@@ -58,6 +60,7 @@ from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
     "Mechanics",
+    "ReportFigure",
     "Spread",
     "as_csv",
     "break_away",
@@ -89,6 +92,7 @@ __all__ = [
     "friction_over_velocity",
     "has_completed",
     "inline_svg",
+    "load_figure_file",
     "loop_family",
     "loops_at_reversal",
     "loops_proposed",

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.names import shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["correlation"]
+__all__ = ["FIGURE", "correlation"]
 
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
@@ -69,3 +70,11 @@ def correlation(fit: Fit) -> Figure:
 
 def _signed(value: float) -> str:
     return "0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")
+
+
+FIGURE = ReportFigure(
+    name="correlation", takes="fit", draw=correlation, applies=lambda fit: len(fit.correlation_names) > 1,
+    alternative="Correlation between the estimates of the parameters",
+    caption="Correlation of the estimates; darker is stronger. Near ± 1 the log knows a combination of two parameters "
+    "better than either of them.",
+)  # fmt: skip

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, scale_for
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["drive_table"]
+__all__ = ["FIGURE", "drive_table"]
 
 
 @style.styled
@@ -44,3 +45,11 @@ def drive_table(
     axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
     style.legend(axes)
     return figure
+
+
+FIGURE = ReportFigure(
+    name="drive", takes=("table", "curve", "kind"), draw=drive_table, applies=lambda table, curve, kind: bool(table),
+    alternative="Entries of the drive table over the friction curve",
+    caption="The entries of the table, joined by straight lines as a drive joins them, over the steady friction of the "
+    "model. Where the two part, the drive would need more entries.",
+)  # fmt: skip

@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.envelope import envelope, line, runs
 from bristle.figures.labels import effort_scale, time_scale
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.identification.result import Fit
 
-__all__ = ["draw_band", "draw_pair", "effort_over_time", "window"]
+__all__ = ["FIGURE", "draw_band", "draw_pair", "effort_over_time", "window"]
 
 
 @style.styled
@@ -84,3 +85,10 @@ def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:
     worst = int(np.argmax(np.nan_to_num(np.abs(error), nan=0.0, posinf=0.0)))
     start = min(max(worst - count // 2, 0), time.size - count)
     return slice(start, start + count)
+
+
+FIGURE = ReportFigure(
+    name="time", takes="fit", draw=effort_over_time, alternative="Measured and predicted effort over time",
+    caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
+    "Where the light line looks out from under the dark one, the model misses something.",
+)  # fmt: skip

@@ -11,12 +11,14 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.following_error import draw_worst_reversal, has_completed
 from bristle.figures.friction_over_velocity import draw_friction
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
+    from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["first_page"]
+__all__ = ["FIGURE", "first_page"]
 
 HEIGHT, ALONE = 2.3, 3.4  # inch, of each of two panels and of one
 
@@ -48,3 +50,33 @@ def first_page(
     for (axes,) in grid:
         style.legend(axes)
     return figure
+
+
+def _draw(
+    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
+) -> Figure:  # fmt: skip
+    return first_page(fit, curve, simulation, None if following is None else following.error)
+
+
+def _alternative(
+    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
+) -> str:  # fmt: skip
+    behind = "" if simulation is None else ", and the following error at its worst reversal"
+    return f"Friction over velocity{behind}"
+
+
+def _caption(
+    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
+) -> str:  # fmt: skip
+    if simulation is None:
+        return "Friction over velocity, measured and modelled."
+    return (
+        "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, "
+        "simulated as recorded, and compensated."
+    )
+
+
+FIGURE = ReportFigure(
+    name="first", takes=("fit", "curve"), may_take=("simulation", "following"), draw=_draw, alternative=_alternative,
+    caption=_caption,
+)  # fmt: skip

@@ -17,14 +17,16 @@ from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.legends import LINE, lines
 from bristle.figures.names import label
+from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.core.variable import Kind
+    from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
+__all__ = ["FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
 BINS = 80
 BEHIND: style.Look = {"color": style.GREY, "linewidth": 1.1, "linestyle": "--"}
@@ -236,3 +238,23 @@ def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> N
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("Share [%]")
     axes.tick_params(labelleft=False)
+
+
+def _draw(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> Figure:
+    return following_error(simulation, focus, None if following is None else following.error)
+
+
+def _caption(simulation: SimulationResult, focus: Sequence[str], following: Following | None) -> str:
+    return (
+        f"Reference less encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). What jumps where the reference reverses is friction; "
+        "what follows the velocity is the lag of the position loop, or viscous friction that is not fed forward. "
+        "Below, the effort that it takes."
+    )
+
+
+FIGURE = ReportFigure(
+    name="following", takes=("simulation", "focus"), may_take=("following",), draw=_draw,
+    applies=lambda simulation, focus, following: has_completed(simulation),
+    alternative="Following error and effort of each variant over time", caption=_caption,
+)  # fmt: skip

@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.envelope import spread
 from bristle.figures.labels import effort_scale, scale_for
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["draw_friction", "friction_over_velocity"]
+__all__ = ["FIGURE", "draw_friction", "friction_over_velocity"]
 
 BRANCHES = (
     ("measured, speeding up", 1.0, {"marker": "o", "color": "#e0a83c", "markersize": 2.6}),
@@ -61,3 +62,12 @@ def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float
     axes.axvline(0.0, color=style.GREY, linewidth=0.7)
     axes.set_xlabel(speed.label("Velocity"))
     axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
+
+
+FIGURE = ReportFigure(
+    name="velocity", takes=("fit", "curve"), draw=friction_over_velocity,
+    alternative="Friction over velocity, measured and modelled",
+    caption="Effort less inertia, over velocity. Points of speeding up and slowing down that lie apart at one velocity "
+    "are friction that depends on more than velocity. Near standstill the filter smears the step between the two "
+    "directions.",
+)  # fmt: skip

@@ -11,11 +11,12 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
 from bristle.figures.names import shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Identification
 
-__all__ = ["model_comparison"]
+__all__ = ["FIGURE", "model_comparison"]
 
 APART = 3.0  # times: errors farther apart are shown on a logarithmic scale, or those of good models fall into one
 LONGEST = 2.8  # inches: a name at the axis
@@ -75,3 +76,12 @@ def _scale(axes: Axes) -> str:
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlim(least / 1.1, 1.1 * most)
     return ", logarithmic"
+
+
+FIGURE = ReportFigure(
+    name="comparison", takes="identification", draw=model_comparison,
+    applies=lambda identification: len(identification.fits) > 1,
+    alternative="Error of each model on what was held out",
+    caption="Each stroke is one time block, or of several logs one, that the model was not fitted to. Models whose "
+    "strokes overlap are about equally good here: then the simpler one is the safer choice.",
+)  # fmt: skip

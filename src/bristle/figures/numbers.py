@@ -21,7 +21,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 from bristle.figures.drawn import Drawn, drawn_in
 from bristle.figures.series import series_names
 
-__all__ = ["Panel", "as_csv", "numbers_of"]
+__all__ = ["Panel", "as_csv", "names_at", "numbers_of"]
 
 DIGITS = ".12g"  # enough to draw it again at any size
 _NUMBER = re.compile(r"[\d.,eE+−-]*")
@@ -49,7 +49,7 @@ def numbers_of(figure: Figure) -> list[Panel]:
             x, y = _heads(axes, figure.axes, title)
             named = list(zip(series_names(drawn, figure_wide, y), drawn, strict=True))
             value = title if "[" in title else "value"
-            result.append(Panel(title, x, y, value, named, (_names_at(axes.xaxis), _names_at(axes.yaxis))))
+            result.append(Panel(title, x, y, value, named, (names_at(axes.xaxis), names_at(axes.yaxis))))
     return result
 
 
@@ -107,7 +107,7 @@ def _label_beside(axes: Axes, neighbours: Sequence[Axes], axis: str) -> str:
     return min(beside)[1] if beside else ""
 
 
-def _names_at(axis: Any) -> dict[float, str]:
+def names_at(axis: Any) -> dict[float, str]:
     """Return the names that stand at an axis in place of numbers, by where they stand."""
     formatter = axis.get_major_formatter()
     named = isinstance(formatter, (FixedFormatter, FuncFormatter))

@@ -9,14 +9,16 @@ from matplotlib.figure import Figure
 from bristle.core.status import Status
 from bristle.figures import style
 from bristle.figures.envelope import line
+from bristle.figures.following_error import has_completed
 from bristle.figures.labels import effort_word, position_word, scale_for, time_scale
 from bristle.figures.legends import LINE, lines
 from bristle.figures.names import label
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["open_loop"]
+__all__ = ["FIGURE", "open_loop"]
 
 ROW = 1.5  # inches
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
@@ -50,3 +52,13 @@ def open_loop(result: SimulationResult) -> Figure:
     if len(variants) > 1:
         style.legend(rows[0][0], top=name_rows > 1)
     return figure
+
+
+FIGURE = ReportFigure(
+    name="motion",
+    takes="open_loop",
+    draw=open_loop,
+    applies=has_completed,
+    alternative="Position, velocity, friction and effort of each variant over time",
+    caption="Where the velocity is zero and friction holds against the effort, the axis sticks.",
+)

@@ -13,11 +13,12 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number, scale_of
 from bristle.figures import style
 from bristle.figures.names import shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit
 
-__all__ = ["parameters"]
+__all__ = ["FIGURE", "parameters"]
 
 LINEAR_BELOW = 1.0  # percent
 LONGEST = 1.6  # inches: a name at the axis
@@ -102,3 +103,11 @@ def _in_words(estimate: Estimate) -> str:
     if std is None:
         return f"{value} {scale.unit}"
     return f"{value} ± {number(std * scale.factor, std * scale.factor)} {scale.unit}"
+
+
+FIGURE = ReportFigure(
+    name="parameters", takes="fit", draw=parameters,
+    alternative="95 % interval of each parameter in percent of its value",
+    caption="95 % intervals in percent of each value, on a scale that is linear within ± 1 % and logarithmic beyond. "
+    "Dashed: not identified by this log. Hollow square: held.",
+)  # fmt: skip

@@ -11,12 +11,13 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.logs.passage import Passage
 
-__all__ = ["passages"]
+__all__ = ["FIGURE", "passages"]
 
 # Grey tells them apart too: from dark to light, and hatched.
 SHADES = {
@@ -84,3 +85,25 @@ def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
     axes.set_title("loops before sliding and break-aways, each from where it begins")
     axes.set_xlabel(length.label(position_word(log.kind)))
     axes.set_ylabel(effort.label(word))
+
+
+def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:
+    return log.effort is not None and any(passage.kind in ("loops", "break_away") for passage in passages)
+
+
+def _alternative(log: Log, passages: Sequence[Passage]) -> str:
+    return f"Position over time{', and effort over position of its loops' if _has_loops(log, passages) else ''}"
+
+
+def _caption(log: Log, passages: Sequence[Passage]) -> str:
+    shaded = "Shaded: what kind of experiment each part of the log is."
+    loops = (
+        " Below, effort over position where friction turns slowly: loops that lie inside one another tell models of "
+        "friction apart; loops of one amplitude do not."
+    )
+    return shaded + loops * _has_loops(log, passages)
+
+
+FIGURE = ReportFigure(
+    name="passages", takes=("log", "passages"), draw=passages, alternative=_alternative, caption=_caption
+)

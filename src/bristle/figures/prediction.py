@@ -11,12 +11,14 @@ from bristle.figures import style
 from bristle.figures.effort_over_time import draw_band, draw_pair
 from bristle.figures.envelope import line
 from bristle.figures.labels import position_word, scale_for, time_scale
+from bristle.figures.report_figure import ReportFigure
+from bristle.simulation.result import MODES
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.simulation.result import Prediction
 
-__all__ = ["prediction"]
+__all__ = ["FIGURE", "prediction"]
 
 
 @style.styled
@@ -66,3 +68,23 @@ def _draw_position(
     off.set_ylabel(error_scale.label(f"{position_word(kind)} error"))
     for axes in (course, off):
         axes.set_xlabel(span.label("Time"))
+
+
+def _alternative(predicted: Prediction, kind: Kind) -> str:
+    return f"Measured and predicted signals, {predicted.mode} mode"
+
+
+def _caption(predicted: Prediction, kind: Kind) -> str:
+    has_band = predicted.half_width is not None or predicted.position_half_width is not None
+    return (
+        f"The model run on the log in {predicted.mode} mode: {MODES.get(predicted.mode, '')}. Where the light line "
+        "looks out from under the dark one, what was measured is not predicted."
+        + " Shaded: where 95 % of what is measured are expected."
+        * has_band
+    )
+
+
+FIGURE = ReportFigure(
+    name="prediction", takes=("prediction", "kind"), draw=prediction, alternative=_alternative, caption=_caption,
+    applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,
+)  # fmt: skip

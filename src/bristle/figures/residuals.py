@@ -12,11 +12,12 @@ from bristle.core.normal import NORMAL_95
 from bristle.figures import style
 from bristle.figures.envelope import line, runs
 from bristle.figures.labels import effort_scale, time_scale
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["autocorrelation", "residuals"]
+__all__ = ["FIGURE", "autocorrelation", "residuals"]
 
 LAGS = 60
 
@@ -105,3 +106,12 @@ def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) ->
         ]
     )
     return (products / products[0] if products[0] > 0.0 else products), sum(part.size for part in parts)
+
+
+FIGURE = ReportFigure(
+    name="residuals", takes="fit", draw=residuals,
+    alternative="Residuals over time, their distribution and autocorrelation",
+    caption="What the model leaves over. Bursts at reversals point to friction before sliding, a drift to temperature "
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are alike: then standard "
+    "errors, which take them for independent, are too small.",
+)  # fmt: skip

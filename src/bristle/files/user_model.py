@@ -17,6 +17,7 @@ from bristle.core.content import Content, Origin, Readable, content_of
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.locks import LOADING
+from bristle.core.own_code import OWN_CODE
 from bristle.core.variable import variables_of
 from bristle.files.permission import CODE_LIMIT, CodeRead
 
@@ -51,7 +52,7 @@ class SourceText:
         InputError
             If it cannot be run.
         """
-        name = f"bristle_user_{self.content.checksum[:16]}"
+        name = f"{OWN_CODE}{self.content.checksum[:16]}"
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
             _show_source(module, self.content.data)

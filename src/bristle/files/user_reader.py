@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from bristle.core.content import Readable, content_of
 from bristle.core.errors import InputError
+from bristle.files.declared import declared_in
 from bristle.files.permission import CODE_LIMIT
-from bristle.files.user_model import SourceText
 from bristle.logs.formats import LogFormat
 
 __all__ = ["load_reader_file"]
+
+MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)"
 
 
 def load_reader_file(path: Readable) -> LogFormat:
@@ -30,10 +32,7 @@ def load_reader_file(path: Readable) -> LogFormat:
         If the file cannot be read or run, or defines no format with a reader.
     """
     content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
-    found = getattr(SourceText(content).module(), "FORMAT", None)
-    if not isinstance(found, LogFormat) or not callable(found.recognises) or not callable(found.read):
-        raise InputError(
-            "defines no reader of logs", path=str(content.source),
-            mend="End the file with FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)",
-        )  # fmt: skip
-    return found
+    log_format = declared_in(content, "FORMAT", LogFormat, title="reader of logs", mend=MEND)
+    if not callable(log_format.recognises) or not callable(log_format.read):
+        raise InputError("defines no reader of logs", path=str(content.source), mend=MEND)
+    return log_format

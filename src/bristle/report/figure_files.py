@@ -8,7 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError, InputWarning, told_by
+from bristle.core.own_code import place_in_own_code
 from bristle.core.typography import typeset_sentence
 from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates
@@ -55,13 +56,30 @@ def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None, da
         yield
     if folder is None:
         return
-    for plate in collected:
+    written = [plate for plate in collected if _is_written(folder, plate, endings, data)]
+    if endings and written:
+        folder.write(f"{FOLDER}/{CAPTIONS}", captions(written, endings))
+
+
+def _is_written(folder: ResultsFolder, plate: Plate, endings: Sequence[str], data: str | None) -> bool:
+    """Write a figure as files; return whether that was done, which one of a user's own may prevent for itself."""
+    try:
         if data:
             _write_numbers(folder, plate)
         for form in endings:
             _write_figure(folder, plate, form)
-    if endings and collected:
-        folder.write(f"{FOLDER}/{CAPTIONS}", captions(collected, endings))
+    except OSError:
+        raise  # no room on the disk, and no fault of the figure
+    except (Exception, SystemExit) as error:  # (what a user's code may raise has no common type)
+        if not plate.own:
+            raise
+        reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
+        warnings.warn(
+            f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}",
+            InputWarning, stacklevel=2,
+        )  # fmt: skip
+        return False
+    return True
 
 
 def _write_figure(folder: ResultsFolder, plate: Plate, form: str) -> None:

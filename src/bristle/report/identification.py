@@ -15,6 +15,7 @@ from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.first_page import answers, facts
 from bristle.report.front import Front
+from bristle.report.further import further_figures
 from bristle.report.judgement import judged
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
@@ -22,16 +23,16 @@ from bristle.report.messages import assumptions_of, message, notes_of, warnings_
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
 from bristle.report.passages import break_away_table, passage_table
-from bristle.report.pictures import identification_pictures
-from bristle.report.prediction import prediction_picture
+from bristle.report.pictures import pictures_on
 from bristle.report.settings import changed_settings, settings_table
-from bristle.report.simulation import following_picture
+from bristle.report.simulation import focus_of
 from bristle.report.verdict import sentences
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.axis import Axis
+    from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
     from bristle.report.living import Living
@@ -48,7 +49,7 @@ def identification_report(
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
     axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
     banner: str | None = None, following: Following | None = None, axis: Axis | None = None,
-    living: Living | None = None,
+    living: Living | None = None, figures: Sequence[ReportFigure] = (),
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -78,6 +79,8 @@ def identification_report(
         The units of its drive.
     living : Living, optional
         What lets its parameters be moved.
+    figures : sequence of ReportFigure
+        A user's own.
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
@@ -86,20 +89,16 @@ def identification_report(
     contradicted = following is not None and following.contradiction is not None
     if simulation is not None and contradicted:
         simulation = _as_recorded(simulation)
-    pictures = identification_pictures(identification, table or (), curve, segments, simulation, following)
-    if simulation is not None:
-        pictures |= following_picture(simulation, following)
-    if prediction is not None:
-        pictures |= prediction_picture(prediction, kind)
-    # A plant on a spring has no friction over velocity: its motion is shown instead.
-    first = pictures["first"] if curve else pictures.pop("prediction", pictures["first"])
+    basis: Facts = {
+        "identification": identification, "fit": fit, "kind": kind, "log": identification.log, "table": table or (),
+        "curve": curve, "passages": segments, "simulation": simulation, "following": following,
+        "prediction": prediction, "focus": None if simulation is None else focus_of(simulation),
+    }  # fmt: skip
+    pictures = pictures_on("identification", basis)
     return render(
         "identification.html",
-        provenance=provenance,
-        command=command,
-        banner=banner,
-        axis_name=axis_name,
-        front=_front(identification, simulation, following, axis_name, axis, first),
+        provenance=provenance, command=command, banner=banner, axis_name=axis_name,
+        front=_front(identification, simulation, following, axis_name, axis, next(iter(pictures["front"]), None)),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit, axis),
         warnings=[*warnings_of(fit), *_contradictions(following)],
@@ -110,8 +109,7 @@ def identification_report(
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
         contradicted=contradicted,
         comparison=comparison_table(identification),
-        by_position=fit.position_rmse is not None,
-        pictures=pictures,
+        by_position=fit.position_rmse is not None, pictures=pictures,
         assumptions=_assumed(fit, prediction),
         settings=settings_table(identification.settings, kind),
         changed_settings=changed_settings(identification.settings),
@@ -121,9 +119,9 @@ def identification_report(
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),
         certificates=certificate_table(fit.name, certificates) if certificates else None,
-        notes=identification.notes,
-        living=living,
-    )
+        notes=identification.notes, living=living,
+        further=further_figures(figures, basis),
+    )  # fmt: skip
 
 
 def _each_once(reasons: Sequence[str]) -> list[str]:
@@ -142,7 +140,7 @@ def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
 
 def _front(
     identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str,
-    axis: Axis | None, figure: Picture,
+    axis: Axis | None, figure: Picture | None,
 ) -> Front:  # fmt: skip
     fit = identification.best
     judgement = judged(fit, identification.settings, following)

@@ -5,7 +5,7 @@ What a person wrote is shown as it is, but for characters that no page may hold:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
@@ -19,6 +19,8 @@ from bristle.report.symbols import worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from bristle.report.further import FurtherFigure
 
 __all__ = ["Picture", "Plate", "picture", "plates", "render"]
 
@@ -34,12 +36,16 @@ class Picture(NamedTuple):
 
 
 class Plate(NamedTuple):
-    """A figure of a page as it is published by itself: its name for a file, the drawing, what it is and its caption."""
+    """A figure of a page as it is published by itself: its name for a file, the drawing, what it is and its caption.
+
+    What draws one of a user's `own` may still fail as it is saved.
+    """
 
     name: str
     figure: Figure
     alternative: str
     caption: str
+    own: bool = False
 
 
 _plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
@@ -57,8 +63,9 @@ def plates() -> Iterator[list[Plate]]:
 
 
 def picture(
-    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = ""
-) -> Picture:
+    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "",
+    own: bool = False,
+) -> Picture:  # fmt: skip
     """Return a figure for a page.
 
     Parameters
@@ -75,16 +82,22 @@ def picture(
         What it is called as a file, where that is not `name`.
     published : str, optional
         The caption where it stands without the page, if that is another one.
+    own : bool
+        Whether it is one of a user's own.
     """
     from bristle.figures import inline_svg
 
     figure = draw()
+    svg = Markup(inline_svg(figure, name, alternative))
     if (collected := _plates.get()) is not None:
-        collected.append(Plate(file or name, figure, alternative, published or caption))
-    return Picture(f"figure-{name}", Markup(inline_svg(figure, name, alternative)), caption)
+        collected.append(Plate(file or name, figure, alternative, published or caption, own))
+    return Picture(f"figure-{name}", svg, caption)
 
 
-def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
+def render(
+    template: str, *, provenance: Mapping[str, str], command: str, banner: str | None,
+    further: Sequence[FurtherFigure] = (), **content: Any,
+) -> str:  # fmt: skip
     """Return the page of a template.
 
     Parameters
@@ -97,13 +110,15 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
         The command that repeats it.
     banner : str or None
         What a reader must know before anything else.
+    further : sequence of FurtherFigure
+        Figures of a user's own, behind all else.
     **content
         What the template itself asks for.
     """
     from bristle.figures.plain import printable
 
     page = _environment().get_template(template)
-    return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
+    return printable(page.render(provenance=provenance, command=command, banner=banner, further=further, **content))
 
 
 def _breakable(text: str) -> Markup:

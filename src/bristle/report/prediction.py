@@ -2,35 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Kind
 from bristle.report.front import length_text
 from bristle.report.fronts.prediction import prediction_front
+from bristle.report.further import further_figures
 from bristle.report.log_facts import log_facts
 from bristle.report.loop_tables import component_table
 from bristle.report.messages import notes_of
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import render
+from bristle.report.pictures import pictures_on
+from bristle.simulation.result import MODES
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
+    from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["metrics_in_words", "prediction_picture", "prediction_report"]
-
-MODES = {
-    "inverse": "the effort, from the measured motion",
-    "closed-loop": "effort and motion, from the reference and the controller of the axis",
-    "open-loop": "the motion, from the measured effort",
-}
+__all__ = ["metrics_in_words", "prediction_report"]
 
 
 def prediction_report(
     prediction: Prediction, *, plant: Model, friction: Model, log: Log, command: str, axis_name: str,
     provenance: Mapping[str, str], banner: str | None = None, own_log: bool = False,
+    figures: Sequence[ReportFigure] = (),
 ) -> str:  # fmt: skip
     """Return the report of a prediction as one HTML page.
 
@@ -52,42 +51,25 @@ def prediction_report(
         What a reader must know before anything else.
     own_log : bool
         Whether the model was fitted to this very log.
+    figures : sequence of ReportFigure
+        A user's own.
     """
-    predicts, pictures = MODES.get(prediction.mode, prediction.mode), prediction_picture(prediction, log.kind)
+    predicts = MODES.get(prediction.mode, prediction.mode)
+    basis: Facts = {"prediction": prediction, "kind": log.kind, "log": log}
+    figure = next(iter(pictures_on("prediction", basis)["front"]), None)
     return render(
         "prediction.html",
         provenance=provenance,
         command=command,
         banner=banner,
-        front=prediction_front(
-            prediction, friction, log, axis_name, predicts, pictures.get("prediction"), own_log=own_log
-        ),
+        front=prediction_front(prediction, friction, log, axis_name, predicts, figure, own_log=own_log),
         axis_name=axis_name,
         metrics=metrics_in_words(prediction),
         notes=(*notes_of(prediction), *log.notes),
         components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
         log=log_facts(log),
+        further=further_figures(figures, basis),
     )
-
-
-def prediction_picture(prediction: Prediction, kind: Kind) -> dict[str, Picture]:
-    """Return the figure of a prediction, where it predicts anything."""
-    if prediction.effort_predicted is None and prediction.position_predicted is None:
-        return {}
-    from bristle.figures import prediction as draw
-
-    return {
-        "prediction": picture(
-            "prediction", lambda: draw(prediction, kind), f"Measured and predicted signals, {prediction.mode} mode",
-            f"The model run on the log in {prediction.mode} mode: {MODES.get(prediction.mode, '')}. Where the light "
-            "line looks out from under the dark one, what was measured is not predicted."
-            + " Shaded: where 95 % of what is measured are expected." * _has_band(prediction),
-        )
-    }  # fmt: skip
-
-
-def _has_band(prediction: Prediction) -> bool:
-    return prediction.half_width is not None or prediction.position_half_width is not None
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:

@@ -18,9 +18,9 @@ __all__ = ["server_page"]
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
-LEFT_OUT = ("draws", "fmu2", "fmu3")  # what takes draws of one's own, or a compiler
 FIRST = ("coulomb_viscous", "stribeck")
 """The models that are ticked at first."""
+FIRST_TARGET = "table"
 
 
 def server_page(limits: Limits) -> tuple[str, str]:
@@ -61,6 +61,9 @@ def _data(limits: Limits) -> str:
     models: list[dict[str, Any]] = [
         {"name": name, "description": model.description, "first": name in FIRST} for name, model in MODELS.items()
     ]
-    targets = [name for name in TARGETS if name not in LEFT_OUT]
+    targets = [
+        {"name": name, "title": target.title or name, "description": target.description, "first": name == FIRST_TARGET}
+        for name, target in TARGETS.items() if not target.needs
+    ]  # fmt: skip
     data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
     return json.dumps(data).replace("<", "\\u003c")

@@ -19,6 +19,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 
 __all__ = [
+    "MODES",
     "Prediction",
     "SimulationResult",
     "Statistics",
@@ -30,6 +31,13 @@ __all__ = [
 
 
 HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
+MODES = {
+    "inverse": "the effort, from the measured motion",
+    "closed-loop": "effort and motion, from the reference and the controller of the axis",
+    "open-loop": "the motion, from the measured effort",
+}
+"""What is predicted in each mode, and from what."""
+
 OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort, rms", "Peak", "Status")
 
 

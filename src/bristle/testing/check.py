@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bristle.core.contracts import Model
 from bristle.core.errors import told_by
+from bristle.core.own_code import place_in_own_code
 
 __all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
 
-Demand = Callable[[Model], Any]
+Demand = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
@@ -67,14 +67,22 @@ class UnmetError(Exception):
         super().__init__(self.fact.detail)
 
 
-def outcome(check: Demand, model: Model) -> Check:
-    """Return what became of a demand on a model."""
+def outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
+    """Return what became of a demand on a model, or what else has a contract; what to do where its code stops."""
     name = check.__name__.replace("_", " ")
     try:
-        return Check(name, True, **asdict(check(model)))
+        return Check(name, True, **asdict(check(subject)))
     except UnmetError as failure:
         return Check(name, False, advice=failure.advice, **asdict(failure.fact))
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
-        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")
+        return Check(
+            name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops
+        )
+
+
+def _told_place(error: BaseException) -> str:
+    """Return where in a user's file it stopped, in brackets; nothing where that is not known."""
+    place = place_in_own_code(error)
+    return f" ({place})" if place else ""

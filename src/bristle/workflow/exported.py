@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -9,11 +10,12 @@ from bristle.core.content import content_of
 from bristle.core.edge import amount
 from bristle.core.variable import Variable
 from bristle.exports.face import NAME, PERIOD, STEP
-from bristle.exports.targets import name_for
+from bristle.exports.target import Target
+from bristle.exports.writing import name_for, target_named
 from bristle.files.toml import TOML_LIMIT
 
 if TYPE_CHECKING:
-    from bristle.exports.targets import Product
+    from bristle.exports.target import Product
     from bristle.files.results import Results
 
 __all__ = ["ExportedModel", "export_model_file"]
@@ -61,7 +63,7 @@ class ExportedModel(NamedTuple):
 
 
 def export_model_file(
-    model: Path, to: str, *, command: str, name: str = NAME, step: str | float = STEP, tunable: bool = False,
+    model: Path, to: str | Target, *, command: str, name: str = NAME, step: str | float = STEP, tunable: bool = False,
     float32: bool = False, axis: Any = None, speed: str | None = None, points: int = 20, log: Any = None,
     draws: int = 0, allow_code: bool = False,
 ) -> ExportedModel:  # fmt: skip
@@ -71,8 +73,8 @@ def export_model_file(
     ----------
     model : Path
         The model file; draws of the identification are looked for beside it.
-    to : str
-        The target, as for `bristle.export`.
+    to : str or Target
+        The name of a target of bristle, or one of a user's own; a file is not loaded here.
     command : str
         What repeats it.
     name : str
@@ -102,7 +104,8 @@ def export_model_file(
         If the file does not serve, the target is unknown, or it cannot hold the model.
     """
     from bristle.exports.described import Source
-    from bristle.exports.targets import Request, files_for
+    from bristle.exports.target import Request
+    from bristle.exports.writing import files_for
     from bristle.files.arrays import read_arrays
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
@@ -113,20 +116,22 @@ def export_model_file(
     from bristle.logs import read_log
     from bristle.testing import admit
 
-    file = content_of(model, limit=TOML_LIMIT)
+    target, file = target_named(to), content_of(model, limit=TOML_LIMIT)
+    drawn: Mapping[str, Any] = {}
     if holds_operator(file):
         exported, offset, _ = read_operator(file)
         plant = None
-        facts, code, drawn = {"uncertainty": {}, "treatment": {}}, (), {}
+        facts, code = {"uncertainty": {}, "treatment": {}}, ()
         beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
     else:
         plant, exported, facts = read_model(file, allow_code=allow_code)
         admit(exported)
         code, beside = origins_of_code([base_of(exported.component)]), ()
-        drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {}) if to == "draws" else {}
+        if target.takes_draws:
+            drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {})
     described = None if axis is None else read_axis(axis)
     recorded = None if log is None else read_log(log, described)
-    source = provenance(command, model=file, log=recorded, code=code)
+    source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
     fastest = (
         float(facts["treatment"].get("velocity_max", 0.0))
         if speed is None
@@ -137,4 +142,4 @@ def export_model_file(
         described, fastest, points, 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, recorded,
         facts, draws, drawn,
     )  # fmt: skip
-    return ExportedModel(to, files_for(to, request), exported.name, source, beside)
+    return ExportedModel(target.name, files_for(target, request), exported.name, source, beside)

@@ -26,6 +26,7 @@ from bristle.workflow.model_in_hand import ModelInHand
 from bristle.workflow.outcome import Outcome, outcome_of
 
 if TYPE_CHECKING:
+    from bristle.figures import ReportFigure
     from bristle.identification.result import Fit
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
@@ -76,6 +77,7 @@ class Identified(ModelInHand, Identification):
         self, *, command: str | None = None, axis_name: str | None = None, progress: Progress | None = None,
         banner: str | None = None, files: Mapping[str, Any] | None = None,
         loop: tuple[SimulationResult | None, Prediction | None, Following | None] | None = None,
+        figures: Sequence[ReportFigure] = (),
     ) -> Outcome:  # fmt: skip
         """Return what follows from the models, with words of one's own.
 
@@ -93,6 +95,8 @@ class Identified(ModelInHand, Identification):
             What was read, by what it is, where it is more than is known here.
         loop : tuple of SimulationResult, Prediction and Following, optional
             Where these were made elsewhere, as on an axis that is simulated.
+        figures : sequence of ReportFigure
+            Your own, for the report.
 
         Returns
         -------
@@ -105,6 +109,7 @@ class Identified(ModelInHand, Identification):
         return outcome_of(
             self, self.axis, provenance=provenance(command or self.call, **read), command=command or self.call,
             axis_name=axis_name or name, progress=progress, banner=banner, loop=loop, axes=texts,
+            figures=tuple(figures),
         )  # fmt: skip
 
     def _axis_texts(self) -> tuple[bytes, ...]:
@@ -113,21 +118,29 @@ class Identified(ModelInHand, Identification):
         texts = [axis_text(_with_columns(axis, log)) for axis, log in zip(self.axes, logs, strict=True)]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
-    def report(self, path: str | PathLike[str]) -> Path:
+    def report(
+        self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()
+    ) -> Path:  # fmt: skip
         """Write the report, one HTML file that needs nothing else.
 
         Parameters
         ----------
         path : path-like
             The file; one that is there is replaced.
+        figures : sequence of ReportFigure or path-like
+            Your own, or the files that define them, which are executed: they stand behind all else.
 
         Returns
         -------
         Path
             The file.
         """
-        file = Path(path)
-        file.write_text(self.outcome.page, encoding="utf-8")
+        file, outcome = Path(path), self.outcome
+        if figures:
+            from bristle.figures.own import figures_named
+
+            outcome = replace(outcome, figures=figures_named(figures, "identify"))
+        file.write_text(outcome.page, encoding="utf-8")
         return file
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:

@@ -18,6 +18,7 @@ from bristle.prediction.drive_table import drive_table, steady_curve
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.contracts import Model
+    from bristle.figures import ReportFigure
     from bristle.files.experiment_text import NextExperiment
     from bristle.files.results import Results
     from bristle.identification.result import Identification
@@ -67,6 +68,8 @@ class Outcome:
         How the axis followed its reference in the log, and whether the simulation agrees.
     axis : Axis or None
         That of the first log: the units of its drive.
+    figures : tuple of ReportFigure
+        A user's own, for the report.
     """
 
     identification: Identification
@@ -82,6 +85,7 @@ class Outcome:
     axes: tuple[bytes, ...] = ()
     following: Following | None = None
     axis: Axis | None = None
+    figures: tuple[ReportFigure, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -103,7 +107,7 @@ class Outcome:
             self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
             certificates=self.certificates, banner=self.banner, following=self.following,
-            axis=self.axis,
+            axis=self.axis, figures=self.figures,
             living=living_part(self.identification, self.axis, self.simulation, self.following),
         )  # fmt: skip
 
@@ -146,7 +150,7 @@ class Outcome:
 def outcome_of(
     identification: Identification, axis: Axis | None = None, *, provenance: Mapping[str, str], command: str,
     axis_name: str, progress: Progress | None = None, banner: str | None = None, axes: tuple[bytes, ...] = (),
-    loop: Loop | None = None,
+    loop: Loop | None = None, figures: tuple[ReportFigure, ...] = (),
 ) -> Outcome:  # fmt: skip
     """Return what follows from an identification.
 
@@ -170,6 +174,8 @@ def outcome_of(
         The axis files as used.
     loop : tuple of SimulationResult, Prediction and Following, optional
         Where these were made elsewhere, as on an axis that is simulated.
+    figures : tuple of ReportFigure
+        A user's own, for the report.
     """
     unfinished, source = identification.unfinished, dict(provenance)
     source |= {"unfinished": unfinished} if unfinished else {}
@@ -178,7 +184,7 @@ def outcome_of(
     certificates, uncertified = _certificates(identification.best.friction)
     return Outcome(
         identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
-        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis,
+        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis, figures,
     )  # fmt: skip
 
 

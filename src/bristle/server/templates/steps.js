@@ -65,10 +65,8 @@ function modelChoices(models) {
 }
 
 function targetChoices(targets) {
-  const words = { c: "C", wasm: "WebAssembly", st: "Structured Text", table: "table for a drive", tf5200: "Beckhoff TF5200", sinumerik: "SINUMERIK", cogging: "cogging", mjcf: "MuJoCo",
-    fmu2: "FMU 2", fmu3: "FMU 3" };
-  return targets.map((name) => {
-    const input = element("input", { type: "radio", name: "target", value: name, checked: name === "table" });
-    return element("label", {}, input, ` ${words[name] ?? name}`);
+  return targets.map(({ name, title, description, first }) => {
+    const input = element("input", { type: "radio", name: "target", value: name, checked: first });
+    return element("label", { title: description }, input, ` ${title}`);
   });
 }

@@ -1,0 +1,36 @@
+"""A target of your own: the friction table of a made-up drive, TOML in the units of its log.
+
+``bristle export results --to own_exporter.py --axis axis.toml --out acme`` writes it. The drive takes 16 entries
+for each direction at most, ascending in speed, and nothing that varies along the travel.
+"""
+
+from bristle.core import InputError
+from bristle.exports import Product, Target
+from bristle.exports.drive import losses, side_of
+from bristle.friction.slots import variations_of
+from bristle.prediction.drive_units import log_units
+
+MOST = 16
+
+
+def write(request):
+    if variations_of(request.model.component):
+        raise InputError("the drive has one table for the whole travel", path="acme", value=request.model.name,
+                         mend="Identify it without +position, +periodic, +load and +temperature")  # fmt: skip
+    velocity, effort = log_units(request.axis, request.model.kind)
+    points = min(request.points, MOST)
+    sides = {
+        name: side_of(request.model, way, request.speed, points) for name, way in (("forward", 1), ("backward", -1))
+    }
+    lines = [f"# {line}" for line in request.source.lines]
+    lines += [f'velocity_unit = "{velocity.name}"', f'effort_unit = "{effort.name}"']
+    for name, side in sides.items():
+        rows = [f"  [{velocity.of(v):.6g}, {effort.of(force):.6g}]," for v, force in side.entries.tolist()]
+        lines += [f"{name} = [", *rows, "]"]
+    notes = losses(request.model, sides["forward"], sides["backward"], effort, symmetric=False)
+    if request.points > MOST:
+        notes = (f"the drive takes {MOST} entries for each direction, not {request.points}", *notes)
+    return Product({f"{request.name}.toml": "\n".join([*lines, ""])}, notes)
+
+
+TARGET = Target(name="acme", description="the friction table of an ACME servo drive, TOML", write=write)

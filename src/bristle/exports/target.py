@@ -1,0 +1,139 @@
+"""What a target of the export is: what it is asked for, what it writes, and how one is declared, ours or a user's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.exports.described import Source
+
+if TYPE_CHECKING:
+    from bristle.exports.law import Law
+    from bristle.logs.log import Log
+
+__all__ = ["Product", "Request", "Target"]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be exported, and how.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    name : str
+        What files, types and functions are called.
+    dt : float
+        Time step [s].
+    source : Source
+        Where the values come from.
+    tunable : bool
+        Whether parameters may be changed at run time.
+    single : bool
+        Whether numbers are of single precision.
+    axis : Axis or None
+        The axis, whose columns tell the units of a table.
+    speed : float
+        Largest speed of a table [m/s or rad/s].
+    points : int
+        Entries of a table, at most; 3 of a ``table`` are gravity and one level for each direction.
+    mass : float
+        What a scene moves [kg or kg*m^2].
+    plant : Model or None
+        What the friction is on, where it is known.
+    log : Log or None
+        Along whose motion a table is compared with the model.
+    info : mapping
+        What a model file tells besides: ``provenance``, which log it was fitted to, and how that was treated,
+        ``treatment``.
+    draws : int
+        How many draws of what was identified.
+    drawn : mapping of str to ndarray
+        Those that the identification left, by name of a parameter.
+    """
+
+    model: Model
+    name: str
+    dt: float
+    source: Source = field(default_factory=Source)
+    tunable: bool = False
+    single: bool = False
+    axis: Axis | None = None
+    speed: float = 0.0
+    points: int = 20
+    mass: float = 1.0
+    plant: Model | None = None
+    log: Log | None = None
+    info: Mapping[str, Any] = field(default_factory=dict)
+    draws: int = 0
+    drawn: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Product:
+    """The files of an export.
+
+    Parameters
+    ----------
+    files : dict of str to str or bytes
+        Content by name.
+    notes : tuple of str
+        What the target loses or does otherwise, a sentence each.
+    """
+
+    files: dict[str, str | bytes]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """A target that a model can be exported to: one file of Python, in `bristle.exports.targets` or of a user's own.
+
+    Parameters
+    ----------
+    name : str
+        What ``--to`` asks for: small letters, digits and underscores.
+    description : str
+        What is written, in one sentence.
+    write : callable
+        ``write(request)``, a `Request`: the `Product`. What it cannot hold it refuses with an `InputError`.
+    title : str
+        What people call it, where that is not its name.
+    write_law : callable or None
+        ``write_law(law, name, source)``: the files of a control law, for a target that holds one.
+    tunable : bool
+        Whether it can leave parameters to be changed at run time.
+    single : bool
+        Whether it can write numbers of single precision.
+    operators : bool
+        Whether it holds a hysteresis operator, too.
+    compares : bool
+        Whether it tells how far it is from the model along a log.
+    takes_draws : bool
+        Whether it writes draws of what was identified.
+    needs : str
+        What it takes besides a model file and an axis file: the served lab offers none of these.
+    """
+
+    name: str
+    description: str
+    write: Callable[[Request], Product]
+    title: str = ""
+    write_law: Callable[[Law, str, Source], dict[str, str | bytes]] | None = None
+    tunable: bool = False
+    single: bool = False
+    operators: bool = False
+    compares: bool = False
+    takes_draws: bool = False
+    needs: str = ""
+
+    @property
+    def module(self) -> str:
+        """The module that defines it."""
+        return self.write.__module__

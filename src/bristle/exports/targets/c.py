@@ -1,0 +1,49 @@
+"""C99: a source that compiles alone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bristle.exports.target import Product, Request, Target
+
+if TYPE_CHECKING:
+    from bristle.exports.described import Source
+    from bristle.exports.law import Law
+
+__all__ = ["TARGET"]
+
+
+def write(request: Request) -> Product:
+    """Return the source, in double precision or in single."""
+    from bristle.exports.c import c_files
+    from bristle.exports.subject import subject_of
+
+    if not request.single:
+        subject = subject_of(request.model)
+        return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
+    from bristle.exports.single import CONSTANTS, TOLERANCE
+
+    subject = subject_of(request.model, CONSTANTS)
+    files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=True)
+    note = f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest force"
+    return Product(dict(files), (note,))
+
+
+def write_law(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
+    """Return the files of a control law."""
+    from bristle.exports.c_law import law_files
+
+    return dict(law_files(law, name, source))
+
+
+TARGET = Target(
+    name="c",
+    title="C",
+    write=write,
+    write_law=write_law,
+    tunable=True,
+    single=True,
+    operators=True,
+    description="C99: a header, a source that compiles alone, an example, and a self-test that proves that the target "
+    "gives the same bits; nothing is compiled here, and no compiler is needed",
+)

@@ -1,0 +1,32 @@
+"""Start values for the friction compensation of a SINUMERIK."""
+
+from __future__ import annotations
+
+from bristle.exports.target import Product, Request, Target
+
+__all__ = ["TARGET"]
+
+
+def write(request: Request) -> Product:
+    """Return the machine data."""
+    from bristle.exports.drive import curve_of, levels_unseen, memory_lost
+    from bristle.exports.sinumerik import sinumerik_text, start_values
+    from bristle.prediction.drive_units import table_units
+
+    forward, backward = [curve_of(request.model, way, request.speed) for way in (1.0, -1.0)]
+    values = start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    notes = (
+        *levels_unseen(request.model, request.source),
+        "start values, to be tuned by the circularity test",
+        *memory_lost(request.model, forward, backward, effort),
+    )
+    return Product({f"{request.name}.txt": sinumerik_text(request.model, values, notes, request.source.lines)}, notes)
+
+
+TARGET = Target(
+    name="sinumerik",
+    title="SINUMERIK",
+    write=write,
+    description="start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test",
+)

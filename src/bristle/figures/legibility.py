@@ -1,0 +1,72 @@
+"""Whether a figure can be read: its axes say what they are and in which unit, and no text lies on another one."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bristle.figures.numbers import names_at
+from bristle.figures.settings import own_settings
+
+__all__ = ["illegible_texts", "texts_of", "unlabelled_axes"]
+
+SLANT = 45.0  # degrees: boxes of parallel slanted texts overlap though their letters do not
+OVERLAP = 1.0  # pixel
+
+
+def unlabelled_axes(figure: Figure) -> list[str]:
+    """Return which axes do not say what they are and in which unit, a sentence each.
+
+    An axis whose numbers another panel shows has no label of its own, and one with names in place of numbers no unit.
+    """
+    return [fault for axes in figure.axes if axes.get_visible() and axes.axison for fault in _faults_of(axes)]
+
+
+def _faults_of(axes: Axes) -> list[str]:
+    faults = []
+    for word, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+        label = axis.get_label().get_text()
+        shows_numbers = any(tick.label1.get_visible() for tick in axis.get_major_ticks())
+        if not label and shows_numbers:
+            faults.append(f"an axis {word} has no label")
+        if label and not re.search(r"\[[^\]]+\]$", label) and not names_at(axis):
+            faults.append(f"the axis {word}, {label!r}, has no unit")
+    return faults
+
+
+def texts_of(figure: Figure) -> list[tuple[Any, Any]]:
+    """Return all texts that a figure shows, each with its box in pixels."""
+    with own_settings():
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        texts: list[Any] = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+        for axes in figure.axes:
+            texts += [*axes.texts, *(getattr(axes, name) for name in ("title", "_left_title", "_right_title"))]
+            legend = axes.get_legend()
+            texts += [] if legend is None else legend.get_texts()
+            for axis in (axes.xaxis, axes.yaxis):
+                low, high = sorted(axis.get_view_interval())
+                ticks = [tick for tick in axis.get_major_ticks() if low - 1e-9 <= tick.get_loc() <= high + 1e-9]
+                texts += [axis.label, *(tick.label1 for tick in ticks if tick.label1.get_visible())]
+        visible = [text for text in texts if text.get_text() and text.get_visible()]
+        return [(text, text.get_window_extent(canvas.get_renderer())) for text in visible]
+
+
+def illegible_texts(figure: Figure) -> list[str]:
+    """Return which texts lie on one another or outside of the figure, a sentence each."""
+    texts, page = texts_of(figure), figure.bbox
+    faults = []
+    for (first, box), (second, beside) in itertools.combinations(texts, 2):
+        wide, tall = min(box.x1, beside.x1) - max(box.x0, beside.x0), min(box.y1, beside.y1) - max(box.y0, beside.y0)
+        slanted = first.get_rotation() == second.get_rotation() == SLANT
+        if not slanted and wide > OVERLAP and tall > OVERLAP:
+            faults.append(f"{first.get_text()!r} and {second.get_text()!r} overlap")
+    for text, box in texts:
+        if min(box.x0, box.y0) < -OVERLAP or max(box.x1 - page.x1, box.y1 - page.y1) > OVERLAP:
+            faults.append(f"{text.get_text()!r} lies outside of the figure")
+    return faults

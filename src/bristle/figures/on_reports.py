@@ -1,0 +1,90 @@
+"""Which figure stands on which report, and where: a line each, in the order of the page.
+
+A figure is a module of this folder with a `FIGURE`, and its line below; the section is one that the template of the
+report has. To be drawn elsewhere too, as from a notebook, its function is named in ``__init__``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import NamedTuple
+
+from bristle.figures.report_figure import Facts, ReportFigure
+
+__all__ = ["REPORTS", "Place", "names_on_reports"]
+
+
+def _always(facts: Facts) -> bool:
+    return True
+
+
+def _by_position(facts: Facts) -> bool:
+    """Return whether a model was fitted to the position: then its prediction is what tells how well."""
+    return facts["fit"].position_rmse is not None
+
+
+def _has_curve(facts: Facts) -> bool:
+    """Return whether there is friction over velocity: of a plant on a spring its motion is shown instead."""
+    return bool(facts["curve"]) or not Place("front", "prediction").figure.applies_to(facts)
+
+
+class Place(NamedTuple):
+    """Where a figure stands.
+
+    Parameters
+    ----------
+    section : str
+        Part of the page.
+    module : str
+        The module of this folder that defines it.
+    condition : callable
+        Whether it stands there, by what the report rests on.
+    """
+
+    section: str
+    module: str
+    condition: Callable[[Facts], bool] = _always
+
+    @property
+    def figure(self) -> ReportFigure:
+        """The figure."""
+        return import_module(f"bristle.figures.{self.module}").FIGURE
+
+    def is_taken(self, facts: Facts) -> bool:
+        """Return whether the figure stands there on a report that rests on these facts."""
+        return self.condition(facts) and self.figure.applies_to(facts)
+
+
+REPORTS: dict[str, tuple[Place, ...]] = {
+    "identification": (
+        Place("front", "first_page", _has_curve),
+        Place("front", "prediction", lambda facts: not _has_curve(facts)),
+        Place("drive", "drive_table"),
+        Place("following", "following_error"),
+        Place("position", "prediction", lambda facts: _has_curve(facts) and _by_position(facts)),
+        Place("fit", "parameters"),
+        Place("fit", "effort_over_time"),
+        Place("fit", "friction_over_velocity"),
+        Place("fit", "residuals"),
+        Place("fit", "correlation"),
+        Place("fit", "prediction", lambda facts: _has_curve(facts) and not _by_position(facts)),
+        Place("models", "model_comparison"),
+        Place("log", "passages"),
+    ),
+    "prediction": (Place("front", "prediction"),),
+    "simulation": (
+        Place("front", "open_loop"),
+        Place("front", "at_reversal"),
+        Place("variants", "following_error"),
+    ),
+    "log": (Place("front", "passages"),),
+}
+"""The figures of a report, by the name of its template."""
+
+
+@cache
+def names_on_reports() -> frozenset[str]:
+    """Return what the figures of these reports are called as files."""
+    return frozenset(place.figure.name for places in REPORTS.values() for place in places)

@@ -1,0 +1,45 @@
+"""What a file of a user's own defines under a name: a model, a reader of logs, a target of the export, a figure."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from bristle.core.content import Readable, content_of
+from bristle.core.errors import InputError
+from bristle.files.permission import CODE_LIMIT
+from bristle.files.user_model import SourceText
+
+__all__ = ["declared_in"]
+
+Declared = TypeVar("Declared")
+
+
+def declared_in(path: Readable, name: str, family: type[Declared], *, title: str, mend: str) -> Declared:
+    """Return what a Python file defines under a name.
+
+    Parameters
+    ----------
+    path : path-like, bytes, file object or Content
+        The file. It is executed.
+    name : str
+        The name, such as ``TARGET``.
+    family : type
+        What it must be.
+    title : str
+        What people call it, with its article, for the message.
+    mend : str
+        How such a file ends.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or run, or defines no such thing.
+    """
+    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    declared = getattr(SourceText(content).module(), name, None)
+    if not isinstance(declared, family):
+        raise InputError(
+            f"defines no {title}", path=str(content.source), mend=mend,
+            value=None if declared is None else type(declared).__name__,
+        )  # fmt: skip
+    return declared

@@ -1,0 +1,207 @@
+"""The contract of a figure for reports, ours or a user's: what it draws of small results on both kinds of axis."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.lazy import cached_property
+from bristle.core.variable import KINDS, Kind
+from bristle.testing.check import Check, Fact, UnmetError, outcome
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bristle.figures.report_figure import Facts, ReportFigure
+
+__all__ = ["FIGURE_CHECKS", "check_figure", "example_facts"]
+
+SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
+FORMS = ("svg", "pdf", "png")
+ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
+
+
+@cache
+def example_facts(kind: Kind) -> Facts:
+    """Return small results of a made-up axis of this kind, as reports have them: what every figure is tried with.
+
+    Parameters
+    ----------
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    from bristle.identification import identify
+    from bristle.logs.log import Log
+    from bristle.prediction import predict
+
+    t = STEP * np.arange(SAMPLES)
+    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
+    velocity = np.gradient(position, t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    effort += 0.2 * np.random.default_rng(1).normal(size=t.size)
+    log = Log.from_columns({"time": t, "position": position, "effort": effort, "velocity": velocity}, kind=kind)
+    identification = identify(log, "viscous,coulomb_viscous", draws=0)
+    best = identification.best
+    return {
+        "identification": identification, "log": log, "simulation": _simulated(kind),
+        "prediction": predict(best.plant, best.friction, log, None, "inverse"),
+    }  # fmt: skip
+
+
+def _simulated(kind: Kind) -> Any:
+    """Return a loop with and without friction fed forward, computed without the compiler."""
+    from bristle.engine import interpreted
+    from bristle.files.experiment import experiment_from
+    from bristle.files.sources import Sources
+    from bristle.simulation import simulate
+
+    friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
+    described = {
+        "schema": 1, "kind": kind, "name": "example", "plant": {"model": "inertia", "M": 12.0}, "friction": friction,
+        "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
+        "reference": {"model": "sine", "amplitude": 0.01, "frequency": 5.0},
+        "run": {"duration": 0.5, "sample_time": STEP, "settle": 0.1},
+        "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}},
+    }  # fmt: skip
+    with interpreted():
+        return simulate(experiment_from(described, Path("example.toml"), Sources(Path())))
+
+
+def check_figure(figure: ReportFigure) -> list[Check]:
+    """Run the contract suite on a figure of a user's own.
+
+    Parameters
+    ----------
+    figure : ReportFigure
+        The figure.
+
+    Returns
+    -------
+    list of Check
+        One for each demand, in order; where nothing is drawn, the others are not tried.
+    """
+    results: list[Check] = []
+    trial = _Trial(figure)
+    for check in FIGURE_CHECKS:
+        results.append(outcome(check, trial, ADVICE))
+        if not results[-1].passed and check in FORM:
+            break
+    return results
+
+
+class _Trial:
+    """A figure, and what it draws of the results of each kind of axis."""
+
+    def __init__(self, figure: ReportFigure) -> None:
+        self.figure = figure
+
+    @cached_property
+    def drawn(self) -> Mapping[Kind, Figure]:
+        """The figures, by kind of axis."""
+        return {kind: self.draw(kind) for kind in KINDS}
+
+    def draw(self, kind: Kind) -> Figure:
+        """Return the figure of this kind of axis, drawn anew."""
+        from bristle.figures.own import draw_own
+
+        return draw_own(self.figure, example_facts(kind))
+
+    def refuse(self, faults_of: Callable[[Figure], list[str]], advice: str) -> None:
+        """Refuse the first fault that is found in what is drawn."""
+        for kind, drawing in self.drawn.items():
+            for fault in faults_of(drawing):
+                raise UnmetError(f"{fault} ({kind} axis)", advice)
+
+
+def described_figure(trial: _Trial) -> Fact:
+    """Say under which title it stands, what to see in it, and what it is for people who cannot see it."""
+    for part in ("title", "alternative"):
+        if "\n" in getattr(trial.figure, part).strip():
+            raise UnmetError(f"{part} has several lines", "Write it in one line")
+    if not str(trial.figure.caption).rstrip().endswith((".", "!", "?")):
+        raise UnmetError("the caption is no sentence", "Say in whole sentences what to see in it")
+    return Fact(f"takes {', '.join(trial.figure.needs)}")
+
+
+def draws_each_kind(trial: _Trial) -> Fact:
+    """Draw the results of both kinds of axis, which stay as they are."""
+    return Fact(f"{sum(len(drawing.axes) for drawing in trial.drawn.values())} panels")
+
+
+def shows_numbers(trial: _Trial) -> Fact:
+    """Show numbers: lines, points or areas in the units of the axes, which are written as CSV, too."""
+    from bristle.figures import numbers_of
+
+    counts = {
+        kind: sum(int(np.isfinite(stroke).all(axis=1).sum()) for panel in numbers_of(drawing)
+                  for _, drawn in panel.drawn for stroke in drawn.strokes)
+        for kind, drawing in trial.drawn.items()
+    }  # fmt: skip
+    for kind, count in counts.items():
+        if count < 2:
+            raise UnmetError(f"nothing is drawn ({kind} axis)", "Plot into the axes of the figure that is returned")
+    return Fact(f"{sum(counts.values())} points")
+
+
+def labelled_axes(trial: _Trial) -> Fact:
+    """Say at each axis what it is and in which unit, which is that of the kind of axis."""
+    from bristle.figures.legibility import unlabelled_axes
+
+    trial.refuse(unlabelled_axes, "Take scale.label(word) of bristle.figures.labels: Position [mm]")
+    return Fact()
+
+
+def legible_texts(trial: _Trial) -> Fact:
+    """Let no text lie on another one, or outside of the figure."""
+    from bristle.figures.legibility import illegible_texts
+
+    trial.refuse(illegible_texts, "Give style.panels more height or room at that side, or write less")
+    return Fact()
+
+
+def same_figure_twice(trial: _Trial) -> Fact:
+    """Draw the same figure when it is asked again, to the byte."""
+    from bristle.figures import inline_svg
+
+    first, again = (inline_svg(drawing, "trial", "") for drawing in (trial.drawn[KINDS[0]], trial.draw(KINDS[0])))
+    if first != again:
+        raise UnmetError("the second drawing differs", "Draw nothing random, no date, and no set in its own order")
+    return Fact(f"{len(first)} bytes")
+
+
+def saved_in_each_form(trial: _Trial) -> Fact:
+    """Let itself be saved in every form that figures are published in."""
+    from bristle.figures import figure_file
+
+    sizes = {form: len(figure_file(trial.drawn[KINDS[0]], form, trial.figure.title)) for form in FORMS}
+    return Fact(", ".join(f"{form} {size} bytes" for form, size in sizes.items()))
+
+
+def nothing_left_open(trial: _Trial) -> Fact:
+    """Leave no figure open: pyplot keeps each that it makes until it is closed."""
+    from bristle.figures import style
+
+    before = _open_figures()
+    style.styled(trial.figure.draw)(*trial.figure.arguments(example_facts(KINDS[0])))
+    left = _open_figures() - before
+    if left:
+        for number in left:
+            sys.modules["matplotlib.pyplot"].close(number)
+        raise UnmetError("pyplot keeps the figure", "Make it by bristle.figures.style.panels, not by pyplot")
+    return Fact()
+
+
+def _open_figures() -> set[int]:
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    return set() if pyplot is None else set(pyplot.get_fignums())
+
+
+FORM = (described_figure, draws_each_kind)
+FIGURE_CHECKS = (
+    *FORM, shows_numbers, labelled_axes, legible_texts, same_figure_twice, saved_in_each_form, nothing_left_open,
+)  # fmt: skip

@@ -1,0 +1,188 @@
+"""The contract of a target of the export, ours or a user's: what it writes of models that differ in what they hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle import friction
+from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
+from bristle.exports.described import Source
+from bristle.exports.target import Product, Request, Target
+from bristle.exports.writing import checked_product
+from bristle.files.axis import axis_from
+from bristle.plants import inertia
+from bristle.plants.terms import with_terms
+from bristle.testing.check import Check, Fact, UnmetError, outcome
+
+__all__ = ["TARGET_CHECKS", "check_target", "example_requests"]
+
+STEP = 1e-3  # [s]
+LONGEST_NOTE = 400  # letters
+FEWEST_LETTERS = 4  # of a folder by which a machine is known: "/" is in every text
+REFUSE = "Refuse what it cannot hold: raise InputError(message, path=..., mend=...) from bristle.core"
+AXIS = {
+    "schema": 1, "kind": "translational", "columns": {
+        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
+        "effort": {"column": "u", "unit": "A"},
+    },
+    "effort": {"force_constant": "50 N/A", "rated": "200 N"},
+    "controller": {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "T_n": "20 ms"},
+}  # fmt: skip
+
+
+class _Trial:
+    """A target, and what it wrote of the models when it was asked the first time, and again."""
+
+    def __init__(self, target: Target) -> None:
+        self.target = target
+
+    @cached_property
+    def first(self) -> _Written:
+        """Products by model, and what was refused."""
+        return _tried(self.target)
+
+    @cached_property
+    def again(self) -> _Written:
+        """The same, a second time."""
+        return _tried(self.target)
+
+
+@cache
+def example_requests() -> Mapping[str, Request]:
+    """Return what every target is tried with: models of both kinds of axis, with an axis file and without, by name."""
+    drawn = {name: np.linspace(low, low + 1.0, 20) for name, low in (("F_C", 7.5), ("F_v", 29.5))}
+    source = Source({"model": "model.toml", "command": "bristle export model.toml"}, {"F_C": {"interval": (7.0, 9.0)}})
+    cogging = with_terms(inertia, cogging={"motor": [6]})(
+        kind="rotational", M=1e-3, motor_turn=2.0 * math.pi, motor_6_cos=1e-2, motor_6_sin=2e-2
+    )  # fmt: skip
+    stribeck = friction.with_slots(friction.stribeck, ["asymmetry"])(
+        F_C_pos=8.0, F_C_neg=7.0, F_S_pos=11.0, F_S_neg=10.0, v_S=4e-3, F_v_pos=30.0, F_v_neg=28.0,
+        offset=1.5,
+    )  # fmt: skip
+    lugre = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
+    return {
+        "coulomb_viscous": Request(
+            friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2, drawn=drawn
+        ),
+        "stribeck+asymmetry with an axis file": Request(
+            stribeck, "axis_x", STEP, axis=axis_from(AXIS), speed=0.2, points=10, plant=inertia(M=20.0)
+        ),
+        "lugre, rotational, on a motor that cogs": Request(lugre, "axis_x", STEP, speed=5.0, plant=cogging),
+        "coulomb_viscous without a speed": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP),
+    }  # fmt: skip
+
+
+def check_target(target: Target) -> list[Check]:
+    """Run the contract suite on a target of the export.
+
+    Parameters
+    ----------
+    target : Target
+        Of bristle or of a user's own.
+
+    Returns
+    -------
+    list of Check
+        One for each demand, in order; where nothing is written, the others are not tried.
+    """
+    results: list[Check] = []
+    trial = _Trial(target)
+    for check in TARGET_CHECKS:
+        results.append(outcome(check, trial, REFUSE))
+        if not results[-1].passed and check in FORM:
+            break
+    return results
+
+
+def described_target(trial: _Trial) -> Fact:
+    """Say in one line what is written."""
+    if not trial.target.description.strip() or "\n" in trial.target.description.strip():
+        raise UnmetError(f"the description is {trial.target.description!r:.60}", "Say in one line what is written")
+    return Fact(trial.target.description)
+
+
+def writes_or_refuses(trial: _Trial) -> Fact:
+    """Write each model or refuse it with an `InputError`, and write one of them at least."""
+    written, refused = trial.first
+    if not written:
+        name, error = next(iter(refused.items()))
+        raise UnmetError(f"it refuses every model: {name}, {error}", "Let it write one of the models tried")
+    words = "".join(f"; refuses {name}" for name in refused)
+    return Fact(f"{len(written)} of {len(written) + len(refused)} models{words}")
+
+
+def results_of_export(trial: _Trial) -> Fact:
+    """Give files with plain names, text or bytes, and notes."""
+    written = trial.first.products
+    for product in written.values():
+        try:
+            checked_product(product, trial.target)
+        except InputError as error:
+            raise UnmetError(str(error)) from None
+    names = dict.fromkeys(name for product in written.values() for name in product.files)
+    return Fact(", ".join(names))
+
+
+def same_bytes_twice(trial: _Trial) -> Fact:
+    """Write the same bytes when it is asked again: results are compared by their checksums."""
+    written, again = trial.first.products, trial.again.products
+    for model, product in written.items():
+        for name, content in product.files.items():
+            if model not in again or again[model].files.get(name) != content or again[model].notes != product.notes:
+                raise UnmetError(f"{name} of {model} has other content the second time",
+                                 "Write no date, no counter, nothing random, and no set in its own order")  # fmt: skip
+    return Fact(f"{sum(len(product.files) for product in written.values())} files")
+
+
+def names_no_folder(trial: _Trial) -> Fact:
+    """Name no folder of this machine: what is exported is mailed."""
+    places = [str(place) for place in (Path.home(), Path.cwd()) if len(str(place)) >= FEWEST_LETTERS]
+    written = trial.first.products
+    for product in written.values():
+        for name, content in product.files.items():
+            text = content if isinstance(content, str) else content.decode("latin-1")
+            place = next((place for place in places if place in text), None)
+            if place is not None:
+                raise UnmetError(f"{name} names {place}", "Take what request.source.lines tells of files: their names")
+    return Fact()
+
+
+def notes_in_words(trial: _Trial) -> Fact:
+    """Tell in notes what is lost: one line each, in words."""
+    written = trial.first.products
+    notes = [note for product in written.values() for note in product.notes]
+    for note in notes:
+        if not note.isprintable() or len(note.split()) < 2 or len(note) > LONGEST_NOTE:
+            raise UnmetError(f"a note is {note!r:.60}",
+                             f"Write each in one line of {LONGEST_NOTE} letters at most, in words")  # fmt: skip
+    return Fact(f"{len(notes)} notes")
+
+
+FORM = (described_target, writes_or_refuses, results_of_export)
+TARGET_CHECKS = (*FORM, same_bytes_twice, names_no_folder, notes_in_words)
+
+
+class _Written(NamedTuple):
+    """What a target wrote, and what it refused, by model."""
+
+    products: dict[str, Product]
+    refused: dict[str, InputError]
+
+
+def _tried(target: Target) -> _Written:
+    """Return what a target writes of the models, and what it refuses."""
+    written: dict[str, Product] = {}
+    refused: dict[str, InputError] = {}
+    for name, request in example_requests().items():
+        try:
+            written[name] = target.write(request)
+        except InputError as error:
+            refused[name] = error
+    return _Written(written, refused)

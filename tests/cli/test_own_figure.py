@@ -1,0 +1,206 @@
+"""``--figure my_figure.py``: a figure of a person's own on the report, and one that fails costs nothing but itself."""
+
+import csv
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.cli.conftest import written_in
+
+from bristle.files.arrays import read_arrays
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
+PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--out", "run")
+IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
+RUN = ("run", "experiment.toml", "--out", "run")
+OWN = """import sys
+from matplotlib.figure import Figure
+from bristle.figures import ReportFigure, style
+from bristle.figures.drawing import Drawing
+
+
+def draw({takes}):
+    figure, ((axes,),) = style.panels(2.0)
+    axes.plot([0.0, 1.0], [0.0, 2.0])
+    axes.set_xlabel("Time [s]")
+    axes.set_ylabel("Force [N]")
+    {line}
+    return figure
+
+
+FIGURE = ReportFigure(
+    name="mine", title="A <title>", caption="What to see.", alternative="what it is", takes="{takes}", draw=draw)
+"""
+LINE = 12  # of what differs
+
+
+def own(line="axes.grid(True)", takes="prediction", name="mine.py", **parts):
+    text = OWN.format(line=line, takes=takes)
+    for part, value in parts.items():
+        text = re.sub(rf"\b{part}=\"[^\"]*\"", f"{part}={value!r}", text)
+    Path(name).write_text(text, encoding="utf-8")
+    return "--figure", name
+
+
+def page():
+    return Path("run/report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("command", "takes"), [(PREDICT, "prediction"), (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification")]
+)
+def test_it_stands_behind_the_others_and_among_the_files(bristle, place, command, takes):
+    found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")
+    assert found.code == 0, found.err
+    text = page()
+    behind = text.split('<h2 id="further">')[1]
+    assert "<h3>A &lt;title&gt;</h3>" in behind
+    assert '<figure id="figure-own-mine">' in behind
+    assert "<figcaption>What to see.</figcaption>" in behind
+    assert 'aria-label="what it is"' in behind
+    with Path("run/figures/mine.csv").open(encoding="utf-8") as file:
+        head, first, second = csv.reader(file)
+    assert (head[4:], first[4:], second[4:]) == (["Time [s]", "Force [N]"], ["0", "0"], ["1", "2"])
+    assert Path("run/figures/mine.svg").is_file()
+    assert r"\label{fig:mine}" in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+    assert found.data["provenance"]["figure"] == "mine.py"
+    assert len(found.data["provenance"]["figure_sha256"]) == 64
+    assert text.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 1
+
+
+def test_without_one_there_is_no_such_section(bristle, place):
+    assert bristle(*PREDICT).code == 0
+    assert 'id="further"' not in page()
+
+
+def test_the_example_shows_the_residual_along_the_travel(bristle, place):
+    shutil.copy(EXAMPLE, "own_figure.py")
+    found = bristle(*IDENTIFY, "--figure", "own_figure.py", "--data", "csv")
+    assert found.code == 0, found.err
+    with Path("run/figures/residual_over_position.csv").open(encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    assert head[4:] == ["Position [mm]", "Residual, mean [N]"]
+    assert {row[1] for row in rows} == {"forward", "backward"}
+    places = [float(row[4]) for row in rows]
+    assert -51.0 < min(places) < -45.0
+    assert 45.0 < max(places) < 51.0
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("1 / 0", f"mine.py, line {LINE}: the figure mine is not drawn: ZeroDivisionError: division by zero"),
+        ("sys.exit(3)", f"mine.py, line {LINE}: the figure mine is not drawn: SystemExit: 3"),
+        ("figure = None", "mine: the figure mine is not drawn: InputError: mine: returned a NoneType and no Figure"),
+        ("axes.text(0, 0, '$\\\\frac{$', parse_math=True)", "mine: the figure mine is not drawn: ValueError"),
+    ],
+)
+def test_one_that_fails_costs_nothing_but_itself_and_is_told(bristle, place, line, said):
+    assert bristle(*PREDICT, "--format", "svg").code == 0
+    before = written_in("run"), written_in_figures()
+    found = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
+    assert found.code == 0
+    assert f"warning: {said}" in found.err
+    assert "The results are whole without it" in found.err
+    assert found.err.count("the figure mine is not") == 1
+    assert (written_in("run"), written_in_figures()) == before
+    assert said.replace("'", "&#39;") in page()
+    assert "fig:mine" not in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+
+
+def written_in_figures():
+    return {file.name for file in Path("run/figures").iterdir()}
+
+
+def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, place):
+    body = "figure.__class__ = Bad"
+    option = own(body)
+    bad = (
+        "class Bad(Drawing):\n    def savefig(self, file, **options):\n        if options['format'] == 'pdf':\n"
+        "            raise ValueError('no pdf')\n        super().savefig(file, **options)\n\n\ndef draw("
+    )
+    Path("mine.py").write_text(Path("mine.py").read_text().replace("def draw(", bad))
+    found = bristle(*PREDICT, *option, "--format", "svg", "--format", "pdf")
+    assert found.code == 0
+    assert "mine.py, line 10: the figure mine is not written as a file: ValueError: no pdf" in found.err
+    assert {"prediction.svg", "prediction.pdf", "mine.svg"} <= written_in_figures()
+    assert "mine.pdf" not in written_in_figures()
+    assert "fig:mine" not in Path("run/figures/captions.tex").read_text(encoding="utf-8")
+    assert 'id="figure-own-mine"' in page()
+
+
+def test_it_cannot_change_the_results(bristle, place):
+    assert bristle(*IDENTIFY).code == 0
+    before = read_arrays(Path("run"), "traces")
+    option = own("identification.best.traces.measured[:] = 0.0", "identification")
+    found = bristle(*IDENTIFY, *option, "--force")
+    assert found.code == 0
+    assert f"mine.py, line {LINE}: the figure mine is not drawn: ValueError: assignment destination is" in found.err
+    after = read_arrays(Path("run"), "traces")
+    assert all(np.array_equal(before[name], after[name]) for name in before)
+
+
+def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, place):
+    axis = Path("axis.toml").read_text(encoding="utf-8")
+    Path("axis.toml").write_text(axis[: axis.index("[controller]")], encoding="utf-8")
+    found = bristle(*IDENTIFY, *own(takes="simulation"))
+    assert found.code == 0
+    assert "the figure mine is not drawn: this report has no simulation" in found.err
+
+
+@pytest.mark.parametrize(
+    ("command", "parts", "said"),
+    [
+        (RUN, {"takes": "prediction"}, "what the report of run has not; found 'prediction', allowed simulation"),
+        (PREDICT, {"takes": "identification"}, "Use it with bristle identify"),
+        (PREDICT, {"takes": "model"}, "from what no report has; found 'model'"),
+        (PREDICT, {"name": "prediction"}, "a name that it cannot have; found 'prediction'"),
+        (PREDICT, {"name": "../mine"}, "a name that it cannot have"),
+        (PREDICT, {"caption": " "}, "its figure has no caption"),
+        (PREDICT, {"title": ""}, "its figure has no title"),
+        (PREDICT, {"alternative": ""}, "its figure has no alternative"),
+    ],
+)
+def test_one_that_cannot_be_drawn_is_refused_before_any_work(bristle, place, command, parts, said):
+    own(**{key: value for key, value in parts.items() if key == "takes"})
+    text = Path("mine.py").read_text()
+    for part, value in parts.items():
+        text = re.sub(rf"(FIGURE = (?:.|\n)*?\b{part}=)\"[^\"]*\"", lambda m, value=value: m[1] + repr(value), text)
+    Path("mine.py").write_text(text)
+    ended = bristle(*command, "--figure", "mine.py")
+    assert ended.code == 2
+    assert said in ended.err
+    assert "mine.py" in ended.err
+    assert not Path("run").exists()
+
+
+def test_what_does_not_go_together_is_refused(bristle, place):
+    option = own()
+    assert "--figure: needs a folder to write into. Add --out DIR" in bristle(*PREDICT[:-2], *option).err
+    shutil.copy("mine.py", "again.py")
+    twice = bristle(*PREDICT, *option, "--figure", "again.py")
+    assert twice.code == 2
+    assert "another figure has this name, too; found 'mine'" in twice.err
+    none = bristle(*PREDICT, "--figure", "own.py")
+    assert none.code == 2
+    assert "own.py: defines no figure. End the file with FIGURE" in none.err
+    assert bristle(*IDENTIFY, *option, "--each").code == 2
+
+
+def test_naming_it_allows_its_code_and_check_tries_it(bristle, place):
+    from bristle.core.content import content_of
+    from bristle.files.permission import is_allowed
+
+    own("axes.set_title('allowed')")
+    checksum = content_of("mine.py").checksum
+    assert not is_allowed(checksum)
+    found = bristle("check", "mine.py", "--json")
+    assert (found.code, found.data["model"]) == (0, "mine")
+    assert is_allowed(checksum)
+    own("axes.set_ylabel('Force')")
+    failed = bristle("check", "mine.py")
+    assert failed.code == 1
+    assert "The contract of a figure: mine" in failed.out
+    assert "labelled axes: the axis y, 'Force', has no unit (translational axis)." in failed.err

@@ -1,0 +1,63 @@
+"""``bristle export --to my_target.py``: a target of a person's own is used, told and refused as those of bristle."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.cli.conftest import written_in
+from tests.exports.test_targets import EXAMPLE, own
+
+
+def test_a_target_of_ones_own_is_used_as_those_of_bristle(bristle, place):
+    shutil.copy(EXAMPLE, "own_exporter.py")
+    line = ("export", "model.toml", "--to", "own_exporter.py", "--speed", "200 mm/s", "--axis", "axis.toml")
+    found = bristle(*line, "--name", "knee", "--out", "out", "--json")
+    assert (found.code, found.data["target"], found.data["files"]) == (0, "acme", ["knee.toml"])
+    assert found.data["provenance"]["target"] == "own_exporter.py"
+    assert len(found.data["provenance"]["target_sha256"]) == 64
+    assert written_in("out") == {"knee.toml", "summary.json"}
+    told = bristle(*line, "--out", "other")
+    assert told.code == 0
+    assert "Note: the drive takes 16 entries" in told.out
+    assert bristle(*line, "--out", "out").code == 2  # it is there already
+    assert bristle(*line, "--tunable", "--out", "third").err.count("acme: has no parameters that may be changed") == 1
+    assert not Path("third").exists()
+
+
+def test_a_target_that_stops_leaves_nothing_and_tells_its_line(bristle, place):
+    own(place, "1 // 0")
+    ended = bristle("export", "model.toml", "--to", "mine.py", "--out", "out")
+    assert ended.code == 2
+    assert "mine.py, line 3: stops with ZeroDivisionError" in ended.err
+    assert "bristle check mine.py" in ended.err
+    assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("TARGET =", "TARGETS =", "defines no target of the export"),
+        ("name='mine'", "name='c'", "a name that it cannot have; found 'c'"),
+        ("name='mine'", "name='My drive'", "a name that it cannot have"),
+        ("description='something'", "description=' '", "does not say what its target is"),
+        ("write=write", "write=None", "writes nothing"),
+    ],
+)
+def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):
+    file = own(place)
+    file.write_text(file.read_text().replace(old, new))
+    ended = bristle("export", "nowhere.toml", "--to", "mine.py", "--out", "out")
+    assert ended.code == 2
+    assert said in ended.err
+    assert "mine.py" in ended.err
+
+
+def test_check_runs_the_contract_of_a_target(bristle, place):
+    own(place)
+    found = bristle("check", "mine.py", "--json")
+    assert (found.code, found.data["model"], found.data["passed"]) == (0, "mine", True)
+    own(place, "Product({'a.txt': 'a'}, ('note',))")
+    failed = bristle("check", "mine.py")
+    assert failed.code == 1
+    assert "The contract of a target of the export: mine" in failed.out
+    assert "notes in words: a note is 'note'" in failed.err

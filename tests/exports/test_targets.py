@@ -1,0 +1,164 @@
+"""Targets of the export: each is a file and a name, and meets the contract; one of a user's own does as they do."""
+
+import json
+import pkgutil
+import re
+import warnings
+from pathlib import Path
+
+import pytest
+
+import bristle as br
+from bristle.cli.main import main
+from bristle.exports import TARGETS, Product, Target, load_target_file, targets
+from bristle.server.limits import Limits
+from bristle.server.page import server_page
+from bristle.testing import check_target
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "own_exporter.py"
+HEAD = "from bristle.exports import Product, Target\n"
+WRITES = "def write(request):\n    return {}\n\n\nTARGET = Target(name='mine', description='something', write=write)\n"
+GOOD = "Product({request.name + '.txt': 'ok'}, ('a note on it',))"
+
+
+def own(folder, result=GOOD, before=""):
+    file = folder / "mine.py"
+    file.write_text(before + HEAD + WRITES.format(result), encoding="utf-8")
+    return file
+
+
+# --- those of bristle -------------------------------------------------------------------------------------------
+
+
+def test_each_file_of_the_folder_is_a_target_with_its_name():
+    files = {module.name for module in pkgutil.iter_modules(targets.__path__)}
+    assert files == set(TARGETS)
+    assert [target.name for target in TARGETS.values()] == list(TARGETS)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith("fmu")) for name in TARGETS]
+)
+def test_each_target_meets_the_contract(name):
+    assert [check for check in check_target(TARGETS[name]) if not check.passed] == []
+
+
+def test_what_a_target_is_not_able_to_do_is_refused_with_those_that_are(tmp_path):
+    model = br.friction.coulomb(F_C=1.0)
+    for options, able in (
+        ({"tunable": True}, {name for name, target in TARGETS.items() if target.tunable}),
+        ({"float32": True}, {name for name, target in TARGETS.items() if target.single}),
+    ):
+        unable = next(name for name in TARGETS if name not in able)
+        with pytest.raises(br.core.InputError, match=", ".join(name for name in TARGETS if name in able)):
+            br.export(model, unable, tmp_path / "out", **options)
+
+
+@pytest.mark.parametrize("place", ["help", "docs", "server"])
+def test_every_target_is_told_where_targets_are_told(place, capsys):
+    if place == "help":
+        main(["export", "--help"])
+        text = capsys.readouterr().out
+        assert all(re.search(rf"^  {name}\b", text, flags=re.MULTILINE) for name in TARGETS)
+    elif place == "docs":
+        text = (ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
+        heads = " ".join(re.findall(r"^\| (`.*?) \|", text, flags=re.MULTILINE))
+        assert [name for name in TARGETS if f"`{name}`" not in heads] == []
+    else:
+        page, _ = server_page(Limits())
+        offered = re.search(r'"targets": (\[.*?\}\])', page)[1]
+        names = [target["name"] for target in json.loads(offered)]
+        assert names == [name for name, target in TARGETS.items() if not target.needs]
+        assert "fmu2" not in names
+        assert "c" in names
+
+
+# --- one of a user's own ----------------------------------------------------------------------------------------
+
+
+def test_the_example_meets_the_contract():
+    checks = check_target(load_target_file(EXAMPLE))
+    assert [check for check in checks if not check.passed] == []
+    assert "refuses coulomb_viscous without a speed" in checks[1].detail
+
+
+def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
+    import tomllib
+
+    from bristle.engine.steady import steady_force
+
+    model = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)
+    axis = br.read_axis({
+        "schema": 1, "kind": "translational", "effort": {"force_constant": "50 N/A"},
+        "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
+    })  # fmt: skip
+    found = br.export(model, EXAMPLE, tmp_path / "out", speed=0.2, axis=axis)
+    table = tomllib.loads((tmp_path / "out" / "axis_x.toml").read_text(encoding="utf-8"))
+    assert (table["velocity_unit"], table["effort_unit"]) == ("mm/s", "A")
+    assert len(table["forward"]) <= 16
+    for name, way in (("forward", 1.0), ("backward", -1.0)):
+        speed, effort = table[name][-1]
+        assert speed == pytest.approx(200.0)
+        assert 50.0 * effort == pytest.approx(way * steady_force(model, way * 0.2), rel=1e-4)
+    assert found.notes[0].startswith("the drive takes 16 entries")
+
+
+@pytest.mark.parametrize(
+    ("result", "said"),
+    [
+        ("{'a.txt': 'a'}", "returned no files"),
+        ("Product({})", "wrote no file"),
+        ("Product({'../a.txt': 'a'})", "a name that it cannot have"),
+        ("Product({'/tmp/a.txt': 'a'})", "a name that it cannot have"),
+        ("Product({'summary.json': 'a'})", "a name that it cannot have"),
+        ("Product({'.bristle-results': 'a'})", "a name that it cannot have"),
+        ("Product({'a.txt': 3.0})", "wrote no content for a.txt; found 'float', allowed text or bytes"),
+        ("Product({'a.txt': 'a'}, 'a note')", "has notes that are no text"),
+    ],
+)
+def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, said):
+    file = own(tmp_path, result)
+    with pytest.raises(br.core.InputError, match=re.escape(said)):
+        br.export(br.friction.coulomb(F_C=1.0), file, tmp_path / "out")
+    assert {one.name for one in tmp_path.iterdir()} == {"mine.py"}
+    unmet = [check.name for check in check_target(load_target_file(file)) if not check.passed]
+    assert unmet == ["results of export"]
+
+
+@pytest.mark.parametrize(
+    ("result", "before", "demand", "said"),
+    [
+        ("1 / 0", "", "writes or refuses", "stops with ZeroDivisionError: division by zero (mine.py, line 3)"),
+        ("refuse()", "from bristle.core import InputError\ndef refuse():\n    raise InputError('no')\n",
+         "writes or refuses", "it refuses every model: coulomb_viscous, no"),
+        ("Product({'a.txt': str(next(COUNT))})", "import itertools\nCOUNT = itertools.count()\n", "same bytes twice",
+         "a.txt of coulomb_viscous has other content the second time"),
+        ("Product({'a.txt': str(__import__('pathlib').Path.cwd())})", "", "names no folder", "a.txt names"),
+        ("Product({'a.txt': 'a'}, ('note',))", "", "notes in words", "a note is 'note'"),
+        ("Product({'a.txt': 'a'}, ('a note\\n of two lines',))", "", "notes in words", "a note is"),
+    ],
+)  # fmt: skip
+def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said):
+    failed = [one for one in check_target(load_target_file(own(tmp_path, result, before))) if not one.passed]
+    assert [one.name for one in failed] == [demand]
+    assert said in failed[0].detail
+    assert failed[0].advice
+
+
+def test_a_name_never_loads_a_file_where_names_are_asked_for(tmp_path):
+    """The served lab passes on a name that came over the network."""
+    from bristle.workflow.exported import export_model_file
+
+    file = own(tmp_path, before="raise RuntimeError('executed')\n")
+    with pytest.raises(br.core.InputError, match="no such target"):
+        export_model_file(tmp_path / "model.toml", str(file), command="")
+
+
+def test_a_target_made_in_python_is_one(tmp_path):
+    target = Target(name="here", description="a file", write=lambda request: Product({"a.bin": b"\x00\xff"}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out")
+    assert found.files == ("a.bin",)
+    assert (tmp_path / "out" / "a.bin").read_bytes() == b"\x00\xff"

@@ -1,0 +1,109 @@
+"""What is demanded of a figure of a person's own: each fault is told by the demand that it misses."""
+
+from pathlib import Path
+
+import pytest
+
+from bristle.figures import ReportFigure, load_figure_file, style
+from bristle.testing import check_figure
+from bristle.testing.figures import example_facts
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
+COUNT = iter(range(1000))
+
+
+def sound(log):
+    figure, ((axes,),) = style.panels(2.0)
+    axes.plot([0.0, 1.0], [0.0, 2.0])
+    axes.set_xlabel("Time [s]")
+    axes.set_ylabel("Share [%]")
+    return figure
+
+
+def changed(change):
+    """What draws the same, and then something else."""
+
+    def draw(log):
+        figure = sound(log)
+        return change(figure, figure.axes[0], log) or figure
+
+    return draw
+
+
+def by_pyplot(figure, axes, log):
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    drawing, axes = pyplot.subplots()
+    axes.plot([0.0, 1.0])
+    axes.set_xlabel("Time [s]")
+    axes.set_ylabel("Share [%]")
+    return drawing
+
+
+def figure_of(draw=sound, **parts):
+    parts = {"title": "Title", "caption": "What to see.", "alternative": "what it is", "takes": "log"} | parts
+    return ReportFigure(name="mine", draw=draw, **parts)
+
+
+def unmet(figure):
+    return [(check.name, check.detail) for check in check_figure(figure) if not check.passed]
+
+
+def test_the_example_and_a_sound_one_meet_it():
+    assert unmet(load_figure_file(EXAMPLE)) == []
+    assert unmet(figure_of()) == []
+
+
+@pytest.mark.parametrize("takes", ["identification", "simulation", "prediction", "log"])
+def test_each_result_is_there_to_be_drawn(takes):
+    seen = []
+
+    def draw(result):
+        seen.append(result)
+        return sound(result)
+
+    assert unmet(figure_of(draw, takes=takes)) == []
+    assert seen[0] is example_facts("translational")[takes]
+    assert seen[1] is example_facts("rotational")[takes]
+
+
+@pytest.mark.parametrize(
+    ("figure", "demand", "said"),
+    [
+        (figure_of(caption="What to see"), "described figure", "the caption is no sentence"),
+        (figure_of(title="Two\nlines"), "described figure", "title has several lines"),
+        (figure_of(changed(lambda figure, axes, log: 3)), "draws each kind", "returned a int and no Figure"),
+        (figure_of(changed(lambda figure, axes, log: log.nothing)), "draws each kind", "AttributeError"),
+        (
+            figure_of(
+                changed(lambda figure, axes, result: result.best.traces.measured.__setitem__(0, 1.0)),
+                takes="identification",
+            ), "draws each kind",
+            "assignment destination is read-only",
+        ),
+        (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "nothing is drawn"),
+        (figure_of(changed(lambda figure, axes, log: axes.set_ylabel("Share") and None)), "labelled axes", "no unit"),
+        (figure_of(changed(lambda figure, axes, log: axes.set_xlabel("") and None)), "labelled axes", "has no label"),
+        (
+            figure_of(changed(lambda figure, axes, log: axes.text(0.5, -0.9, "a text too low", rotation=3) and None)),
+            "legible texts", "'a text too low'",
+        ),
+        (
+            figure_of(changed(lambda figure, axes, log: axes.plot([0.0, next(COUNT)], [0.0, 1.0]) and None)),
+            "same figure twice", "the second drawing differs",
+        ),
+        (figure_of(changed(by_pyplot)), "nothing left open", "pyplot keeps the figure"),
+    ],
+)  # fmt: skip
+def test_each_fault_is_told(figure, demand, said):
+    missed = unmet(figure)
+    assert [name for name, _ in missed] == [demand]
+    assert said in missed[0][1]
+
+
+def test_results_can_be_written_to_again_once_they_are_drawn():
+    assert unmet(figure_of(takes="identification")) == []
+    assert example_facts("translational")["identification"].best.traces.measured.flags.writeable
