@@ -24,7 +24,7 @@ EXAMPLE = """Example:
 
 def check(
     model: Annotated[
-        Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model, law or sensor of your own.")
+        Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model, slot, law or sensor of your own.")
     ],
     force_ripple: Annotated[
         str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
@@ -33,11 +33,11 @@ def check(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Check whether a model, law or sensor is fit to be used.
+    """Check whether a model, slot, law or sensor is fit to be used.
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed, and its friction model, control law or sensor held against the contract.
+    A Python file is executed, and its friction model, slot, control law or sensor held against the contract.
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
@@ -82,9 +82,8 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allo
 def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
     from bristle.core import InputError
     from bristle.core.content import content_of
-    from bristle.core.contracts import Component, Controller, FrictionModel, Sensor
     from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_model import WORDS, load_component_file
+    from bristle.files.user_model import load_checked, word_of
     from bristle.testing import check_model
 
     if model.suffix != ".py":
@@ -99,7 +98,7 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
                 mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
             )  # fmt: skip
     content = content_of(model, limit=CODE_LIMIT)
-    chosen: Component = load_component_file(content, FrictionModel, Controller, Sensor)
+    chosen = load_checked(content)
     allow(content)
     with progress("checking"):
         results = check_model(chosen)
@@ -107,8 +106,7 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
     if as_json:
         _print_json(chosen.name, not failed, {check.name: _as_certificate(check) for check in results})
     else:
-        word = next(word for family, word in WORDS.items() if isinstance(chosen, family))
-        _show_demands(f"The contract of a {word}: {chosen.name}", results)
+        _show_demands(f"The contract of a {word_of(chosen)}: {chosen.name}", results)
     for check in failed:
         complain(f"{check.name}: {check.detail}. {check.advice}")
     return NO if failed else 0

@@ -91,7 +91,6 @@ def _predict_friction(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
     from bristle.identification.prediction_interval import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
@@ -114,7 +113,7 @@ def _predict_friction(
         bands = Bands(**facts["bands"]) if facts["bands"] else None
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
         source = provenance(
-            command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
+            command, model=model, log=recorded, axis=axis_file, code=origins_of_code([friction.component])
         )
         # A file of several tables has one checksum for all of them.
         own_log = (

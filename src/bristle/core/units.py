@@ -35,6 +35,7 @@ __all__ = [
     "kind_of",
     "quantity",
     "refuse_absurd",
+    "si_of",
     "split",
 ]
 
@@ -275,6 +276,30 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
         return unit_scale[0] == target_scale[0] or {unit_scale[0], target_scale[0]} == {"Hz", "1/s"}
     try:
         return _unit(spelt).dimensionality == _unit(target).dimensionality
+    except InputError as error:
+        raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
+
+
+def si_of(unit: str, *, path: str = "") -> str:
+    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one.
+
+    Raises
+    ------
+    InputError
+        If `unit` is not a unit.
+
+    Examples
+    --------
+    >>> si_of("mm/s"), si_of("%")
+    ('m/s', '1')
+    """
+    spelt = _spelt(unit)
+    if spelt in _SHARES or spelt == "1":
+        return "1"
+    if spelt in DECIMAL_UNITS:
+        return DECIMAL_UNITS[spelt][0]
+    try:
+        return _spelt(f"{_registry().get_base_units(_unit(spelt))[1]:~C}") or "1"
     except InputError as error:
         raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
+from bristle.core.contracts import Model
 from bristle.engine import entry_points
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance
@@ -34,7 +34,7 @@ class Contact:
     def _ready(self) -> Any:
         return compiled(
             f"force_along-{self._part.key}",
-            lambda: entry_points.make_force_along(*self._part.structures),
+            lambda: entry_points.make_force_along(*self._part.structures, self._part.motion),
             entry_points.ForceAlong,
             self._part.functions,
         )
@@ -93,6 +93,6 @@ class Contact:
 
     def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
         force = np.empty(v.size)
-        load, temperature = np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
-        self._entry(self._part.parameters, state, memory, v, x, load, temperature, np.zeros(v.size), float(dt), force)
+        around = np.repeat(list(self._part.motion._field_defaults.values()), v.size)
+        self._entry(self._part.parameters, state, memory, v, x, around, float(dt), force)
         return force

@@ -23,11 +23,12 @@ from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
+from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort"]
+__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort", "viscous_of"]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -81,6 +82,7 @@ class RisenModel(EnclosingModel):
     coefficients = Rise
     of_slot = LEVELS
     without_default = ("pitch",)
+    depends_on = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _risen, (self.inner, self.slots)
@@ -107,6 +109,11 @@ def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
 def has_level(model: FrictionModel) -> bool:
     """Return whether a model has a level of sliding friction; of one that has none, these slots change nothing."""
     return bool(_dry_and_viscous(model)[0])
+
+
+def viscous_of(model: FrictionModel) -> str:
+    """Return what the viscous friction of a model is called, empty for none."""
+    return _dry_and_viscous(model)[1]
 
 
 def rises_with_effort(friction: Model) -> bool:

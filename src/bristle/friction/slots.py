@@ -36,8 +36,9 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction.level import LEVELS, Rise, Risen, RisenModel
-from bristle.friction.variation import VARIATIONS, Place, Varied, VariedModel
+from bristle.friction.level import LEVELS, Rise, Risen
+from bristle.friction.own_slot import OwnSlotModel, own_slots_of
+from bristle.friction.variation import VARIATIONS, Place, Varied
 
 __all__ = [
     "OFFSET",
@@ -47,6 +48,7 @@ __all__ = [
     "base_of",
     "by_direction",
     "directional",
+    "slot_needing",
     "slotted",
     "unvaried",
     "variations_of",
@@ -225,25 +227,32 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
     layer: Any = component
     slots: tuple[str, ...] = ()
     while hasattr(layer, "inner"):
-        slots += layer.slots if isinstance(layer, (VariedModel, RisenModel)) else ()
+        slots += getattr(layer, "slots", ())
         layer = layer.inner
     return slots
+
+
+def slot_needing(component: FrictionModel, channel: str) -> str:
+    """Return which slot of a model depends on a channel of a log: those of bristle are called after it."""
+    return next((slot.name for slot in own_slots_of(component) if slot.channel.name == channel), channel)
 
 
 @guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
     """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
-    p = friction.parameters
-    if not isinstance(p, Slotted) or not isinstance(p.forward, (Varied, Risen)):
+    p, inner = friction.parameters, getattr(friction.component, "inner", None)
+    if not isinstance(p, Slotted) or not getattr(inner, "slots", ()):
         return friction
-    still = p._replace(forward=_still(p.forward), backward=_still(p.backward))
+    still = p._replace(forward=_still(inner, p.forward), backward=_still(inner, p.backward))
     return Model(friction.component, still, friction.kind)
 
 
-def _still(p: Any) -> Any:
+def _still(layer: Any, p: Any) -> Any:
     """Return parameters of layers in which nothing varies."""
+    if isinstance(layer, OwnSlotModel):
+        return p._replace(slot=layer.slot.neutral, inner=_still(layer.inner, p.inner))
     if isinstance(p, Varied):
-        return p._replace(place=Place(), inner=_still(p.inner))
+        return p._replace(place=Place(), inner=_still(layer.inner, p.inner))
     return p._replace(rise=Rise()) if isinstance(p, Risen) else p
 
 

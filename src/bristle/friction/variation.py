@@ -23,6 +23,7 @@ from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
+from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 
@@ -30,7 +31,6 @@ __all__ = [
     "HALF_RANGE",
     "MIDDLE",
     "PITCH",
-    "SIGNALS",
     "SMALLEST_FACTOR",
     "VARIATIONS",
     "Place",
@@ -46,8 +46,6 @@ TWO_PI = 2.0 * math.pi
 MIDDLE = Variable("length", "middle of the range of positions")
 HALF_RANGE = Variable("length", "half of the range of positions", min=1e-12)
 PITCH = Variable("length", "travel for one turn of the screw", min=1e-12)
-SIGNALS = ("load", "temperature")
-"""What a slot may need of a log besides the motion: the excitation of its coefficient names the signal."""
 
 
 class Place(NamedTuple):
@@ -89,11 +87,13 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
+SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in OF_MOTION}
+"""What a slot depends on, where that is no more than the angle of the screw."""
 
 
 def is_factor(variable: Variable) -> bool:
     """Return whether this is a coefficient of a slot that multiplies friction; the others add a force to it."""
-    return variable.excitation in ("place", *SIGNALS) and "force" not in exponents_of(variable.quantity)
+    return variable.excitation in ("place", *SURROUNDINGS) and "force" not in exponents_of(variable.quantity)
 
 
 class Varied(NamedTuple):
@@ -150,6 +150,7 @@ class VariedModel(EnclosingModel):
     coefficients = Place
     of_slot = VARIATIONS
     without_default = ("x_L", "pitch")
+    depends_on = SURROUNDINGS
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _varied, (self.inner, self.slots)
