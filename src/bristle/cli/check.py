@@ -24,7 +24,10 @@ EXAMPLE = """Example:
 
 def check(
     model: Annotated[
-        Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model, slot, law or sensor of your own.")
+        Path,
+        typer.Argument(
+            metavar="MODEL.toml|MODEL.py", help="A model file, or a model, slot, law or sensor of your own."
+        ),
     ],
     force_ripple: Annotated[
         str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")

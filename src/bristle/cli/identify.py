@@ -68,7 +68,8 @@ ModelNames = Annotated[
     typer.Option(
         "--model",
         metavar="NAME[+slot][,NAME...]",
-        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. Slots behind it, or a file my_slot.py.",
+        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. A slot may be a file "
+        "my_slot.py.",
     ),
 ]
 Cutoff = Annotated[

@@ -97,7 +97,9 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     """Take columns by channel; a further channel, for a slot of a person's own, is a word and has a unit."""
     columns = mapping(instance(Column, "a Column"))(columns, path, kind)
     for name, column in columns.items():
-        if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
+        if name not in COLUMNS and not (
+            isinstance(name, str) and name.isidentifier() and (column.base or column.shift)
+        ):
             raise InputError("has an unknown name", path=path, value=shown(name),
                              allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit")  # fmt: skip
     return columns

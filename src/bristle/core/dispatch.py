@@ -195,7 +195,7 @@ _DISPATCHERS = {
 def chosen_by_fields(
     function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]
 ) -> Callable[..., Any]:
-    """Return a function of one NamedTuple, in place of which `choose` has a kernel by the names of the fields of that."""
+    """Return a function of one NamedTuple, for which `choose` has a kernel by the names of the fields of that."""
     _by_fields[function] = choose
     on_activation(lambda: _overload(function, lambda types: choose(types[-1].fields)))
     return function

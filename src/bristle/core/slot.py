@@ -1,4 +1,4 @@
-"""`Slot`: the descriptor of a slot of a person's own, which lets the friction of any model vary with a channel of a log."""
+"""`Slot`: the descriptor of a slot of a person's own, by which friction varies with a channel of a log."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class Stateless(NamedTuple):
     """A slot remembers nothing."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class Slot(Documented):
     r"""A slot: a factor of friction, by an equation of its own, of one channel of a log.
 
     .. math::
         F = g(c)\,F_\text{model} \qquad\text{or}\qquad F = F_\text{model} + (g(c) - 1)\,(F_\text{model} - F_v v)
 
-    ``factor(c, p) -> g`` is a kernel of the channel in SI and the parameters of the slot. With their defaults, which all
-    of them have, it is 1 for every value of the channel. Those that are to be identified say so:
+    ``factor(c, p) -> g`` is a kernel of the channel in SI and the parameters of the slot. All of them have a default,
+    and with these it is 1 for every value of the channel. Those that are to be identified say so:
     ``excitation="channel"``; the others are held at their default.
 
     Parameters
@@ -113,8 +113,10 @@ def refuse_unfit(slot: Slot) -> None:
             raise InputError("is not what a slot of your own needs of a log", path=f"excitation of {name}",
                              value=variable.excitation, allowed=f'"{EXCITATION}", or empty')  # fmt: skip
     if not slot.identified:
-        raise InputError("has no parameter that a log could tell", path="Parameters",
-                         mend=f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified')  # fmt: skip
+        raise InputError(
+            "has no parameter that a log could tell", path="Parameters",
+            mend=f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified',
+        )  # fmt: skip
     if slot.factor not in kernels():
         raise InputError("is not a kernel", path="factor", mend="Decorate it with @kernel from bristle.core")
     taken = len(inspect.signature(slot.factor).parameters)

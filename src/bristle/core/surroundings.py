@@ -23,6 +23,12 @@ from bristle.core.variable import Variable, variables_of
 __all__ = ["OF_MOTION", "Surrounding", "motion_with", "reader_of"]
 
 
+TAKEN = {
+    "v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"
+}  # fmt: skip
+"""Words of the contract of a model, which stand beside the names of channels where one is run."""
+
+
 @dataclass(frozen=True)
 class Surrounding:
     """A further channel of a log that friction depends on.
@@ -53,11 +59,16 @@ class Surrounding:
 
     def __post_init__(self) -> None:
         name = self.name
-        if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_"):
+        if (
+            not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name)
+            or name.startswith("_") or name in TAKEN
+        ):  # fmt: skip
             raise InputError("is no name of a channel", path="channel", value=name, allowed="a word, such as humidity")
         if not isinstance(self.variable, Variable):
-            raise InputError("carries no Variable", path=f"channel {name}", value=type(self.variable).__name__,
-                             mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)')  # fmt: skip
+            raise InputError(
+                "carries no Variable", path=f"channel {name}", value=type(self.variable).__name__,
+                mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
+            )  # fmt: skip
         if (name in COLUMNS or name in Motion._fields) and not self._is_of_motion:
             raise InputError("is the name of a channel of bristle", path="channel", value=name,
                              mend=f'Write channel="{name}", if that is meant, or take another name')  # fmt: skip
@@ -72,6 +83,11 @@ class Surrounding:
     def is_own(self) -> bool:
         """Whether `Motion` does not hold it."""
         return self.field not in Motion._fields
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a log must have it beside its motion: what passes on to the load follows from the plant."""
+        return self.is_own or (self.name in COLUMNS and self.field == self.name)
 
     @property
     def _is_of_motion(self) -> bool:
@@ -95,8 +111,10 @@ def motion_with(surroundings: Iterable[Surrounding]) -> Any:
     own: dict[str, Surrounding] = {}
     for surrounding in surroundings:
         if surrounding.is_own and own.setdefault(surrounding.name, surrounding) != surrounding:
-            raise InputError("is described by two slots, and not alike", path=f"channel {surrounding.name}",
-                             mend="Give both the same Variable and usual value, or one of them another name")  # fmt: skip
+            raise InputError(
+                "is described by two slots, and not alike", path=f"channel {surrounding.name}",
+                mend="Give both the same Variable and usual value, or one of them another name",
+            )  # fmt: skip
     return _motion_with(tuple(own.values())) if own else Motion
 
 
@@ -104,14 +122,14 @@ def motion_with(surroundings: Iterable[Surrounding]) -> Any:
 def _motion_with(own: tuple[Surrounding, ...]) -> Any:
     fields = variables_of(Motion) | {surrounding.name: surrounding.variable for surrounding in own}
     usual = [*Motion._field_defaults.values(), *(surrounding.usual for surrounding in own)]
-    made: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)  # noqa: PYI024  (fields are known here only)
+    made: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)
     made.__annotations__ = {name: Annotated[float, variable] for name, variable in fields.items()}
     return made
 
 
 @once
 def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
-    """Return the kernel ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
+    """Return ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
     name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
     # As text, because the compiler and other targets must see a plain expression.
     told, untold = (

@@ -51,7 +51,14 @@ MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD}
 
 @guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
-    model: Model, v: Any, dt: Amount, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None, **around: Any
+    model: Model,
+    v: Any,
+    dt: Amount,
+    x: Any = None,
+    *,
+    state: Any = None,
+    memory: np.ndarray | None = None,
+    **around: Any,
 ) -> np.ndarray:
     """Return the friction force along a prescribed velocity.
 
@@ -95,9 +102,7 @@ def along(
 
 
 @guarded(**MOTION, states=many(STATE), x=array())
-def force_from(
-    model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, **around: Any
-) -> np.ndarray:
+def force_from(model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, **around: Any) -> np.ndarray:
     """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
 
     Parameters
@@ -132,9 +137,7 @@ def each_from(
 
 
 @guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
-def force_in_turns(
-    model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, **around: Any
-) -> np.ndarray:
+def force_in_turns(model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, **around: Any) -> np.ndarray:
     """Return the friction force along a prescribed velocity, where parameters change on the way.
 
     What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke

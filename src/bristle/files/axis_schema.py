@@ -47,7 +47,7 @@ class Columns(Strict):
     """The channels of the log; further ones are for slots of a person's own."""
 
     model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Entry] = Field(init=False)
+    __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
 
     time: Entry | None = None
     position: Entry

@@ -303,7 +303,8 @@ def friction_from(
     ----------
     table : object
         ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted, a slot
-        of a user's own by its file, ``"lugre+humidity.py"``; and the parameters, of which ``kernel`` may name an operator.
+        of a user's own by its file, ``"lugre+humidity.py"``; and the parameters, of which ``kernel`` may name an
+        operator.
     kind : {"translational", "rotational"}
         Kind of axis.
     folder : Path

@@ -1,4 +1,4 @@
-"""A friction model, slot, control law, sensor, plant or reference of a user's own: one Python file, the package unchanged."""
+"""What a user has of his own: a friction model, slot, control law, sensor, plant or reference, in one Python file."""
 
 from __future__ import annotations
 
@@ -220,7 +220,7 @@ def load_slot_file(path: Readable) -> Slot:
     return slot
 
 
-def load_checked(path: Readable) -> Documented:
+def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
     """Return what of a person's own there is a contract for in a Python file: ``SLOT``, or else ``MODEL``.
 
     Raises

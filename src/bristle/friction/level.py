@@ -28,7 +28,17 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort", "viscous_of"]
+__all__ = [
+    "LEVELS",
+    "TRANSMITTED",
+    "Rise",
+    "Risen",
+    "RisenModel",
+    "has_level",
+    "risen",
+    "rises_with_effort",
+    "viscous_of",
+]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -49,6 +59,7 @@ class Rise(NamedTuple):
 
 LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
 """The parameters of each slot."""
+SURROUNDINGS = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
 
 class Risen(NamedTuple):
@@ -82,7 +93,7 @@ class RisenModel(EnclosingModel):
     coefficients = Rise
     of_slot = LEVELS
     without_default = ("pitch",)
-    depends_on = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
+    depends_on = SURROUNDINGS
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _risen, (self.inner, self.slots)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_rate, friction_trial
@@ -25,6 +25,9 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import commit, relations_of
 from bristle.friction.level import viscous_of
 from bristle.friction.variation import SMALLEST_FACTOR
+
+if TYPE_CHECKING:
+    from bristle.core.docstring import Paragraph
 
 __all__ = ["OwnSlotModel", "own_slots_of", "with_own_slot"]
 
@@ -46,6 +49,11 @@ class OwnSlotModel(FrictionModel):
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return with_own_slot, (self.inner, self.slot)
+
+    @property
+    def explanation(self) -> tuple[Paragraph, ...]:
+        """What the docstring of the file of the model says, then that of the slot."""
+        return (*self.inner.explanation, *self.slot.explanation)
 
     @property
     def slots(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
+from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Motion, Relation
 from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.kernel import kernel
@@ -87,7 +87,7 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
-SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in OF_MOTION}
+SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._field_defaults}
 """What a slot depends on, where that is no more than the angle of the screw."""
 
 

@@ -108,7 +108,7 @@ class Segment:
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
     through the samples of `first_cycle` before: the motion repeats. Columns of `regressors` are filtered as position
-    and effort are; a coefficient makes efforts of them. What was recorded of the `surroundings` is there by name, in SI.
+    and effort are; a coefficient makes efforts of them. `surroundings` are those that were recorded, by name [SI].
     """
 
     time: np.ndarray

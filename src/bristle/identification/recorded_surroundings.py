@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.core import units
-from bristle.core.axis import COLUMNS
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.surroundings import Surrounding
@@ -29,7 +28,7 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
         name = surrounding.name
         if name in dataset.segments[0].surroundings and all(name in part.surroundings for part in dataset.segments):
             _refuse_another(surrounding, dataset)
-        elif surrounding.is_own or (name in COLUMNS and name != "position"):
+        elif surrounding.is_recorded:
             slot, written = slot_needing(component, name), _written(surrounding, dataset)
             raise InputError(
                 f"has no {name}, which +{slot} needs", path="log",
@@ -48,10 +47,16 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
     name, variable = surrounding.name, surrounding.variable
     wanted, unit = variable.unit(dataset.kind), dataset.units.get(name, "")
     place, allowed = f"columns.{name}", f"{variable.description}, in {wanted} or a multiple of it"
-    if surrounding.is_own and not (units.compatible(unit, wanted) and abs(units.factor(unit, wanted) - 1.0) < ALIKE):
-        raise InputError("is of another quantity than the slot takes it for", path=f"{place}.unit", value=unit,
-                         allowed=allowed, mend="Mend the unit in the axis file, or the channel in the file of the slot")  # fmt: skip
+    if not surrounding.is_own:
+        return
+    if not (units.compatible(unit, wanted) and abs(units.factor(unit, wanted) - 1.0) < ALIKE):
+        raise InputError(
+            "is of another quantity than the slot takes it for", path=f"{place}.unit", value=unit, allowed=allowed,
+            mend="Mend the unit in the axis file, or the channel in the file of the slot",
+        )  # fmt: skip
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
-    if surrounding.is_own and not variable.min <= usual <= variable.max:
-        raise InputError("is out of range", path=place, value=usual, allowed=variable.allowed(dataset.kind),
-                         mend=f"Is its unit right? It is {variable.description}, and numbers are taken in SI")  # fmt: skip
+    if not variable.min <= usual <= variable.max:
+        raise InputError(
+            "is out of range, in the middle of its values", path=place, value=usual,
+            allowed=variable.allowed(dataset.kind), mend=f"Is its unit right? It is {variable.description}",
+        )  # fmt: skip

@@ -14,6 +14,7 @@ from bristle.testing.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM,
 
 __all__ = ["admit"]
 
+
 def _quick(checks: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(check for check in checks if check.__name__.replace("_", " ") not in COMPILED)
 

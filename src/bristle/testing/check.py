@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bristle.core.contracts import Model
 from bristle.core.errors import told_by
 
 __all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
 
-Demand = Callable[[Model], Any]
+Demand = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
@@ -67,8 +66,8 @@ class UnmetError(Exception):
         super().__init__(self.fact.detail)
 
 
-def outcome(check: Demand, model: Model) -> Check:
-    """Return what became of a demand on a model."""
+def outcome(check: Demand, model: Any) -> Check:
+    """Return what became of a demand on a model or a slot."""
     name = check.__name__.replace("_", " ")
     try:
         return Check(name, True, **asdict(check(model)))

@@ -81,8 +81,8 @@ def factor_above_zero(slot: Slot) -> Fact:
     """Over the range of its channel the factor of the example is finite, above zero, and not everywhere the same."""
     factors = _factors(slot, slot.assemble(slot.defaults | dict(slot.example)))
     low, high = range_of(slot)
-    unit = slot.channel.variable.unit()
-    detail = f"{np.min(factors):.4g} to {np.max(factors):.4g} for {slot.channel.name} from {low:g} to {high:g} {unit}"
+    ends = f"{slot.channel.name} from {low:g} to {high:g} {slot.channel.variable.unit().removesuffix('1')}".rstrip()
+    detail = f"{np.min(factors):.4g} to {np.max(factors):.4g} for {ends}"
     fact = Fact(detail, float(np.min(factors)), "1", SMALLEST_FACTOR)
     if not np.all(np.isfinite(factors)) or np.min(factors) <= SMALLEST_FACTOR:
         raise UnmetError(fact, "Friction must not change its sign: take another equation, example or range")
