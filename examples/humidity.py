@@ -3,7 +3,7 @@ r"""A slot of your own: friction that rises with the humidity of the air.
 .. math:: F = \bigl(1 + k_H (h - h_0)\bigr) F_\text{model}
 
 Check it with ``bristle check humidity.py``; fit it with ``bristle identify LOG --axis AXIS.toml --model
-lugre+humidity.py``, where ``[columns]`` of the axis file names the column: ``humidity = { column = "rh", unit = "%" }``.
+lugre+humidity.py``, where the axis file names the column under [columns]: ``humidity = { column = "rh", unit = "%" }``.
 """
 
 from typing import Annotated, NamedTuple

@@ -14,7 +14,7 @@ from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
-from bristle.friction import base_of, coulomb_viscous, find, lugre, own_slots_of, unvaried, with_slots
+from bristle.friction import base_of, coulomb_viscous, find, lugre, own_slots_of, unvaried, with_presliding, with_slots
 
 CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
 V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])
@@ -104,6 +104,15 @@ def test_the_force_is_that_of_the_equation(oiled):
         force_along(model, V, DT, presure=PRESSURE)
 
 
+def test_before_sliding_the_limits_are_those_of_the_channel(oiled):
+    model = with_slots(coulomb_viscous, [oiled])(F_C=8.0, F_v=0.0, a=3e-6)
+    v = np.full(400, 1e-3)
+    force = force_along(with_presliding(model, 1e-6), v, DT, pressure=3e5)
+    assert force[-1] == pytest.approx(8.0 * np.exp(-0.3))
+    turned = force_along(with_presliding(model, 1e-6), np.append(v, -1e-10), DT, pressure=3e5)[-1]
+    assert turned == pytest.approx(force[-1], rel=1e-3)
+
+
 def test_it_may_raise_the_level_alone(bench):
     level = edited(("example=", 'of="level", example='))
     model = with_slots(coulomb_viscous, [level])(F_C=8.0, F_v=30.0, a=3e-6)
@@ -112,8 +121,10 @@ def test_it_may_raise_the_level_alone(bench):
 
 
 def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
-    warm = edited((CHANNEL, '"temperature"'), ('"oiled"', '"warm"'), ("    a:", "    w:"), ("p.a ", "p.w "), ("b_0", "T_0"),
-                  ('{"a": 3e-6}', '{"w": 1e-2}'), ("2e5", "293.15"))  # fmt: skip
+    warm = edited(
+        (CHANNEL, '"temperature"'), ('"oiled"', '"warm"'), ("    a:", "    w:"), ("p.a ", "p.w "), ("b_0", "T_0"),
+        ('{"a": 3e-6}', '{"w": 1e-2}'), ("2e5", "293.15"),
+    )  # fmt: skip
     plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
     both = with_slots(coulomb_viscous, [warm, oiled])(F_C=8.0, F_v=30.0, a=3e-6, w=1e-2)
     assert [one.name for one in both.component.surroundings] == ["temperature", "pressure"]

@@ -124,6 +124,7 @@ def _described(family: str, component: Component) -> dict[str, Any]:
 
 def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.files.components import key_of
+    from bristle.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
     from bristle.report.table import Table
 
     for family, members in families.items():
@@ -132,10 +133,11 @@ def _show_families(families: dict[str, list[Component]]) -> None:
             for member in members
         ]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
+    rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
+    show_table(Table("Slots", ("Name", "Parameters", "What they give"), rows))
     say(
-        "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
-        "motion; +position, +periodic, +load, +temperature for friction that varies; +transmitted, +ripple for a level "
-        "that rises; one of your own by its file, +my_slot.py. Plants take terms: +gravity, +cogging, +known."
+        "Every friction model takes an offset, and slots behind its name; one of your own by its file, +my_slot.py. "
+        "Plants take terms: +gravity, +cogging, +known."
     )
 
 

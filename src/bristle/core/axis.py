@@ -22,6 +22,7 @@ from bristle.core.edge import (
     whole,
 )  # fmt: skip
 from bristle.core.errors import InputError
+from bristle.core.motion import RECORDED
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import Kind, Variable
 
@@ -34,8 +35,7 @@ CHANNELS = {
     "velocity": "length/time",
     "effort": "force",
     "reference": "length",
-    "load": "1",
-    "temperature": "temperature",
+    **{name: variable.quantity for name, variable in RECORDED.items()},
 }
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}

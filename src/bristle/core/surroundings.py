@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import keyword
 from collections import namedtuple
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -16,11 +16,11 @@ from bristle.core.axis import COLUMNS
 from bristle.core.dispatch import chosen_by_fields
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.motion import Motion
+from bristle.core.motion import NOTHING_TRANSMITTED, Motion
 from bristle.core.once import once
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["OF_MOTION", "Surrounding", "motion_with", "reader_of"]
+__all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "reader_of"]
 
 
 TAKEN = {
@@ -124,7 +124,26 @@ def _motion_with(own: tuple[Surrounding, ...]) -> Any:
     usual = [*Motion._field_defaults.values(), *(surrounding.usual for surrounding in own)]
     made: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)
     made.__annotations__ = {name: Annotated[float, variable] for name, variable in fields.items()}
+    _classes[made._fields] = made
     return made
+
+
+_classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
+
+
+@once
+def _at_rest(fields: tuple[str, ...]) -> Callable[..., Any]:
+    kept = ["v", *(f"motion.{name}" for name in fields[1:])]
+    kept[fields.index("transmitted")] = repr(NOTHING_TRANSMITTED)
+    return _defined("motion_at_rest", f"Motion({', '.join(kept)})", "v, motion", {"Motion": _classes[fields]})
+
+
+def at_rest(v, motion):
+    """Return a motion at rest, on the side of the zero `v`, where another one is: nothing passes on to the load."""
+    return motion._replace(v=v, transmitted=NOTHING_TRANSMITTED)
+
+
+chosen_by_fields(at_rest, _at_rest)
 
 
 @once
@@ -143,9 +162,11 @@ def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
     return chosen_by_fields(read, lambda fields: told if field in fields else untold)
 
 
-def _defined(name: str, expression: str) -> Callable[[Any], float]:
-    text = f"def {name}(motion):\n    return {expression}\n"
-    scope: dict[str, Any] = {"__name__": __name__}
+def _defined(
+    name: str, expression: str, takes: str = "motion", around: Mapping[str, Any] | None = None
+) -> Callable[..., Any]:
+    text = f"def {name}({takes}):\n    return {expression}\n"
+    scope: dict[str, Any] = {"__name__": __name__} | dict(around or {})
     exec(compile(text, f"<{name}>", "exec"), scope)
     function = scope[name]
     function.source = text

@@ -44,7 +44,7 @@ Entry = Annotated[ColumnEntry, BeforeValidator(_entry)]
 
 
 class Columns(Strict):
-    """The channels of the log; further ones are for slots of a person's own."""
+    """The channels of the log; what else stands there is what surrounds the axis, for slots."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
@@ -55,8 +55,6 @@ class Columns(Strict):
     effort: Entry | None = None
     reference: Entry | None = None
     following_error: Entry | None = None
-    load: Entry | None = None
-    temperature: Entry | None = None
 
 
 class InjectedEntry(Strict):

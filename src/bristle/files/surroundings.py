@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from bristle.core import units
 from bristle.core.axis import COLUMNS, Column
@@ -26,13 +27,10 @@ def surroundings_of(file: AxisFile) -> dict[str, Column]:
         If a unit does not fit or is missing, there is a load and no nominal one, or a channel has a name that none can
         have.
     """
-    ambient = {}
-    if file.columns.load is not None:
-        ambient["load"] = _load(file.columns.load, file)
-    if file.columns.temperature is not None:
-        ambient["temperature"] = _in_kelvin(file.columns.temperature, "columns.temperature.unit")
-    further = file.columns.model_extra or {}
-    return ambient | {name: _further(name, entry) for name, entry in further.items()}
+    return {
+        name: OF_BRISTLE[name](entry, file) if name in OF_BRISTLE else _further(name, entry)
+        for name, entry in (file.columns.model_extra or {}).items()
+    }
 
 
 def _further(name: str, entry: ColumnEntry) -> Column:
@@ -70,6 +68,14 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     if entry.unit is not None:
         units.factor(entry.unit, "N", path="columns.load.unit")
     return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)
+
+
+def _temperature(entry: ColumnEntry, file: AxisFile) -> Column:
+    return _in_kelvin(entry, "columns.temperature.unit")
+
+
+OF_BRISTLE: dict[str, Callable[[ColumnEntry, AxisFile], Column]] = {"load": _load, "temperature": _temperature}
+"""Channels whose numbers count otherwise than in their unit."""
 
 
 def _in_kelvin(entry: ColumnEntry, path: str) -> Column:

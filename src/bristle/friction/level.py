@@ -30,6 +30,7 @@ from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
 __all__ = [
     "LEVELS",
+    "RISES_WITH",
     "TRANSMITTED",
     "Rise",
     "Risen",
@@ -59,6 +60,8 @@ class Rise(NamedTuple):
 
 LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
 """The parameters of each slot."""
+RISES_WITH = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
+"""What the level rises with, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
 
@@ -142,7 +145,7 @@ def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     return RisenModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, its level rising with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, its level rising with {' and '.join(RISES_WITH[slot] for slot in slots)}",
         Parameters=Risen,
         State=model.State,
         trial=trial,
@@ -157,5 +160,4 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     )
 
 
-_CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
 _EXAMPLE = {"c_T": 0.1, "pitch": 5e-3, "h_c1": 0.7, "h_s1": -0.3, "h_c2": 0.3, "h_s2": 0.2}

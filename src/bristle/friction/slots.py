@@ -1,7 +1,7 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`),
-``+transmitted`` and ``+ripple`` raise the level of its dry part (`bristle.friction.level`). ``+asymmetry`` lets the
+Some let it vary (`bristle.friction.variation`), some raise the level of its dry part (`bristle.friction.level`), and a
+person may have some of his own (`bristle.friction.own_slot`). ``+asymmetry`` lets the
 directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
 ``F_C_neg``), and every model takes a constant ``offset``:
 
@@ -36,13 +36,15 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction.level import LEVELS, Rise, Risen
+from bristle.friction.level import LEVELS, RISES_WITH, Rise, Risen
 from bristle.friction.own_slot import OwnSlotModel, own_slots_of
-from bristle.friction.variation import VARIATIONS, Place, Varied
+from bristle.friction.variation import VARIATIONS, VARIES_WITH, Place, Varied
 
 __all__ = [
     "OFFSET",
+    "PARAMETERS_OF_SLOTS",
     "SLOTS",
+    "WHAT_SLOTS_DO",
     "Slotted",
     "SlottedModel",
     "base_of",
@@ -55,6 +57,13 @@ __all__ = [
 ]
 
 SLOTS = (*VARIATIONS, *LEVELS, "asymmetry")
+WHAT_SLOTS_DO = (
+    {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
+    | {name: f"a level of dry friction that rises with {cause}" for name, cause in RISES_WITH.items()}
+    | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
+)
+"""What each slot gives a model, in a few words."""
+PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {name: (VARIATIONS | LEVELS).get(name, ()) for name in SLOTS}
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 

@@ -33,6 +33,7 @@ __all__ = [
     "PITCH",
     "SMALLEST_FACTOR",
     "VARIATIONS",
+    "VARIES_WITH",
     "Place",
     "Varied",
     "VariedModel",
@@ -87,6 +88,8 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
+VARIES_WITH = {"periodic": "the angle of the screw"} | {name: name for name in VARIATIONS if name != "periodic"}
+"""What friction varies with, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._field_defaults}
 """What a slot depends on, where that is no more than the angle of the screw."""
 
@@ -175,7 +178,7 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     return VariedModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, varying with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, varying with {' and '.join(VARIES_WITH[slot] for slot in slots)}",
         Parameters=Varied,
         State=model.State,
         trial=trial,
@@ -193,7 +196,6 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     )
 
 
-_CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
 _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
     "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,

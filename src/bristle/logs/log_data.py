@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.motion import Motion
+from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS, Signal, Tabular
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
@@ -71,7 +71,7 @@ class LogData(Tabular):
     @property
     def surroundings(self) -> dict[str, Channel]:
         """What was recorded of the surroundings of the axis, by name."""
-        of_motion = {name: getattr(self, name) for name in CHANNELS if name in Motion._fields}
+        of_motion = {name: getattr(self, name) for name in RECORDED}
         return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(self.further)
 
     def channels(self) -> Iterator[tuple[str, Channel]]:
