@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -35,9 +35,6 @@ from bristle.core.travel import component_in, whereabouts
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced, looked_at
 from bristle.core.variable import KINDS, Kind
-
-if TYPE_CHECKING:
-    from bristle.core.surroundings import Surrounding
 
 __all__ = [
     "NOMINAL_LOAD",
@@ -217,10 +214,9 @@ class FrictionModel(Component):
         return outer, values
 
     @property
-    def surroundings(self) -> tuple[Surrounding, ...]:
+    def surroundings(self) -> tuple[Any, ...]:
         """What of its surroundings its slots depend on."""
-        inner = getattr(self, "inner", None)
-        return () if inner is None else inner.surroundings
+        return getattr(getattr(self, "inner", None), "surroundings", ())
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""

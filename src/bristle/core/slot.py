@@ -15,9 +15,9 @@ from bristle.core.surroundings import OF_MOTION, Surrounding
 from bristle.core.travel import component_in, whereabouts
 from bristle.core.variable import OF_SLOTS
 
-__all__ = ["CHANNELS", "EXCITATION", "LEVEL", "WHOLE", "Slot", "refuse_unfit"]
+__all__ = ["CHANNELS", "EXCITATION", "FRICTION", "LEVEL", "Slot", "refuse_unfit"]
 
-WHOLE, LEVEL = "friction", "level"
+FRICTION, LEVEL = "friction", "level"
 EXCITATION = OF_SLOTS[-1]
 TAKES = ("channel", "p")
 CHANNELS = {name: surrounding for name, surrounding in OF_MOTION.items() if name in COLUMNS}
@@ -56,7 +56,7 @@ class Slot(Documented):
 
     channel: Any
     factor: Callable[..., Any]
-    of: str = WHOLE
+    of: str = FRICTION
     State: type = Stateless
 
     family: ClassVar[str] = "slot"
@@ -71,9 +71,9 @@ class Slot(Documented):
                 allowed=f"{', '.join(CHANNELS)}, or one of your own",
                 mend='Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )  # fmt: skip
-        if self.of not in (WHOLE, LEVEL):
+        if self.of not in (FRICTION, LEVEL):
             raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of,
-                             allowed=f"{WHOLE}, {LEVEL}")  # fmt: skip
+                             allowed=f"{FRICTION}, {LEVEL}")  # fmt: skip
 
     def __reduce__(self) -> tuple[Any, ...]:
         return component_in, whereabouts(self)
@@ -119,6 +119,6 @@ def refuse_unfit(slot: Slot) -> None:
         )  # fmt: skip
     if slot.factor not in kernels():
         raise InputError("is not a kernel", path="factor", mend="Decorate it with @kernel from bristle.core")
-    taken = len(inspect.signature(slot.factor).parameters)
-    if taken != len(TAKES):
-        raise InputError(f"takes {taken} arguments", path="factor", allowed=f"factor({', '.join(TAKES)})")
+    count = len(inspect.signature(slot.factor).parameters)
+    if count != len(TAKES):
+        raise InputError(f"takes {count} arguments", path="factor", allowed=f"factor({', '.join(TAKES)})")

@@ -23,7 +23,7 @@ from bristle.core.variable import Variable, variables_of
 __all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "reader_of"]
 
 
-TAKEN = {
+RESERVED = {
     "v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"
 }  # fmt: skip
 """Words of the contract of a model, which stand beside the names of channels where one is run."""
@@ -61,7 +61,7 @@ class Surrounding:
         name = self.name
         if (
             not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name)
-            or name.startswith("_") or name in TAKEN
+            or name.startswith("_") or name in RESERVED
         ):  # fmt: skip
             raise InputError("is no name of a channel", path="channel", value=name, allowed="a word, such as humidity")
         if not isinstance(self.variable, Variable):
@@ -122,10 +122,10 @@ def motion_with(surroundings: Iterable[Surrounding]) -> Any:
 def _motion_with(own: tuple[Surrounding, ...]) -> Any:
     fields = variables_of(Motion) | {surrounding.name: surrounding.variable for surrounding in own}
     usual = [*Motion._field_defaults.values(), *(surrounding.usual for surrounding in own)]
-    made: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)
-    made.__annotations__ = {name: Annotated[float, variable] for name, variable in fields.items()}
-    _classes[made._fields] = made
-    return made
+    motion: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)
+    motion.__annotations__ = {name: Annotated[float, variable] for name, variable in fields.items()}
+    _classes[motion._fields] = motion
+    return motion
 
 
 _classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
@@ -133,9 +133,9 @@ _classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
 
 @once
 def _at_rest(fields: tuple[str, ...]) -> Callable[..., Any]:
-    kept = ["v", *(f"motion.{name}" for name in fields[1:])]
-    kept[fields.index("transmitted")] = repr(NOTHING_TRANSMITTED)
-    return _defined("motion_at_rest", f"Motion({', '.join(kept)})", "v, motion", {"Motion": _classes[fields]})
+    values = ["v", *(f"motion.{name}" for name in fields[1:])]
+    values[fields.index("transmitted")] = repr(NOTHING_TRANSMITTED)
+    return _defined("motion_at_rest", f"Motion({', '.join(values)})", "v, motion", {"Motion": _classes[fields]})
 
 
 def at_rest(v, motion):
@@ -151,15 +151,15 @@ def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
     """Return ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
     name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
     # As text, because the compiler and other targets must see a plain expression.
-    told, untold = (
+    recorded, silent = (
         _defined(f"{name}_{case}", expression)
-        for case, expression in (("told", f"motion.{field}"), ("usual", repr(usual)))
+        for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))
     )
 
     def read(motion):
         return getattr(motion, field, usual)
 
-    return chosen_by_fields(read, lambda fields: told if field in fields else untold)
+    return chosen_by_fields(read, lambda fields: recorded if field in fields else silent)
 
 
 def _defined(

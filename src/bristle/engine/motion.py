@@ -86,7 +86,7 @@ def force_along(
     ndarray, shape (step,)
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
-    return finite(along(model, v, dt, x, state=state, memory=memory, **_told(model, around)), model)
+    return finite(along(model, v, dt, x, state=state, memory=memory, **_checked(model, around)), model)
 
 
 def along(
@@ -118,7 +118,7 @@ def force_from(model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, 
     **around : float or array_like, shape (step,)
         What surrounds the contact, as in `force_along`.
     """
-    return finite(each_from(model, states, v, dt, x, **_told(model, around)), model)
+    return finite(each_from(model, states, v, dt, x, **_checked(model, around)), model)
 
 
 def each_from(
@@ -171,7 +171,7 @@ def force_in_turns(model: Model, parameters: Any, v: Any, dt: Amount, x: Any, st
     turns = starts.astype(int)
     if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
         raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
-    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), **_told(model, around)), model)
+    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), **_checked(model, around)), model)
 
 
 def in_turns(
@@ -228,7 +228,7 @@ def compensation_along(
     return finite(effort, model)
 
 
-def _told(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a person tells of the surroundings of a contact, as numbers.
 
     Raises
@@ -236,11 +236,11 @@ def _told(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If something is told that the model does not know, or is no number.
     """
-    known = motion_with(model.component.surroundings)._field_defaults
+    usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
-        if name not in known:
+        if name not in usual:
             raise InputError(f"is nothing that {model.name} knows of its surroundings", path=name,
-                             allowed=", ".join(known), mend=did_you_mean(name, known))  # fmt: skip
+                             allowed=", ".join(usual), mend=did_you_mean(name, usual))  # fmt: skip
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 

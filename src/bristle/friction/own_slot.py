@@ -169,26 +169,26 @@ def _kernels_of(slot: Slot) -> Kernels:
         return max(factor(at(motion, dt), p.slot), SMALLEST_FACTOR)
 
     @kernel
-    def whole(state, memory, motion, dt, p):
+    def friction_varied(state, memory, motion, dt, p):
         force, move = friction_trial(state, memory, motion, dt, p.inner)
         return factor_at(motion, dt, p) * force, move
 
     @kernel
-    def level(state, memory, motion, dt, p):
+    def level_varied(state, memory, motion, dt, p):
         force, move = friction_trial(state, memory, motion, dt, p.inner)
         return force + (factor_at(motion, dt, p) - 1.0) * (force - p.viscous * motion.v), move
 
     @kernel
-    def whole_rate(state, motion, p):
+    def friction_varied_rate(state, motion, p):
         force, d_state = friction_rate(state, motion, p.inner)
         return factor_at(motion, 0.0, p) * force, d_state
 
     @kernel
-    def level_rate(state, motion, p):
+    def level_varied_rate(state, motion, p):
         force, d_state = friction_rate(state, motion, p.inner)
         return force + (factor_at(motion, 0.0, p) - 1.0) * (force - p.viscous * motion.v), d_state
 
-    trial, rate = (level, level_rate) if slot.of == LEVEL else (whole, whole_rate)
+    trial, rate = (level_varied, level_varied_rate) if slot.of == LEVEL else (friction_varied, friction_varied_rate)
     return Kernels(_parameters_of(slot), trial, rate)
 
 

@@ -106,8 +106,8 @@ def same_bits_along_its_channel(slot: Slot) -> Fact:
     model, generator = model_with(slot), np.random.default_rng(SEED)
     x = np.cumsum(generator.standard_normal(400)) * 1e-6
     v, name = np.diff(x) / 1e-3, slot.channel.name
-    told = {} if slot.channel.field == "x" else {name: np.linspace(*range_of(slot), v.size)}
-    follow = partial(force_along, model, v, 1e-3, x[1:], **told)
+    signals = {} if slot.channel.field == "x" else {name: np.linspace(*range_of(slot), v.size)}
+    follow = partial(force_along, model, v, 1e-3, x[1:], **signals)
     fast = follow()
     with interpreted():
         slow = follow()
@@ -123,12 +123,12 @@ def same_bits_exported(slot: Slot) -> Fact:
     command = compiler()
     if command is None:
         return Fact("no C compiler here", applies=False)
-    taken = 0
+    total = 0
     for usual in (slot.channel.usual,) if slot.channel.field == "x" else range_of(slot):
         # What is the usual value of a channel is what the self-test of an export runs with.
         channel = replace(slot.channel, usual=usual) if slot.channel.is_own else slot.channel
         steps, message = proved(model_with(replace(slot, channel=channel), coulomb_viscous), command)
-        taken += steps
+        total += steps
         if message:
             raise UnmetError(message, "Use bristle.core.mathematics, not math or **")
-    return Fact(f"{taken} steps compiled by {command}")
+    return Fact(f"{total} steps compiled by {command}")
