@@ -248,7 +248,7 @@ int main(void)
     static axis_x axis;
     axis_x_start(&axis);
     for (int i = 0; i < 60; ++i) {
-        printf("%.17g\\n", axis_x_force_at(&axis, 1e-5 * ((i * 37) % 91), 5e-4, 1e4 * i));
+        printf("%.17g\\n", axis_x_force_at(&axis, 1e-5 * ((i * 37) % 91), 5e-4, 300.0, 1e4 * i));
     }
     return 0;
 }
@@ -259,12 +259,14 @@ int main(void)
 def test_in_c_the_channel_comes_in_and_the_bits_are_the_same(bench, oiled):
     from tests.exports.test_c import built
 
-    component = with_slots(lugre, [oiled, "asymmetry"])
+    component = with_slots(lugre, ["temperature", oiled, "asymmetry"])  # one around the other
     model = component(**component.example)
     br.export(model, "c", bench / "out")
     (bench / "out" / "at.c").write_text(AT)
     forces = np.array(built(bench / "out", "at.c").stdout.split(), dtype=float)
     x = 1e-5 * ((np.arange(60) * 37) % 91)
     with interpreted():
-        expected = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], pressure=1e4 * np.arange(1.0, 60.0))
+        expected = force_along(
+            model, np.diff(x) / 5e-4, 5e-4, x[1:], temperature=300.0, pressure=1e4 * np.arange(1.0, 60.0)
+        )
     assert np.array_equal(forces[1:], expected)
