@@ -28,7 +28,7 @@ from bristle.core.docstring import REFERENCE, as_markdown
 from bristle.core.variable import KINDS, unit_of
 from bristle.exports import TARGETS
 from bristle.files.components import key_of
-from bristle.friction.slots import OFFSET
+from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
 FOLDER = Path(__file__).parent / "reference"
 NOTE = "<!-- Written by docs/generate.py: change the code, then run it again. -->"
@@ -73,10 +73,9 @@ def models() -> str:
     """Return the page of all models: what `bristle models` tells, in one place."""
     parts = [
         "What `bristle models` and `bristle models NAME` tell, and `help(bristle.friction.lugre)` in Python. Every "
-        "friction model also takes an `offset`, and slots "
+        "friction model also takes an `offset`, and [slots](#slots) "
         "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
-        "one backward (`_neg`); `+position`, `+periodic`, `+load` and `+temperature` let friction "
-        "[vary](../theory/models.md#what-varies), `+transmitted` and `+ripple` raise its level. Plants take "
+        "one backward (`_neg`); others let friction [vary](../theory/models.md#what-varies). Plants take "
         "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. Which model to take: "
         "[how to choose](../how-to/choose-a-model.md)."
     ]
@@ -93,7 +92,17 @@ def models() -> str:
             parts += [_parameters(one)]
             parts += [f"Needs `{relation.condition}`." for relation in one.relations]
             parts += [f"Source: {_linked(one.reference)}" if one.reference else ""]
-    return page("Models and their parameters", *parts)
+    return page("Models and their parameters", *parts, *slots())
+
+
+def slots() -> tuple[str, ...]:
+    """Return what every friction model can be given behind its name."""
+    rows = [
+        (f"`+{name}`", ", ".join(f"`{one}`" for one in PARAMETERS_OF_SLOTS[name]), what)
+        for name, what in WHAT_SLOTS_DO.items()
+    ]
+    own = "One of [your own](../how-to/your-own-model.md#a-slot-of-your-own) stands there by its file, `+my_slot.py`."
+    return "## Slots", table(("Name", "Parameters", "What they give"), rows), own
 
 
 def _parameters(one: Component) -> str:

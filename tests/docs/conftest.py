@@ -73,7 +73,8 @@ def readers_folder(tmp_path_factory):
     axis_simulated.write_log(folder / "unseen.csv", seed=2)
     write_followed(folder)
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
-    shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", folder / "quadratic_drag.py")
+    for name in ("quadratic_drag.py", "humidity.py"):
+        shutil.copyfile(ROOT / "examples" / name, folder / name)
     (folder / "experiment.toml").write_text(EXPERIMENT)
     (folder / "study.toml").write_text(STUDY)
     with pytest.MonkeyPatch.context() as patch:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Model
+from bristle.core.contracts import Model
 from bristle.engine.entry_points import ACCELERATION, FORCE, OUT_SIZE, SLOPE, MechanismVectors
 from bristle.engine.instance import Instance, warn_of_lost
 from bristle.engine.loop import substeps_entry
@@ -51,15 +51,13 @@ def contact_step(friction: Model, dt: float) -> Step:
     contact = Instance(friction)
     cuts = np.cumsum((1, contact.state.size))
     entry = force_along_entry(contact)
-    load, temperature, transmitted = (
-        np.full(1, value) for value in (NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED)
-    )
+    around = np.array(list(contact.motion._field_defaults.values()), dtype=float)
 
     def step(state: np.ndarray, velocity: float) -> tuple[float, np.ndarray]:
         position, friction_state, memory = np.split(state, cuts)
         position += velocity * dt
         v, force = np.full(1, velocity), np.empty(1)
-        entry(contact.parameters, friction_state, memory, v, position, load, temperature, transmitted, dt, force)
+        entry(contact.parameters, friction_state, memory, v, position, around, dt, force)
         _warn_where_memory_was_full(contact, friction_state)
         return float(force[0]), state
 

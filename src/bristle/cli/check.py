@@ -30,7 +30,7 @@ def check(
         Path,
         typer.Argument(
             metavar="MODEL.toml|OWN.py",
-            help="A model file, or a model, law, sensor, figure or target of the export of your own.",
+            help="A model file, or a model, slot, law, sensor, figure or target of the export of your own.",
         ),
     ],
     force_ripple: Annotated[
@@ -44,8 +44,8 @@ def check(
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed, and its friction model, control law, sensor, figure or target of the export held against
-    its contract.
+    A Python file is executed, and its friction model, slot, control law, sensor, figure or target of the export held
+    against its contract.
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
@@ -128,9 +128,8 @@ class _Subject(NamedTuple):
 
 def _subject_in(content: Content) -> _Subject:
     """Return what a file defines that has a contract."""
-    from bristle.core.contracts import Controller, FrictionModel, Sensor
     from bristle.exports import load_target_file
-    from bristle.files.user_model import WORDS, SourceText, load_component_file
+    from bristle.files.user_model import SourceText, load_checked, word_of
     from bristle.testing import check_figure, check_model, check_target
 
     module = SourceText(content).module()
@@ -142,9 +141,8 @@ def _subject_in(content: Content) -> _Subject:
 
         figure = load_figure_file(content)
         return _Subject(figure.name, "figure", partial(check_figure, figure))
-    component = load_component_file(content, FrictionModel, Controller, Sensor)
-    title = next(word for family, word in WORDS.items() if isinstance(component, family))
-    return _Subject(component.name, title, partial(check_model, component))
+    component = load_checked(content)
+    return _Subject(component.name, word_of(component), partial(check_model, component))
 
 
 def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:

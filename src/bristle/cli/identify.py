@@ -29,6 +29,7 @@ from bristle.cli.options import (
     own_figures,
     own_readers,
 )
+from bristle.cli.own import holds_own, own_model
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
@@ -69,7 +70,8 @@ ModelNames = Annotated[
     typer.Option(
         "--model",
         metavar="NAME[+slot][,NAME...]",
-        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
+        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. A slot may be a file "
+        "my_slot.py.",
     ),
 ]
 Cutoff = Annotated[
@@ -216,24 +218,9 @@ def _next_step(missing: tuple[str, ...], file: Path) -> str:
 
 
 def _models(text: str) -> list[Any]:
-    """Return the models of a list: names, and models of a user's own from their files."""
+    """Return the models of a list: names, and models with files of a user's own."""
     names = [part.strip() for part in text.split(",")]
-    return [_own_model(name) if name.split("+")[0].endswith(".py") else name for name in names]
-
-
-def _own_model(name: str) -> Any:
-    from bristle.core.content import content_of
-    from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_model import load_model_file
-    from bristle.friction import with_slots
-    from bristle.testing import admit
-
-    file, *slots = name.split("+")
-    content = content_of(file, limit=CODE_LIMIT)
-    own = load_model_file(content)
-    admit(own)
-    allow(content)
-    return with_slots(own, slots, "--model")
+    return [own_model(name, "--model") if holds_own(name) else name for name in names]
 
 
 def _thresholds(texts: list[str]) -> dict[str, float]:

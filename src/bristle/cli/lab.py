@@ -71,7 +71,6 @@ def lab(
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
     from bristle.lab import lab_page
 
     file = model / "model.toml" if model is not None and model.is_dir() else model
@@ -86,7 +85,7 @@ def lab(
             content = content_of(file, limit=TOML_LIMIT)
             friction, inputs, plant, treatment = _read(content, allow_code=allow_code)
             inputs |= {"model": friction, "source": file.name}
-            code = origins_of_code([base_of(friction.component)])
+            code = origins_of_code([friction.component])
             if log is not None:
                 beside = file.parent / "axis.toml"
                 described = axis or (beside if beside.is_file() else None)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bristle.cli.options import Json
+from bristle.cli.own import holds_own, own_model
 from bristle.cli.terminal import say, say_laid_out, show_table
 
 if TYPE_CHECKING:
-    from bristle.core import Component, Variable
+    from bristle.core import Component, Surrounding, Variable
 
 __all__ = ["EXAMPLE", "models"]
 
@@ -29,7 +31,7 @@ def models(
     """List models, with parameters and units.
 
     Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the equations and
-    parameters of one.
+    parameters of one, or of one of your own by its file, my_slot.py.
     """
     from bristle.files.summary import as_json as json_text
 
@@ -59,6 +61,8 @@ def _selected(name: str) -> dict[str, list[Component]]:
     from bristle.core import InputError
     from bristle.core.errors import did_you_mean
 
+    if holds_own(name):
+        return _own(name)
     base, plus, slots = name.partition("+")
     family_of = {member.name: family for family, members in _families().items() for member in members}
     named = {member.name: member for members in _families().values() for member in members}
@@ -75,6 +79,20 @@ def _selected(name: str) -> dict[str, list[Component]]:
     return {family_of[base]: [chosen]}
 
 
+def _own(name: str) -> dict[str, list[Any]]:
+    """Return the model of a name that holds files, or what is in a file alone: a slot, a model, a law or a sensor."""
+    if "+" in name:
+        return {"friction": [own_model(name, "NAME").inner]}
+    from bristle.core.content import content_of
+    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.user_model import load_checked
+
+    content = content_of(Path(name), limit=CODE_LIMIT)
+    described = load_checked(content)
+    allow(content)
+    return {described.family: [described]}
+
+
 def _described(family: str, component: Component) -> dict[str, Any]:
     from bristle.files.components import key_of
 
@@ -85,6 +103,7 @@ def _described(family: str, component: Component) -> dict[str, Any]:
         "reference": component.reference,
         "equations": list(component.equations),
         "relations": [relation.condition for relation in component.relations],
+        "channels": [channel.name for channel in _channels(component)],
         "parameters": {
             key_of(name): {
                 "description": variable.description,
@@ -105,6 +124,7 @@ def _described(family: str, component: Component) -> dict[str, Any]:
 
 def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.files.components import key_of
+    from bristle.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
     from bristle.report.table import Table
 
     for family, members in families.items():
@@ -113,10 +133,11 @@ def _show_families(families: dict[str, list[Component]]) -> None:
             for member in members
         ]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
+    rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
+    show_table(Table("Slots", ("Name", "Parameters", "What they give"), rows))
     say(
-        "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
-        "motion; +position, +periodic, +load, +temperature for friction that varies; +transmitted, +ripple for a level "
-        "that rises. Plants take terms: +gravity, +cogging, +known."
+        "Every friction model takes an offset, and slots behind its name; one of your own by its file, +my_slot.py. "
+        "Plants take terms: +gravity, +cogging, +known."
     )
 
 
@@ -143,8 +164,19 @@ def _show_one(component: Component) -> None:
     show_table(Table(f"{component.name}: {component.description}", heads, rows))
     for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
+    for channel in _channels(component):
+        say(
+            f"Needs {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; "
+            f"{channel.usual:g} where nobody tells it."
+        )
     if component.reference:
         say(f"Source: {component.reference}")
+
+
+def _channels(component: Any) -> list[Surrounding]:
+    """Return the channels of a log that a slot, or those of a model, depend on."""
+    needed = getattr(component, "surroundings", ()) or [getattr(component, "channel", None)]
+    return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
 
 
 def _default(component: Component, name: str) -> str:

@@ -97,7 +97,6 @@ def _predict_friction(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
     from bristle.identification.prediction_interval import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
@@ -125,7 +124,7 @@ def _predict_friction(
             model=model,
             log=recorded,
             axis=axis_file,
-            code=origins_of_code([base_of(friction.component)]),
+            code=origins_of_code([friction.component]),
             figure=code,
         )
         # A file of several tables has one checksum for all of them.

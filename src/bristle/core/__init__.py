@@ -17,7 +17,9 @@ from bristle.core.contracts import (
 from bristle.core.errors import BristleError, InputError, InputWarning, MissingExtraError
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.kernel import kernel
+from bristle.core.slot import Slot
 from bristle.core.status import Status
+from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, unit_of, variables_of
 
 __all__ = [
@@ -41,7 +43,9 @@ __all__ = [
     "Relation",
     "Run",
     "Sensor",
+    "Slot",
     "Status",
+    "Surrounding",
     "Trajectory",
     "Variable",
     "Variant",

@@ -15,14 +15,15 @@ from bristle.core.edge import (
     amount,
     guarded,
     instance,
-    known,
     many,
+    mapping,
     model,
     optional,
     whole,
 )  # fmt: skip
 from bristle.core.errors import InputError
-from bristle.core.values import looked_at
+from bristle.core.motion import RECORDED
+from bristle.core.values import looked_at, shown
 from bristle.core.variable import Kind, Variable
 
 __all__ = ["CHANNELS", "COLUMNS", "Axis", "Cogging", "Column", "Injected", "KnownColumn"]
@@ -34,8 +35,7 @@ CHANNELS = {
     "velocity": "length/time",
     "effort": "force",
     "reference": "length",
-    "load": "1",
-    "temperature": "temperature",
+    **{name: variable.quantity for name, variable in RECORDED.items()},
 }
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
@@ -91,6 +91,18 @@ class Column:
     scale: float = 1.0
     optional: bool = False
     shift: float = 0.0
+
+
+def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
+    """Take columns by channel; a further channel, for a slot of a person's own, is a word and has a unit."""
+    columns = mapping(instance(Column, "a Column"))(columns, path, kind)
+    for name, column in columns.items():
+        if name not in COLUMNS and not (
+            isinstance(name, str) and name.isidentifier() and (column.base or column.shift)
+        ):
+            raise InputError("has an unknown name", path=path, value=shown(name),
+                             allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit")  # fmt: skip
+    return columns
 
 
 @guarded(column=TEXT, gain=_NUMBER, optional=FLAG)
@@ -157,7 +169,7 @@ class Cogging:
 
 
 @guarded(
-    name=TEXT, kind=KIND, columns=known(COLUMNS, instance(Column, "a Column")),
+    name=TEXT, kind=KIND, columns=_columns,
     injected=many(instance(Injected, "an Injected"), single=True), table=optional(TEXT),
     gravity=FLAG, cogging=many(instance(Cogging, "a Cogging"), single=True),
     regressors=many(instance(KnownColumn, "a KnownColumn"), single=True),
@@ -191,8 +203,8 @@ class Axis:
     kind : {"translational", "rotational"}
         Decides the units: m, N, kg or rad, N*m, kg*m^2.
     columns : mapping of str to Column
-        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``) to the
-        column of the log.
+        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``, and
+        further ones for slots of your own) to the column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
     table : str or None

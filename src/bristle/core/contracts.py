@@ -213,6 +213,11 @@ class FrictionModel(Component):
         outer: Any = factory(component, *further)
         return outer, values
 
+    @property
+    def surroundings(self) -> tuple[Any, ...]:
+        """What of its surroundings its slots depend on."""
+        return getattr(getattr(self, "inner", None), "surroundings", ())
+
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
         return np.zeros(self.memory_size(parameters))

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from bristle.core.kernel import on_activation
 
 __all__ = [
+    "chosen_by_fields",
     "controller_step",
     "everett",
     "everett_slope",
@@ -42,6 +44,7 @@ __all__ = [
 ]
 
 _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
+_by_fields: dict[Callable[..., Any], Callable[[tuple[str, ...]], Callable[..., Any]]] = {}
 
 
 def register(family: str, parameters: type, functions: Mapping[str, Callable[..., Any]]) -> None:
@@ -189,35 +192,46 @@ _DISPATCHERS = {
 }
 
 
+def chosen_by_fields(
+    function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]
+) -> Callable[..., Any]:
+    """Return a function of one NamedTuple, for which `choose` has a kernel by the names of the fields of that."""
+    _by_fields[function] = choose
+    on_activation(lambda: _overload(function, lambda types: choose(types[-1].fields)))
+    return function
+
+
 def is_dispatch(function: Callable[..., Any]) -> bool:
-    """Return whether `function` is one of the dispatching functions of this module."""
-    return function in _DISPATCHERS
+    """Return whether `function` is a dispatching function: one of this module, or one that fields choose."""
+    return function in _DISPATCHERS or function in _by_fields
 
 
 def implementation_of(function: Callable[..., Any], parameters: type) -> Callable[..., Any] | None:
     """Return what a dispatching function of this module calls for parameters of this type; None where nothing is."""
+    if function in _by_fields:
+        return _by_fields[function](getattr(parameters, "_fields", ()))
     return _functions.get((*_DISPATCHERS[function], parameters))
 
 
 def overload_all() -> None:
+    for function, key in _DISPATCHERS.items():
+        _overload(function, partial(_by_type, key))
+
+
+def _by_type(key: tuple[str, str], types: tuple[Any, ...]) -> Any:
+    return _functions.get((*key, getattr(types[-1], "instance_class", type(None))))
+
+
+def _overload(function: Callable[..., Any], choose: Callable[[tuple[Any, ...]], Any]) -> None:
+    """Make what is chosen in place of a function known to the compiler, by the types of its arguments."""
     from numba.extending import overload
 
     options: Any = {"forceinline": True, "error_model": "numpy"}
-    for function, key in _DISPATCHERS.items():
-        overload(function, jit_options=options, strict=False)(_choice(key, inspect.signature(function)))
-
-
-def _choice(key: tuple[str, str], signature: inspect.Signature) -> Callable[..., Any]:
-    """Return what the compiler asks for an implementation: it finds the type of the last argument by its name."""
-
-    def choose(*types: Any) -> Any:
-        return _functions.get((*key, getattr(types[-1], "instance_class", type(None))))
-
     # The compiler matches arguments by name, so the implementation carries those of its dispatcher.
-    names = ", ".join(signature.parameters)
-    scope: dict[str, Any] = {"choose": choose}
+    names = ", ".join(inspect.signature(function).parameters)
+    scope: dict[str, Any] = {"choose": lambda *types: choose(types)}
     exec(f"def chosen({names}): return choose({names})", scope)
-    return scope["chosen"]
+    overload(function, jit_options=options, strict=False)(scope["chosen"])
 
 
 on_activation(overload_all)

@@ -23,7 +23,7 @@ import functools
 import inspect
 import math
 import numbers
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,8 +53,8 @@ __all__ = [
     "guarded",
     "instance",
     "is_finite",
-    "known",
     "many",
+    "mapping",
     "model",
     "of_variables",
     "optional",
@@ -279,16 +279,12 @@ def many(converter: Converter, *, least: int = 0, most: float = math.inf, single
     return convert
 
 
-def known(names: Iterable[str], converter: Converter) -> Converter:
-    """Return what takes a mapping whose keys are among some names."""
-    allowed = tuple(names)
+def mapping(converter: Converter) -> Converter:
+    """Return what takes a mapping, whatever its keys."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
         if not isinstance(value, Mapping):
-            raise InputError("must be a dictionary", path=path, value=shown(value), allowed=", ".join(allowed))
-        for name in value:
-            if name not in allowed:
-                raise InputError("has an unknown name", path=path, value=shown(name), allowed=", ".join(allowed))
+            raise InputError("must be a dictionary", path=path, value=shown(value))
         return {name: looked_at(converter, item, f"{path}.{name}", kind) for name, item in value.items()}
 
     return convert

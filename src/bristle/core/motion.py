@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.variable import Variable
+from bristle.core.variable import Variable, variables_of
 
-__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "NOTHING_TRANSMITTED", "NOT_KNOWN", "Motion", "Reference"]
+__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "NOTHING_TRANSMITTED", "NOT_KNOWN", "RECORDED", "Motion", "Reference"]
 
 NOMINAL_LOAD = 1.0
 NOMINAL_TEMPERATURE = 293.15  # [K]
@@ -23,6 +23,14 @@ class Motion(NamedTuple):
     load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
     temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
     transmitted: Annotated[float, Variable("force", "effort that passes on to the load")] = NOTHING_TRANSMITTED
+
+
+# What passes on to the load is recorded by nobody: it follows from the plant.
+RECORDED: dict[str, Variable] = {
+    name: variable
+    for name, variable in variables_of(Motion).items() if name in Motion._field_defaults and name != "transmitted"
+}  # fmt: skip
+"""What of its surroundings a log has a channel for, by name."""
 
 
 class Reference(NamedTuple):

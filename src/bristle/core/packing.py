@@ -32,6 +32,7 @@ __all__ = [
     "lane_constants",
     "lane_packer",
     "lane_unpacker",
+    "motion_reader",
     "pack",
     "packer",
     "structure_of",
@@ -227,6 +228,18 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
     """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
     lines = [f"block[(row + {i}) * {LANES} + lane] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, block, row, lane)", lines or ["return"], {})
+
+
+@cache
+def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
+    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions.
+
+    `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
+    """
+    more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
+    return _define(
+        "moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion}
+    )
 
 
 def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from bristle.core.card import Card, WithCard
 from bristle.core.errors import MissingExtraError
+from bristle.core.motion import RECORDED
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of
 from bristle.core.variable import Kind, Variable
@@ -28,8 +29,7 @@ SIGNALS: dict[str, Variable] = {
     "velocity": Variable("length/time", "velocity"),
     "effort": Variable("force", "effort of the drive"),
     "reference": Variable("length", "desired position"),
-    "load": Variable("1", "normal load over its nominal value"),
-    "temperature": Variable("temperature", "temperature"),
+    **RECORDED,
     "measured": Variable("length", "position as the sensor reads it"),
     "command": Variable("force", "effort that the controller asks for"),
     "feedforward": Variable("force", "effort that is fed forward"),

@@ -18,6 +18,7 @@ from bristle.core.errors import InputError, did_you_mean
 __all__ = [
     "EXCITATIONS",
     "KINDS",
+    "OF_SLOTS",
     "AxisKind",
     "Kind",
     "Variable",
@@ -27,10 +28,9 @@ __all__ = [
     "variables_of",
 ]
 
-EXCITATIONS = (
-    "", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", "place", "load", "temperature",
-    "drive",
-)  # fmt: skip
+OF_SLOTS = ("place", "load", "temperature", "channel")
+"""What a log must contain for what only a slot has; the last of one's own."""
+EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
 """What a log may have to contain for a parameter to be identified from it."""
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
+from bristle.core.contracts import Model
 from bristle.engine.instance import Instance
 from bristle.engine.motion import force_along_entry
 
@@ -84,6 +84,6 @@ class Contact:
 
     def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
         force = np.empty(v.size)
-        load, temperature = np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
-        self._entry(self._part.parameters, state, memory, v, x, load, temperature, np.zeros(v.size), float(dt), force)
+        around = np.repeat(list(self._part.motion._field_defaults.values()), v.size)
+        self._entry(self._part.parameters, state, memory, v, x, around, float(dt), force)
         return force

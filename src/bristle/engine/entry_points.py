@@ -21,7 +21,7 @@ from bristle.core.dispatch import (
     operator_trial,
     sensor_step,
 )
-from bristle.core.packing import Structure, packer, unpacker
+from bristle.core.packing import Structure, motion_reader, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.mechanism import Mechanism, drive_over, mechanism
 from bristle.engine.signature import Vector
@@ -65,8 +65,8 @@ class MechanismVectors(NamedTuple):
 
 
 # The kinds of entries: what each takes. Parameters, state and memory of a component are vectors that it unpacks itself.
-# A friction model along a motion: (parameters, state, memory, v, x, loads, temperatures, transmitted, dt, force).
-ForceAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
+# A friction model along a motion: (parameters, state, memory, v, x, surroundings one after the other, dt, force).
+ForceAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
 # An operator along an input: (parameters, state, memory, u, w).
 OutputAlong = Callable[[Vector, Vector, Vector, Vector, Vector], float]
 # A plant with friction over some time: (vectors, effort, effort at the end, dt, steps).
@@ -82,16 +82,16 @@ CompensateAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vect
 Sense = Callable[[Vector, Vector, float, float], float]
 
 
-def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
-    """Return the entry that runs one friction model along a prescribed motion."""
+def make_force_along(parameters: Structure, state: Structure, motion: Any = Motion) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along a prescribed motion, by the class of what it sees of it."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+    moved = motion_reader(motion)
 
-    def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, transmitted, dt, force):
+    def force_along(p_vector, state_vector, memory, v, x, around, dt, force):
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            motion = Motion(v[k], x[k], loads[k], temperatures[k], transmitted[k])
-            force[k], move = friction_trial(s, memory, motion, dt, p)
+            force[k], move = friction_trial(s, memory, moved(v, x, around, k), dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0

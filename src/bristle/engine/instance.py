@@ -13,6 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack, structure_of, unpacker
+from bristle.core.surroundings import motion_with
 
 __all__ = ["Instance", "memory_of", "warn_of_lost"]
 
@@ -54,6 +55,11 @@ class Instance:
     def component(self) -> Any:
         """The descriptor."""
         return self.model.component
+
+    @property
+    def motion(self) -> Any:
+        """The class of what a friction model sees of a step."""
+        return motion_with(self.component.surroundings)
 
     @property
     def key(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from bristle.controllers.feedforward import Shape
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Model
+from bristle.core.contracts import NOTHING_TRANSMITTED, Model
 from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, did_you_mean
 from bristle.core.packing import unpacker
+from bristle.core.surroundings import motion_with
+from bristle.core.values import looked_at
 from bristle.core.variable import Variable
 from bristle.engine import entry_points
 from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, finite
@@ -45,15 +47,20 @@ CREEP = np.diff(FARTHER) / SLOW
 
 
 AROUND = array(single=True)
-MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD, "load": AROUND, "temperature": AROUND, "transmitted": AROUND}
+MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD}
 
 
 @guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
-    model: Model, v: Any, dt: Amount, x: Any = None, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED, state: Any = None,
+    model: Model,
+    v: Any,
+    dt: Amount,
+    x: Any = None,
+    *,
+    state: Any = None,
     memory: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
+    **around: Any,
+) -> np.ndarray:
     """Return the friction force along a prescribed velocity.
 
     Parameters
@@ -66,44 +73,37 @@ def force_along(
         Length of a step [s].
     x : array_like, shape (step,), optional
         Position at the end of each step [m or rad]; the integral of `v` where not given.
-    load, temperature : float or array_like, shape (step,)
-        Normal load over its nominal value, and temperature [K].
-    transmitted : float or array_like, shape (step,)
-        Effort that passes on to the load [N or N*m].
     state : NamedTuple, optional
         State before the first step; virgin where not given.
     memory : ndarray, optional
         Memory before the first step; it is not changed.
+    **around : float or array_like, shape (step,)
+        What surrounds the contact: `load` over its nominal value, `temperature` [K], `transmitted`, the effort that
+        passes on to the load [N or N*m], and by their names the channels of slots of your own [SI]. What is not given
+        has its usual value.
 
     Returns
     -------
     ndarray, shape (step,)
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
-    return finite(
-        along(model, v, dt, x, load=load, temperature=temperature, transmitted=transmitted, state=state, memory=memory),
-        model,
-    )
+    return finite(along(model, v, dt, x, state=state, memory=memory, **_checked(model, around)), model)
 
 
 def along(
-    model: Model, v: np.ndarray, dt: float, x: np.ndarray | None = None, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED, state: Any = None,
-    memory: np.ndarray | None = None,
+    model: Model, v: np.ndarray, dt: float, x: np.ndarray | None = None, *, state: Any = None,
+    memory: np.ndarray | None = None, **around: Any,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
-    part, v, around = Instance(model), vector(v, "v"), _around(v.size, load, temperature, transmitted)
+    part, v = Instance(model), vector(v, "v")
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
     part.begin(state)
-    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
-    return _follow(part, memory_of(model, memory), v, x, dt, *around)
+    check_run(v.size, x=x)
+    return _follow(part, memory_of(model, memory), v, x, dt, _surroundings(part, v.size, around))
 
 
 @guarded(**MOTION, states=many(STATE), x=array())
-def force_from(
-    model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
-) -> np.ndarray:  # fmt: skip
+def force_from(model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, **around: Any) -> np.ndarray:
     """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
 
     Parameters
@@ -116,41 +116,29 @@ def force_from(
         Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
     dt : float
         Length of a step [s].
-    load, temperature : float or array_like, shape (step,)
-        Normal load over its nominal value, and temperature [K].
-    transmitted : float or array_like, shape (step,)
-        Effort that passes on to the load [N or N*m].
+    **around : float or array_like, shape (step,)
+        What surrounds the contact, as in `force_along`.
     """
-    return finite(
-        each_from(model, states, v, dt, x, load=load, temperature=temperature, transmitted=transmitted), model
-    )
+    return finite(each_from(model, states, v, dt, x, **_checked(model, around)), model)
 
 
 def each_from(
-    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
-) -> np.ndarray:  # fmt: skip
+    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any
+) -> np.ndarray:
     """Return what `force_from` does, finite or not."""
-    part, v, x, around = (
-        Instance(model),
-        vector(v, "v"),
-        vector(x, "x"),
-        _around(v.size, load, temperature, transmitted),
-    )
-    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
+    part, v, x = Instance(model), vector(v, "v"), vector(x, "x")
+    check_run(v.size, x=x)
+    signals = _surroundings(part, v.size, around).ravel()
     force, entry, virgin = np.empty((len(states), v.size)), force_along_entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
         part.begin(state)
-        entry(part.parameters, part.state, virgin.copy(), v, x, *around, float(dt), row)
+        entry(part.parameters, part.state, virgin.copy(), v, x, signals, float(dt), row)
         warn_of_lost(part)
     return force
 
 
 @guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
-def force_in_turns(
-    model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, *,
-    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
-) -> np.ndarray:  # fmt: skip
+def force_in_turns(model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, **around: Any) -> np.ndarray:
     """Return the friction force along a prescribed velocity, where parameters change on the way.
 
     What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke
@@ -168,10 +156,8 @@ def force_in_turns(
         Length of a step [s].
     starts : sequence of int
         First step of each turn, in rising order; the first one is 0.
-    load, temperature : float or array_like, shape (step,)
-        Normal load over its nominal value, and temperature [K].
-    transmitted : float or array_like, shape (step,)
-        Effort that passes on to the load [N or N*m].
+    **around : float or array_like, shape (step,)
+        What surrounds the contact, as in `force_along`.
 
     Returns
     -------
@@ -186,30 +172,23 @@ def force_in_turns(
     turns = starts.astype(int)
     if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
         raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
-    return finite(
-        in_turns(
-            model, parameters, v, dt, x, turns.tolist(), load=load, temperature=temperature, transmitted=transmitted
-        ),
-        model,
-    )
+    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), **_checked(model, around)), model)
 
 
 def in_turns(
-    model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], *,
-    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
-) -> np.ndarray:  # fmt: skip
+    model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], **around: Any
+) -> np.ndarray:
     """Return what `force_in_turns` does, finite or not."""
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     if parameters.shape[1] != part.parameters.size:
         raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
                          allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
-    around = _around(v.size, load, temperature, transmitted)
-    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
-    force = np.empty(v.size)
+    check_run(v.size, x=x)
+    signals, force = _surroundings(part, v.size, around), np.empty(v.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
         turn = slice(first, last)
-        force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(values[turn] for values in around))
+        force[turn] = _follow(part, memory, v[turn], x[turn], dt, signals[:, turn])
     return force
 
 
@@ -238,7 +217,7 @@ def compensation_along(
     """
     part = Instance(model)
     part.begin(state)
-    (passed_on,) = _around(v.size, transmitted)
+    passed_on = _signal(v.size, transmitted)
     check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
     entry = compiled(
@@ -250,9 +229,35 @@ def compensation_along(
     return finite(effort, model)
 
 
-def _around(count: int, *surroundings: Any) -> list[np.ndarray]:
-    """Return load, temperature and transmitted effort of each step."""
-    return [np.full(count, float(values)) if np.ndim(values) == 0 else vector(values) for values in surroundings]
+def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a person tells of the surroundings of a contact, as numbers.
+
+    Raises
+    ------
+    InputError
+        If something is told that the model does not know, or is no number.
+    """
+    usual = motion_with(model.component.surroundings)._field_defaults
+    for name in around:
+        if name not in usual:
+            raise InputError(f"is nothing that {model.name} knows of its surroundings", path=name,
+                             allowed=", ".join(usual), mend=did_you_mean(name, usual))  # fmt: skip
+    return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
+
+
+def _surroundings(part: Instance, count: int, around: Mapping[str, Any]) -> np.ndarray:
+    """Return what surrounds a contact in each step, shape (surrounding, step), as far as its motion holds it."""
+    usual = part.motion._field_defaults
+    signals = {name: _signal(count, values) for name, values in around.items() if name in usual}
+    check_run(count, **signals)
+    table = np.empty((len(usual), count))
+    for row, (name, value) in zip(table, usual.items(), strict=True):
+        row[:] = signals.get(name, value)
+    return table
+
+
+def _signal(count: int, values: Any) -> np.ndarray:
+    return np.full(count, float(values)) if np.ndim(values) == 0 else vector(values)
 
 
 @guarded(model=FRICTION, v=SPEED)
@@ -315,15 +320,11 @@ def presliding_distance(model: Model) -> float:
 
 def _follow(
     part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
-    load: np.ndarray | None = None, temperature: np.ndarray | None = None, transmitted: np.ndarray | None = None,
+    around: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     force = np.empty(velocity.size)
-    load = np.full(velocity.size, NOMINAL_LOAD) if load is None else load
-    temperature = np.full(velocity.size, NOMINAL_TEMPERATURE) if temperature is None else temperature
-    transmitted = np.full(velocity.size, NOTHING_TRANSMITTED) if transmitted is None else transmitted
-    force_along_entry(part)(
-        part.parameters, part.state, memory, velocity, position, load, temperature, transmitted, float(dt), force
-    )  # fmt: skip
+    signals = (_surroundings(part, velocity.size, {}) if around is None else around).ravel()
+    force_along_entry(part)(part.parameters, part.state, memory, velocity, position, signals, float(dt), force)
     warn_of_lost(part)
     return force
 
@@ -332,7 +333,7 @@ def force_along_entry(part: Instance) -> Callable[..., Any]:
     """Return the entry that runs this friction model along a prescribed motion."""
     return compiled(
         f"force_along-{part.key}",
-        lambda: entry_points.make_force_along(*part.structures),
+        lambda: entry_points.make_force_along(*part.structures, part.motion),
         entry_points.ForceAlong,
         part.functions,
     )

@@ -19,6 +19,7 @@ from bristle.exports.types import Struct, Type
 
 __all__ = ["Builder"]
 
+DEEPEST = 16  # models around each other
 FACE = frozenset((
     "effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start",
 ))  # fmt: skip
@@ -40,7 +41,7 @@ class Builder:
 
     def __post_init__(self) -> None:
         self._built: dict[tuple[Any, ...], Function] = {}
-        self._open: list[Callable[..., Any]] = []
+        self._open: list[tuple[Any, ...]] = []
         self._names: set[str] = set()
 
     def function(self, called: Callable[..., Any], types: Sequence[Type]) -> Function:
@@ -68,14 +69,15 @@ class Builder:
         return kernel
 
     def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> Function:
-        if kernel in self._open:
+        # A model around a model around a model has one kernel for all of them, each time of other types.
+        if (kernel, *types) in self._open or sum(of[0] is kernel for of in self._open) >= DEEPEST:
             raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
         definition = definition_of(kernel)
         if len(definition.args.args) != len(types):
             raise NotExportableError(
                 kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}"
             )
-        self._open.append(kernel)
+        self._open.append((kernel, *types))
         try:
             translated = Translation(self, kernel, types).function(self._name_for(kernel))
         finally:

@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core.motion import Motion
 from bristle.core.variable import unit_of, variables_of
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
@@ -93,11 +92,12 @@ class CFiles:
             "description": plain(component.description) + ".",
             "facts": self.source.lines, "table": parameter_table(model, self.source).rstrip(),
             "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
-            "state": self._state_lines(printer), "memory": subject.memory_size, "signals": subject.signals,
+            "state": self._state_lines(printer), "memory": subject.memory_size,
+            "signals": [printer.names.variable(name) for name in subject.signals],
             "parameters": tuned.declared(self.scalar, model) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
-            "nominal": ", ".join(repr(Motion._field_defaults[name]) for name in subject.signals),
+            "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
             "told_signals": [self._told(name) for name in subject.signals],
             "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
@@ -111,7 +111,7 @@ class CFiles:
         return unit_of(quantity, model.kind)
 
     def _told(self, signal: str) -> str:
-        return told(variables_of(Motion)[signal], self.subject.model.kind)
+        return told(variables_of(self.subject.motion.cls)[signal], self.subject.model.kind)
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
@@ -133,7 +133,8 @@ class CFiles:
 
     def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
-        around = [name if name in subject.signals else repr(usual) for name, usual in Motion._field_defaults.items()]
+        usual = subject.usual.items()
+        around = [printer.names.variable(name) if name in subject.signals else repr(value) for name, value in usual]
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
         motion = "" if subject.is_operator else f"const {printer.named(subject.motion, 'motion')} = {values};"
         state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"

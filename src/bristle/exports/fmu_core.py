@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
+from bristle.core.contracts import Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.build import Builder
@@ -95,14 +95,15 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
         What builds it, where other functions are built beside it: its unit is then not pruned.
     """
     scope: dict[str, Any] = {
-        "__name__": __name__, "State": subject.state.cls, "Motion": Motion, "friction_trial": friction_trial,
-        "friction_commit": friction_commit, "Mechanism": Mechanism, "mechanism": mechanism,
+        "__name__": __name__, "State": subject.state.cls, "Motion": subject.motion.cls,
+        "friction_trial": friction_trial, "friction_commit": friction_commit, "Mechanism": Mechanism,
+        "mechanism": mechanism,
     }  # fmt: skip
     virgin = [float(value) for value in subject.virgin]
     parameters = {"p": (subject.model, subject.parameters)}
     most = [_most(subject, name) if kind == INTEGER else 0 for name, kind in subject.state.fields]
     if plant is None:
-        around = ", ".join(name if name in subject.signals else repr(usual) for name, usual in _around())
+        around = ", ".join(name if name in subject.signals else repr(usual) for name, usual in subject.usual.items())
         text = ALONG.format(
             signals="".join(f"{name}, " for name in subject.signals), around=around, load=_load(subject.state, 0),
             store=_store(subject.state, "after", 0),
@@ -130,10 +131,6 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
     )
     unit = pruned(builder.unit, [entry]) if own else builder.unit
     return Core(subject, plant, unit, entry, np.array(begin), tuple(most), parameters)
-
-
-def _around() -> list[tuple[str, float]]:
-    return list(Motion._field_defaults.items())
 
 
 def _most(subject: Subject, name: str) -> int:

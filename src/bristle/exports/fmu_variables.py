@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
+from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable, variables_of
 from bristle.exports.described import Source
@@ -108,7 +108,7 @@ def _signals(core: Core) -> list[Port]:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
         effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step"), 0.0)
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
-    around, defaults = variables_of(Motion), Motion._field_defaults
+    around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
     velocity = Variable("length/time", "velocity, held over a step; the sign of zero is a side")
     position = Variable("length", "position at the end of a step; only friction that depends on it looks at it")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]

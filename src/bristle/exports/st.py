@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from bristle.core.motion import Motion
 from bristle.core.variable import unit_of, variables_of
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
@@ -125,7 +124,11 @@ class StFiles:
         return Pou("FUNCTION_BLOCK", self.name, "", variables, body_lines("st/block.st", facts))
 
     def _interface(self, signals: dict[str, str]) -> list[Variable]:
-        kind, motion, operator = self.subject.model.kind, variables_of(Motion), self.subject.is_operator
+        kind, motion, operator = (
+            self.subject.model.kind,
+            variables_of(self.subject.motion.cls),
+            self.subject.is_operator,
+        )
         unit_in, unit_out = self._units()
         if operator:
             first = [Variable("excitation", "LREAL", f"what drives the operator [{unit_in}]", "VAR_INPUT")]
@@ -135,7 +138,7 @@ class StFiles:
                 Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT"),
             ]
         for signal, name in signals.items():
-            usual = real_literal(Motion._field_defaults[signal])
+            usual = real_literal(self.subject.usual[signal])
             first.append(Variable(name, "LREAL", told(motion[signal], kind), "VAR_INPUT", usual))
         answer = f"its answer [{unit_out}]" if operator else f"mean friction force of the last step [{unit_out}]"
         return [
@@ -159,7 +162,7 @@ class StFiles:
     def _motion(self, printer: Printer, signals: dict[str, str]) -> list[str]:
         # A sum with 0.0 makes 0.0 of -0.0: a step of length 0 is one without a sign.
         values = {"v": "(position - last_position) / period + 0.0", "x": "position"}
-        values |= {name: signals.get(name) or real_literal(usual) for name, usual in Motion._field_defaults.items()}
+        values |= {name: signals.get(name) or real_literal(usual) for name, usual in self.subject.usual.items()}
         motion = self.subject.motion
         return [f"motion.{printer.field(motion, name)} := {values[name]};" for name, _ in motion.fields]
 

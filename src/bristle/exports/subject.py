@@ -11,6 +11,7 @@ import numpy as np
 
 from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
+from bristle.core.surroundings import Surrounding, motion_with
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
@@ -61,8 +62,13 @@ class Subject:
     @property
     def signals(self) -> tuple[str, ...]:
         """What friction depends on besides the motion, where a slot asks for it: load, temperature and so on."""
-        slots = self.model.name.split("+")[1:]
-        return tuple(name for name in Motion._field_defaults if name in slots)
+        needed = {surrounding.field for surrounding in _surroundings(self.model)}
+        return tuple(name for name in self.usual if name in needed)
+
+    @property
+    def usual(self) -> dict[str, float]:
+        """What friction may depend on besides the motion, with the value of each where nobody tells it."""
+        return self.motion.cls._field_defaults
 
     @property
     def is_operator(self) -> bool:
@@ -119,7 +125,8 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     builder = Builder(constants or {})
     parameters = _struct(type_of(model.parameters))
     state = _struct(type_of(component.initial_state(model.parameters)))
-    motion = struct_of(Motion, [REAL] * len(Motion._fields))
+    moved = motion_with(_surroundings(model))
+    motion = struct_of(moved, [REAL] * len(moved._fields))
     size = component.memory_size(model.parameters)
     inputs = [REAL] if component.family == "hysteresis" else [motion, REAL]
     trial = builder.function(component.trial, [state, Array(size), *inputs, parameters])
@@ -129,6 +136,10 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
         raise NotExportableError(component.commit, None, f"returns something else than a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
     return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
+
+
+def _surroundings(model: Model) -> tuple[Surrounding, ...]:
+    return () if model.component.family == "hysteresis" else model.component.surroundings
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:

@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     from bristle.files.model import read_model, write_model
     from bristle.files.proposal import Proposal, propose_axis
     from bristle.files.results import results_folder
-    from bristle.files.user_model import load_model_file
+    from bristle.files.user_model import load_model_file, load_slot_file
 
 __all__ = [
     "Proposal",
     "load_model_file",
+    "load_slot_file",
     "propose_axis",
     "read_axis",
     "read_curves",
@@ -32,6 +33,7 @@ _FROM = {
     "Proposal": "proposal",
     "propose_axis": "proposal",
     "load_model_file": "user_model",
+    "load_slot_file": "user_model",
     "read_axis": "axis",
     "read_curves": "curves",
     "read_experiment": "experiment",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from bristle.core.dimensions import AxisKind, kind_called
 from bristle.core.transmission import Side
@@ -44,7 +44,10 @@ Entry = Annotated[ColumnEntry, BeforeValidator(_entry)]
 
 
 class Columns(Strict):
-    """The channels of the log."""
+    """The channels of the log; what else stands there is what surrounds the axis, for slots."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
 
     time: Entry | None = None
     position: Entry
@@ -52,8 +55,6 @@ class Columns(Strict):
     effort: Entry | None = None
     reference: Entry | None = None
     following_error: Entry | None = None
-    load: Entry | None = None
-    temperature: Entry | None = None
 
 
 class InjectedEntry(Strict):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,6 +13,7 @@ from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.dimensions import kind_called
 from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError
+from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.bands import bands_at, bands_table
 from bristle.files.components import (
@@ -27,7 +28,7 @@ from bristle.files.components import (
 from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
 from bristle.files.toml import read_toml
-from bristle.friction import MODELS, base_of, find, with_slots
+from bristle.friction import MODELS, base_of, find, own_slots_of, with_slots
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
 
@@ -181,29 +182,31 @@ def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Tab
 
 
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
-    """Return what names the friction model in the file: its name, or a user's file, which is copied there."""
+    """Return what names the friction model in the file: names, and files of a user's own, which are copied there."""
     base, *slots = friction.name.split("+")
-    inner = base_of(friction.component)
+    inner, own = base_of(friction.component), {slot.name: slot for slot in own_slots_of(friction.component)}
+    for slot in own.values():
+        _put_beside(_code_of(slot, slot.factor), folder)
+    slots = [_code_of(own[slot], own[slot].factor).source.name if slot in own else slot for slot in slots]
     if MODELS.get(base) is inner:
-        return {"model": friction.name}
-    code = _code_of(friction)
+        return {"model": "+".join([base, *slots])}
+    code = _code_of(inner, inner.trial)
     _put_beside(code, folder)
     return {"file": code.source.name} | ({"slots": slots} if slots else {})
 
 
-def _code_of(friction: Model) -> Content:
-    """Return the file that a model of a user's own is in: as it was loaded, or else as it is."""
+def _code_of(described: FrictionModel | Slot, function: Callable[..., Any]) -> Content:
+    """Return the file that a model or slot of a user's own is in: as it was loaded, or else as it is."""
     from bristle.files.user_model import code_of
 
-    inner = base_of(friction.component)
-    code = code_of(inner)
+    code = code_of(described)
     if code is not None and code.source.suffix == ".py":
         return code
     try:
-        return content_of(inspect.getfile(inner.trial))
+        return content_of(inspect.getfile(function))
     except (InputError, TypeError, OSError):
-        raise InputError("is in no file, so that a model file cannot name it", path=friction.name,
-                         mend="Put the model into a file of its own and load it from there") from None  # fmt: skip
+        raise InputError("is in no file, so that a model file cannot name it", path=described.name,
+                         mend="Put it into a file of its own and load it from there") from None  # fmt: skip
 
 
 def _put_beside(code: Content, folder: Path) -> None:
@@ -299,8 +302,9 @@ def friction_from(
     Parameters
     ----------
     table : object
-        ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted; and
-        the parameters, of which ``kernel`` may name an operator.
+        ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted, a slot
+        of a user's own by its file, ``"lugre+humidity.py"``; and the parameters, of which ``kernel`` may name an
+        operator.
     kind : {"translational", "rotational"}
         Kind of axis.
     folder : Path
@@ -323,17 +327,21 @@ def friction_from(
     """
     entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
     read_code = read_code or code_beside(folder, allow_code=allow_code)
-    component = _user_model(entries, path, read_code) if "file" in entries else _own_model(entries, path)
+    component = _user_model(entries, path, read_code) if "file" in entries else _named_model(entries, path, read_code)
     beside = ("file", "slots") if "file" in entries else ("model",)
     values = parameters_in(entries, component, path, beside=beside)
     return make_model(component, values, kind=kind, validate=True, related=related, path=path)
 
 
-def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:
-    if not isinstance(table.get("model"), str):
-        raise InputError("names no model", path=f"{path}.model", value=table.get("model"), allowed=", ".join(MODELS),
+def _named_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
+    named = table.get("model")
+    if not isinstance(named, str):
+        raise InputError("names no model", path=f"{path}.model", value=named, allowed=", ".join(MODELS),
                          mend=f'Write model = "coulomb_viscous" under [{path}]')  # fmt: skip
-    return find(table["model"], f"{path}.model")
+    base, *slots = named.split("+")
+    if not any(slot.endswith(".py") for slot in slots):
+        return find(named, f"{path}.model")
+    return _with_own_slots(find(base, f"{path}.model").inner, slots, f"{path}.model", read_code)
 
 
 def _user_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
@@ -343,4 +351,10 @@ def _user_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> Fri
     if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
         raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
     own = component_in(table, FrictionModel, path=path, read_code=read_code)
-    return with_slots(own, slots, f"{path}.slots")
+    return _with_own_slots(own, slots, f"{path}.slots", read_code)
+
+
+def _with_own_slots(model: FrictionModel, slots: Sequence[str], path: str, read_code: CodeRead) -> FrictionModel:
+    from bristle.files.user_model import slots_in
+
+    return with_slots(model, slots_in(slots, path, read_code), path)

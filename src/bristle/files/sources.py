@@ -25,7 +25,6 @@ from bristle.files.operator import OperatorFile, holds_operator, read_operator
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Described, component_in, origins_of_code
-from bristle.friction import base_of
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
@@ -73,7 +72,7 @@ class Sources:
                 friction = friction_from(table, kind=kind, folder=self.folder, path="operator")
                 return ModelFile(None, friction, {"provenance": described.provenance})
             file = read_model(content, allow_code=self.allow_code)
-            self._note_code(base_of(file.friction.component))
+            self._note_code(file.friction.component)
             return file
 
         return self._once(("model", self._file(file, path)), path, read)

@@ -1,12 +1,13 @@
-"""Columns of what surrounds an axis: the load on its guides, the temperature."""
+"""Columns of what surrounds an axis: the load on its guides, the temperature, and what slots of one's own ask for."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from bristle.core import units
-from bristle.core.axis import Column
-from bristle.core.errors import InputError
+from bristle.core.axis import COLUMNS, Column
+from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Variable
 from bristle.files.axis_schema import AxisFile, ColumnEntry
 
@@ -18,19 +19,41 @@ ZERO_CELSIUS = 273.15  # [K]
 
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
-    """Return the columns of load and temperature that an axis file names.
+    """Return the columns of load and temperature that an axis file names, and those of further channels.
 
     Raises
     ------
     InputError
-        If a unit does not fit, or there is a load and no nominal one.
+        If a unit does not fit or is missing, there is a load and no nominal one, or a channel has a name that none can
+        have.
     """
-    ambient = {}
-    if file.columns.load is not None:
-        ambient["load"] = _load(file.columns.load, file)
-    if file.columns.temperature is not None:
-        ambient["temperature"] = _temperature(file.columns.temperature)
-    return ambient
+    return {
+        name: OF_BRISTLE[name](entry, file) if name in OF_BRISTLE else _further(name, entry)
+        for name, entry in (file.columns.model_extra or {}).items()
+    }
+
+
+def _further(name: str, entry: ColumnEntry) -> Column:
+    """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
+    path, close = f"columns.{name}", did_you_mean(name, COLUMNS)
+    misspelt = bool(close) and not any(known_name in name for known_name in COLUMNS)
+    if entry.unit is None or misspelt or not name.isidentifier():
+        raise InputError(
+            "unknown key", path=path, allowed=", ".join(COLUMNS),
+            mend=close or f'A further channel, for a slot of your own, has its unit: {name} = {{ column = "'
+            f'{entry.column}", unit = "%" }}',
+        )  # fmt: skip
+    if entry.unit in CELSIUS:
+        return _in_kelvin(entry, f"{path}.unit")
+    base = units.si_of(entry.unit, path=f"{path}.unit")
+    _refuse_zero_elsewhere(entry.unit, base, f"{path}.unit")
+    return Column(entry.column, entry.unit, base, float(entry.sign), entry.optional)
+
+
+def _refuse_zero_elsewhere(unit: str, base: str, path: str) -> None:
+    """Refuse a unit whose zero is not that of its SI unit: no factor makes one of the other."""
+    if units.convert(f"0 {unit}", base, path=path) != 0.0:
+        raise InputError("has a zero of its own", path=path, value=unit, allowed=f"degC, or a multiple of {base}")
 
 
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
@@ -47,9 +70,18 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)
 
 
-def _temperature(entry: ColumnEntry) -> Column:
+def _temperature(entry: ColumnEntry, file: AxisFile) -> Column:
+    return _in_kelvin(entry, "columns.temperature.unit")
+
+
+OF_BRISTLE: dict[str, Callable[[ColumnEntry, AxisFile], Column]] = {"load": _load, "temperature": _temperature}
+"""Channels whose numbers count otherwise than in their unit."""
+
+
+def _in_kelvin(entry: ColumnEntry, path: str) -> Column:
     if entry.unit in CELSIUS:
         return Column(entry.column, "", "", 1.0, entry.optional, ZERO_CELSIUS)
     if entry.unit is not None:
-        units.factor(entry.unit, "K", path="columns.temperature.unit")
+        units.factor(entry.unit, "K", path=path)
+        _refuse_zero_elsewhere(entry.unit, "K", path)
     return Column(entry.column, entry.unit or "", "K", 1.0, entry.optional)

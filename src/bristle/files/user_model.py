@@ -1,4 +1,4 @@
-"""A friction model, control law, sensor, plant or reference of a user's own: one Python file, the package unchanged."""
+"""What a user has of his own: a friction model, slot, control law, sensor, plant or reference, in one Python file."""
 
 from __future__ import annotations
 
@@ -15,17 +15,34 @@ from typing import Any, TypeVar
 
 from bristle.core.content import Content, Origin, Readable, content_of
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
+from bristle.core.documented import Documented
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.locks import LOADING
 from bristle.core.own_code import OWN_CODE
+from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
 from bristle.files.permission import CODE_LIMIT, CodeRead
+from bristle.friction import base_of, own_slots_of
+from bristle.friction.operator_kernel import REACHES
+from bristle.friction.slots import SLOTS
 
-__all__ = ["SourceText", "code_of", "component_in", "load_component_file", "load_model_file", "origins_of_code"]
+__all__ = [
+    "SourceText",
+    "code_of",
+    "codes_of",
+    "component_in",
+    "load_checked",
+    "load_component_file",
+    "load_model_file",
+    "load_slot_file",
+    "origins_of_code",
+    "slots_in",
+    "word_of",
+]
 
-WORDS: dict[type[Component], str] = {
+WORDS: dict[type[Documented], str] = {
     FrictionModel: "friction model", Controller: "control law", Sensor: "sensor", Plant: "plant",
-    Trajectory: "reference",
+    Trajectory: "reference", Slot: "slot",
 }  # fmt: skip
 """What a component is called, by its descriptor."""
 
@@ -114,11 +131,12 @@ def load_component_file(path: Readable, *families: type[Described]) -> Described
     return model
 
 
-def _arguments_of(family: type[Component]) -> str:
+def _arguments_of(family: type[Documented]) -> str:
     """Return what a descriptor cannot do without, as it is written."""
     described = fields(family)
     needed = (field.name for field in described if field.default is MISSING and field.default_factory is MISSING)
-    return ", ".join(f"{name}=..." if name in ("name", "description") else f"{name}={name}" for name in needed)
+    said = ("name", "description", "channel")
+    return ", ".join(f"{name}=..." if name in said else f"{name}={name}" for name in needed)
 
 
 def component_in(table: Mapping[str, Any], family: type[Described], *, path: str, read_code: CodeRead) -> Described:
@@ -162,6 +180,83 @@ def _refuse_odd_quantities(model: Component, source: Path) -> None:
             return
 
 
+def load_slot_file(path: Readable) -> Slot:
+    """Return the slot that a Python file defines as ``SLOT``; it is executed.
+
+    Parameters
+    ----------
+    path : path-like, bytes, file object or Content
+        A Python file with ``Parameters``, the kernel ``factor(channel, p)`` and ``SLOT``.
+
+    Returns
+    -------
+    Slot
+        The descriptor.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or run, defines no ``SLOT``, or one that no model can be given.
+    """
+    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    source, module = content.source, SourceText(content).module()
+    slot = getattr(module, "SLOT", None)
+    if not isinstance(slot, Slot):
+        own = isinstance(getattr(module, "MODEL", None), FrictionModel)
+        raise InputError(
+            "SLOT is not a Slot" if slot is not None else "defines no slot", path=str(source),
+            value=None if slot is None else type(slot).__name__,
+            mend=f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry" if own
+            else f"End the file with SLOT = Slot({_arguments_of(Slot)})",
+        )  # fmt: skip
+    if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
+        raise InputError(
+            "gives its slot a name that cannot be asked for", path=str(source), value=slot.name,
+            allowed=f"a word that is none of {', '.join(SLOTS)}", mend='Write another name in Slot(name="...")',
+        )  # fmt: skip
+    try:
+        refuse_unfit(slot)
+    except InputError as error:
+        raise error.at(str(source)) from None
+    return slot
+
+
+def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
+    """Return what of a person's own there is a contract for in a Python file: ``SLOT``, or else ``MODEL``.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or run, or defines neither.
+    """
+    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    if hasattr(SourceText(content).module(), "SLOT"):
+        return load_slot_file(content)
+    return load_component_file(content, FrictionModel, Controller, Sensor)
+
+
+def word_of(described: Documented) -> str:
+    """Return what something is called by its descriptor."""
+    return next(word for family, word in WORDS.items() if isinstance(described, family))
+
+
+def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str | Slot]:
+    """Return slots by name, and of a person's own where the name is that of a file of Python.
+
+    Raises
+    ------
+    InputError
+        If such a file may not run, or defines no slot.
+    """
+    return [load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names]
+
+
+def codes_of(component: Any) -> tuple[Content, ...]:
+    """Return the files that a model was loaded from, and its slots, each once."""
+    parts = (base_of(component), *own_slots_of(component)) if isinstance(component, FrictionModel) else (component,)
+    return tuple(dict.fromkeys(code for part in parts if (code := code_of(part)) is not None))
+
+
 def code_of(component: Any) -> Content | None:
     """Return the file that a model was loaded from; None for one that was loaded from none."""
     source = getattr(sys.modules.get(component.module), "__travels_as__", None)
@@ -169,9 +264,8 @@ def code_of(component: Any) -> Content | None:
 
 
 def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
-    """Return the files that models were loaded from, each once."""
-    origins = [content.origin for component in components if (content := code_of(component)) is not None]
-    return tuple(dict.fromkeys(origins))
+    """Return the files that models and their slots were loaded from, each once."""
+    return tuple(dict.fromkeys(code.origin for component in components for code in codes_of(component)))
 
 
 class _Messages(io.TextIOBase):

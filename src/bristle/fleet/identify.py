@@ -18,7 +18,6 @@ from bristle.fleet.identifier import Identifier
 from bristle.fleet.listing import listed_logs
 from bristle.fleet.plan import Fleet
 from bristle.fleet.store import FleetStore
-from bristle.friction import base_of
 from bristle.identification.request import models_of
 from bristle.logs.read import read_log
 from bristle.study.run import Progress, Ran, run_within
@@ -90,7 +89,7 @@ def _described(fleet: Fleet) -> dict[str, Any]:
 
     texts = {axis.text or repr(axis).encode() for axis in fleet.axes if axis is not None}
     of_axes = sorted(Content(Path("axis"), text).checksum for text in texts)
-    code = {origin.name: origin.checksum for origin in origins_of_code([base_of(fleet.model)])}
+    code = {origin.name: origin.checksum for origin in origins_of_code([fleet.model])}
     return {
         "fleet": {"model": fleet.model.name} | plain(fleet.options), "axes": of_axes, "code": code,
         "readers": [content.checksum for content in fleet.readers], "columns": sorted(described_columns(fleet)),

@@ -10,10 +10,12 @@ coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.edge import NAMES, TEXT, component, guarded
 from bristle.core.errors import InputError, did_you_mean
+from bristle.core.slot import Slot
 from bristle.friction.bouc_wen import MODEL as bouc_wen
 from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
@@ -28,6 +30,7 @@ from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
 from bristle.friction.operator_kernel import REACHES, TakesOperator, over_operator
+from bristle.friction.own_slot import own_slots_of, with_own_slot
 from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
@@ -64,6 +67,7 @@ __all__ = [
     "lugre",
     "maxwell_slip",
     "maxwell_stribeck",
+    "own_slots_of",
     "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
@@ -100,26 +104,40 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
     return with_slots(MODELS[base], slots, path)
 
 
-@guarded(model=component("friction"), slots=NAMES, path=TEXT)
-def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction.model") -> SlottedModel:
-    """Return `model` with these slots.
+def _slots(value: Any, path: str, kind: Any) -> tuple[str | Slot, ...]:
+    """Take slots by name, or those of a person's own."""
+    if isinstance(value, (tuple, list)):
+        return tuple(slot if isinstance(slot, Slot) else TEXT(slot, path, kind) for slot in value)
+    return (value,) if isinstance(value, Slot) else NAMES(value, path, kind)
+
+
+@guarded(model=component("friction"), slots=_slots, path=TEXT)
+def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "friction.model") -> SlottedModel:
+    """Return `model` with these slots: names, or slots of your own.
 
     Raises
     ------
     InputError
-        If there is no such slot, or it is given twice.
+        If there is no such slot, it is given twice, or one of your own does not go with the model.
     """
-    if len(set(slots)) < len(slots):
-        raise InputError("has a slot twice", path=path, value="+".join(["", *slots]), mend="Write each slot once")
-    operators = [slot for slot in slots if slot in REACHES]
+    own = [slot for slot in slots if isinstance(slot, Slot)]
+    names = [slot for slot in slots if isinstance(slot, str)]
+    written = [*names, *(slot.name for slot in own)]
+    if len(set(written)) < len(written):
+        raise InputError("has a slot twice", path=path, value="+".join(["", *written]), mend="Write each slot once")
+    operators = [slot for slot in names if slot in REACHES]
     if operators:
-        model, slots = _over(model, operators, path), [slot for slot in slots if slot not in REACHES]
-    for slot in slots:
+        model, names = _over(model, operators, path), [slot for slot in names if slot not in REACHES]
+    for slot in names:
         if slot not in SLOTS:
             raise InputError(
-                "no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{known_slot}" for known_slot in SLOTS)
-            )
-    return slotted(varied(risen(model, slots), slots), asymmetry="asymmetry" in slots)
+                "no such slot", path=path, value=f"+{slot}",
+                allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or one of your own, +my_slot.py",
+            )  # fmt: skip
+    model = varied(risen(model, names), names)
+    for slot in own:
+        model = with_own_slot(model, slot)
+    return slotted(model, asymmetry="asymmetry" in names)
 
 
 def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionModel:

@@ -11,6 +11,7 @@ from bristle.core.dispatch import friction_commit
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
+from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, variables_of
 
 __all__ = ["EnclosingModel", "commit", "relations_of"]
@@ -51,11 +52,19 @@ class EnclosingModel(FrictionModel):
     """The coefficients of each slot."""
     without_default: ClassVar[tuple[str, ...]]
     """Coefficients that must be given."""
+    depends_on: ClassVar[Mapping[str, Surrounding]]
+    """What of the surroundings each slot depends on."""
 
     @property
     def own(self) -> tuple[str, ...]:
         """The coefficients of its slots."""
         return tuple(name for slot in self.slots for name in self.of_slot[slot])
+
+    @property
+    def surroundings(self) -> tuple[Surrounding, ...]:
+        """What of its surroundings its slots depend on."""
+        own = (self.depends_on[slot] for slot in self.slots if slot in self.depends_on)
+        return (*self.inner.surroundings, *own)
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:

@@ -23,11 +23,23 @@ from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
+from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort"]
+__all__ = [
+    "LEVELS",
+    "RISES_WITH",
+    "TRANSMITTED",
+    "Rise",
+    "Risen",
+    "RisenModel",
+    "has_level",
+    "risen",
+    "rises_with_effort",
+    "viscous_of",
+]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -48,6 +60,9 @@ class Rise(NamedTuple):
 
 LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
 """The parameters of each slot."""
+RISES_WITH = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
+"""What the level rises with, in words."""
+SURROUNDINGS = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
 
 class Risen(NamedTuple):
@@ -81,6 +96,7 @@ class RisenModel(EnclosingModel):
     coefficients = Rise
     of_slot = LEVELS
     without_default = ("pitch",)
+    depends_on = SURROUNDINGS
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _risen, (self.inner, self.slots)
@@ -109,6 +125,11 @@ def has_level(model: FrictionModel) -> bool:
     return bool(_dry_and_viscous(model)[0])
 
 
+def viscous_of(model: FrictionModel) -> str:
+    """Return what the viscous friction of a model is called, empty for none."""
+    return _dry_and_viscous(model)[1]
+
+
 def rises_with_effort(friction: Model) -> bool:
     """Return whether the level of a friction model rises with the effort that passes on to the load."""
     return TRANSMITTED in friction.component.variables.values()
@@ -124,7 +145,7 @@ def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     return RisenModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, its level rising with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, its level rising with {' and '.join(RISES_WITH[slot] for slot in slots)}",
         Parameters=Risen,
         State=model.State,
         trial=trial,
@@ -139,5 +160,4 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     )
 
 
-_CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
 _EXAMPLE = {"c_T": 0.1, "pitch": 5e-3, "h_c1": 0.7, "h_s1": -0.3, "h_c2": 0.3, "h_s2": 0.2}

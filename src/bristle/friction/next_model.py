@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.motion import RECORDED
 from bristle.friction import MODELS, base_of, is_static, with_slots
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.operator_kernel import REACHES
@@ -11,8 +12,8 @@ from bristle.friction.slots import directional, variations_of
 __all__ = ["SLOT_OF", "model_with"]
 
 SLOT_OF = {
-    "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple", "load": "load",
-    "temperature": "temperature", "transmitted": "transmitted",
+    "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple",
+    "transmitted": "transmitted", **{name: name for name in RECORDED},
 }  # fmt: skip
 """The slot that has what a cause needs."""
 

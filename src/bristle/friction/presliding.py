@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model, Motion
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_trial
 from bristle.core.edge import Amount, amount, guarded
 from bristle.core.edge import model as of_family
@@ -31,6 +31,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction, relaxation
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
+from bristle.core.surroundings import at_rest
 from bristle.core.variable import Variable
 
 __all__ = ["is_static", "with_presliding"]
@@ -65,8 +66,8 @@ def trial(state, memory, motion, dt, p):
     v = motion.v
     side = direction(v)
     at, _ = friction_trial(state, memory, motion, dt, p.inner)
-    forward, _ = friction_trial(state, memory, Motion(0.0, motion.x, motion.load, motion.temperature), dt, p.inner)
-    backward, _ = friction_trial(state, memory, Motion(-0.0, motion.x, motion.load, motion.temperature), dt, p.inner)
+    forward, _ = friction_trial(state, memory, at_rest(0.0, motion), dt, p.inner)
+    backward, _ = friction_trial(state, memory, at_rest(-0.0, motion), dt, p.inner)
     ratio = abs(v) * dt / p.distance
     decay = relaxation(ratio)
     zeta_mean = state.zeta + (side - state.zeta) * (1.0 - decay)

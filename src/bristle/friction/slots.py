@@ -1,7 +1,7 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`),
-``+transmitted`` and ``+ripple`` raise the level of its dry part (`bristle.friction.level`). ``+asymmetry`` lets the
+Some let it vary (`bristle.friction.variation`), some raise the level of its dry part (`bristle.friction.level`), and a
+person may have some of his own (`bristle.friction.own_slot`). ``+asymmetry`` lets the
 directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
 ``F_C_neg``), and every model takes a constant ``offset``:
 
@@ -36,23 +36,34 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction.level import LEVELS, Rise, Risen, RisenModel
-from bristle.friction.variation import VARIATIONS, Place, Varied, VariedModel
+from bristle.friction.level import LEVELS, RISES_WITH, Rise, Risen
+from bristle.friction.own_slot import OwnSlotModel, own_slots_of
+from bristle.friction.variation import VARIATIONS, VARIES_WITH, Place, Varied
 
 __all__ = [
     "OFFSET",
+    "PARAMETERS_OF_SLOTS",
     "SLOTS",
+    "WHAT_SLOTS_DO",
     "Slotted",
     "SlottedModel",
     "base_of",
     "by_direction",
     "directional",
+    "slot_needing",
     "slotted",
     "unvaried",
     "variations_of",
 ]
 
 SLOTS = (*VARIATIONS, *LEVELS, "asymmetry")
+WHAT_SLOTS_DO = (
+    {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
+    | {name: f"a level of dry friction that rises with {cause}" for name, cause in RISES_WITH.items()}
+    | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
+)
+"""What each slot gives a model, in a few words."""
+PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {name: (VARIATIONS | LEVELS).get(name, ()) for name in SLOTS}
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
@@ -230,25 +241,32 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
     layer: Any = component
     slots: tuple[str, ...] = ()
     while hasattr(layer, "inner"):
-        slots += layer.slots if isinstance(layer, (VariedModel, RisenModel)) else ()
+        slots += getattr(layer, "slots", ())
         layer = layer.inner
     return slots
+
+
+def slot_needing(component: FrictionModel, channel: str) -> str:
+    """Return which slot of a model depends on a channel of a log: those of bristle are called after it."""
+    return next((slot.name for slot in own_slots_of(component) if slot.channel.name == channel), channel)
 
 
 @guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
     """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
-    p = friction.parameters
-    if not isinstance(p, Slotted) or not isinstance(p.forward, (Varied, Risen)):
+    p, inner = friction.parameters, getattr(friction.component, "inner", None)
+    if not isinstance(p, Slotted) or not getattr(inner, "slots", ()):
         return friction
-    still = p._replace(forward=_still(p.forward), backward=_still(p.backward))
+    still = p._replace(forward=_still(inner, p.forward), backward=_still(inner, p.backward))
     return Model(friction.component, still, friction.kind)
 
 
-def _still(p: Any) -> Any:
+def _still(layer: Any, p: Any) -> Any:
     """Return parameters of layers in which nothing varies."""
+    if isinstance(layer, OwnSlotModel):
+        return p._replace(slot=layer.slot.neutral, inner=_still(layer.inner, p.inner))
     if isinstance(p, Varied):
-        return p._replace(place=Place(), inner=_still(p.inner))
+        return p._replace(place=Place(), inner=_still(layer.inner, p.inner))
     return p._replace(rise=Rise()) if isinstance(p, Risen) else p
 
 

@@ -17,12 +17,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
+from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Motion, Relation
 from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
+from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 
@@ -30,9 +31,9 @@ __all__ = [
     "HALF_RANGE",
     "MIDDLE",
     "PITCH",
-    "SIGNALS",
     "SMALLEST_FACTOR",
     "VARIATIONS",
+    "VARIES_WITH",
     "Place",
     "Varied",
     "VariedModel",
@@ -46,8 +47,6 @@ TWO_PI = 2.0 * math.pi
 MIDDLE = Variable("length", "middle of the range of positions")
 HALF_RANGE = Variable("length", "half of the range of positions", min=1e-12)
 PITCH = Variable("length", "travel for one turn of the screw", min=1e-12)
-SIGNALS = ("load", "temperature")
-"""What a slot may need of a log besides the motion: the excitation of its coefficient names the signal."""
 
 
 class Place(NamedTuple):
@@ -89,11 +88,15 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
+VARIES_WITH = {"periodic": "the angle of the screw"} | {name: name for name in VARIATIONS if name != "periodic"}
+"""What friction varies with, in words."""
+SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._field_defaults}
+"""What a slot depends on, where that is no more than the angle of the screw."""
 
 
 def is_factor(variable: Variable) -> bool:
     """Return whether this is a coefficient of a slot that multiplies friction; the others add a force to it."""
-    return variable.excitation in ("place", *SIGNALS) and "force" not in exponents_of(variable.quantity)
+    return variable.excitation in ("place", *SURROUNDINGS) and "force" not in exponents_of(variable.quantity)
 
 
 class Varied(NamedTuple):
@@ -150,6 +153,7 @@ class VariedModel(EnclosingModel):
     coefficients = Place
     of_slot = VARIATIONS
     without_default = ("x_L", "pitch")
+    depends_on = SURROUNDINGS
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _varied, (self.inner, self.slots)
@@ -174,7 +178,7 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     return VariedModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, varying with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, varying with {' and '.join(VARIES_WITH[slot] for slot in slots)}",
         Parameters=Varied,
         State=model.State,
         trial=trial,
@@ -192,7 +196,6 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     )
 
 
-_CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
 _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
     "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,

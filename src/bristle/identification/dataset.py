@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -108,7 +108,7 @@ class Segment:
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
     through the samples of `first_cycle` before: the motion repeats. Columns of `regressors` are filtered as position
-    and effort are; a coefficient makes efforts of them.
+    and effort are; a coefficient makes efforts of them. `surroundings` are those that were recorded, by name [SI].
     """
 
     time: np.ndarray
@@ -117,21 +117,14 @@ class Segment:
     acceleration: np.ndarray
     effort: np.ndarray
     log: int = 0
-    load: np.ndarray | None = None
-    temperature: np.ndarray | None = None
+    surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)
     first_cycle: int = 0
     regressors: tuple[np.ndarray, ...] = ()
-
-    @property
-    def surroundings(self) -> dict[str, np.ndarray]:
-        """Load over its nominal value and temperature [K], as far as they were recorded."""
-        surroundings = {"load": self.load, "temperature": self.temperature}
-        return {name: values for name, values in surroundings.items() if values is not None}
 
     def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | {**self.surroundings}
         signals |= {} if transmitted is None else {"transmitted": transmitted}
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
@@ -179,6 +172,8 @@ class Dataset:
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
     alignment : Alignment or None
         What was found of its channels in time; None where nobody looked.
+    units : mapping of str to str
+        Of what was recorded of the surroundings, by name.
     """
 
     segments: tuple[Segment, ...]
@@ -196,6 +191,7 @@ class Dataset:
     effort_noise: float = 0.0
     alignment: Alignment | None = None
     creeping: bool = False
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def explained(
         self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None

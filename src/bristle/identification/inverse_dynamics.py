@@ -243,8 +243,7 @@ class RowReplicates:
         segments = tuple(
             replace(
                 new,
-                load=old.load,
-                temperature=old.temperature,
+                surroundings=old.surroundings,
                 first_cycle=old.first_cycle,
                 log=old.log,
                 regressors=old.regressors,

@@ -17,7 +17,7 @@ import numpy as np
 from bristle.core.interruption import BestSoFar, obey
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
-from bristle.core.variable import Variable
+from bristle.core.variable import OF_SLOTS, Variable
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
@@ -293,8 +293,8 @@ class Search:
             value = self.sliding.values[transform.name]
             # Friction in front of its first slip is stiff too: both share what the log shows.
             return value * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else value
-        if variable.excitation in ("place", "load", "temperature"):
-            return 0.0
+        if variable.excitation in OF_SLOTS:
+            return self.problem.parameters.component.defaults.get(transform.name, 0.0)
         if transform.form == "excess":
             return self.sliding.coulomb * rng.exponential(0.3)
         if variable.quantity == "force":

@@ -29,6 +29,7 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
+from bristle.core.motion import RECORDED
 from bristle.core.variable import Kind
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
@@ -55,7 +56,7 @@ AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
 OVERTONE = 0.1  # of the residual without the ripple, that one tells
-ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", "load", "temperature", "transmitted")
+ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *RECORDED, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
 
@@ -67,7 +68,7 @@ class Missing(NamedTuple):
     ----------
     cause : str
         What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``,
-        ``gravity``, ``load``, ``temperature``, ``transmitted``.
+        ``gravity``, ``transmitted``, or a channel of what surrounds the axis.
     share : float
         Of the weighted squares of the residual, what it tells on half-cycles that it was not fitted to.
     force : float
@@ -119,7 +120,7 @@ class Rows:
            slope: np.ndarray) -> Rows:  # fmt: skip
         """Return the rows of a data set."""
         surroundings = dict[str, np.ndarray]()
-        for name in ("load", "temperature"):
+        for name in RECORDED:
             if all(name in segment.surroundings for segment in dataset.segments):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
         return cls(

@@ -17,8 +17,9 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.variable import Variable, unit_of
 from bristle.friction.slots import OFFSET, directional
-from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH, SIGNALS
+from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.identification.dataset import Dataset
+from bristle.identification.recorded_surroundings import refuse_unrecorded
 from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.scales import stroke_of
 from bristle.plants.inertia import MODEL as inertia
@@ -94,8 +95,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     Raises
     ------
     InputError
-        If parameters by direction are asked of a log that moves in one direction only, or the log lacks the load or
-        the temperature that a slot asks for.
+        If parameters by direction are asked of a log that moves in one direction only, or the log lacks a channel
+        that a slot asks for.
     """
     held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
@@ -174,13 +175,7 @@ def _only_direction(dataset: Dataset) -> str:
 
 def _slot_parameters(component: FrictionModel, dataset: Dataset, pitch: float | None) -> dict[str, Fixed]:
     """Return the parameters of slots that are read off the log or the axis: range, and travel for one turn."""
-    excitations = {variable.excitation for variable in component.variables.values()}
-    for signal in SIGNALS:
-        if signal in excitations and any(signal not in segment.surroundings for segment in dataset.segments):
-            raise InputError(
-                f"has no {signal}, which +{signal} needs", path="log",
-                mend=f"Name its column under [columns] of the axis file: {signal} = ..., or drop +{signal}",
-            )  # fmt: skip
+    refuse_unrecorded(component, dataset)
     low = min(float(np.min(segment.position)) for segment in dataset.segments)
     high = max(float(np.max(segment.position)) for segment in dataset.segments)
     fixed = {

@@ -141,6 +141,7 @@ def treat(
             moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
             axis.keeps_rests or creeping, row_mask=None if like is None else like.in_motion,
             effort_noise=float(np.mean(effort_noise)), creeping=creeping,
+            units={name: channel.unit for name, channel in log.surroundings.items()},
         )  # fmt: skip
         return dataset if moving and dataset.time.size >= ROWS_MIN else None
 
@@ -226,8 +227,7 @@ def segment_of(
         velocity=with_sides(velocity, rest),
         acceleration=np.gradient(velocity, dt),
         effort=smooth_effort,
-        load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
-        temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
+        surroundings={name: low_passed(values.values[part], cutoff, dt) for name, values in log.surroundings.items()},
         regressors=tuple(low_passed(column.values[part], cutoff, dt) for column in log.regressors),
     )
     return segment, noise, effort_noise

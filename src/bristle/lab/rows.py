@@ -17,7 +17,6 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.engine.initial_contact import state_at
 from bristle.exports.cycle import STATE
-from bristle.friction.level import rises_with_effort
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
@@ -37,7 +36,6 @@ AROUND_TURN = 0.9  # share of the response of the filters that is looked at samp
 TAIL = 1e-4  # share of the response of the filters that is left out on either side
 NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
 CHANGE = 0.1  # of a parameter, by which that is looked at
-SURROUNDINGS = ("load", "temperature")
 
 
 class Stretch(NamedTuple):
@@ -130,7 +128,7 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     treatment : mapping
         How it was treated.
     """
-    if rises_with_effort(fit.friction) or not set(SURROUNDINGS).isdisjoint(fit.friction.name.split("+")[1:]):
+    if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
     options = {name: treatment.get(name) for name in ("cutoff", "delay", "smoothing", "slow")}
     dataset = rows_as_fitted(log, axis, decimation=_integer(treatment.get("decimation")), **options)

@@ -105,6 +105,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         reference=on_grid("reference"),
         load=on_grid("load"),
         temperature=on_grid("temperature"),
+        further={name: channel for name in gathered.further if (channel := on_grid(name)) is not None},
         injected=tuple(
             Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
             for injected in gathered.injected

@@ -21,6 +21,7 @@ from bristle.logs.spikes import SMALLEST, far_outside, spikes
 __all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of"]
 
 FEWEST_SAMPLES = 100
+MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
 LONG_RUN = 10  # samples
 ROUNDING = 1e-9  # of the range of a channel
 LIMIT_TOLERANCE = 0.05
@@ -50,7 +51,7 @@ def problems_of(gathered: Gathered, axis: Axis, source: str) -> Iterator[InputEr
     if not usable:
         return
     for name, channel in gathered.channels.items():
-        if name not in ("time", "load", "temperature") and np.ptp(channel.values) < SMALLEST:
+        if name in MOVES and np.ptp(channel.values) < SMALLEST:
             yield InputError(
                 f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
                 path=f"{source}: column {channel.column!r}",

@@ -36,6 +36,11 @@ class Gathered:
     problems: list[InputError] = field(default_factory=list)
     findings: list[Diagnostic] = field(default_factory=list)
 
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Names of the further channels, for slots of a person's own."""
+        return tuple(name for name in self.channels if name not in COLUMNS)
+
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
         yield from self.channels.items()
@@ -149,10 +154,11 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
         gathered.problems.append(error)
         return None
     _tell_of_contradiction(table, name, column, key, gathered)
-    quantity = COLUMNS.get(key, COLUMNS["effort"])
+    is_further = key.isidentifier() and key not in COLUMNS
+    unit = column.base or "K" if is_further else unit_of(COLUMNS.get(key, COLUMNS["effort"]), kind)
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
         values = table.columns[name] * scale + column.shift
-    return Channel(values, unit_of(quantity, kind), name)
+    return Channel(values, unit, name)
 
 
 def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, optional
+from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, mapping, optional
 from bristle.core.variable import Variable
 from bristle.logs.channel import CHANNELS, Channel, channel
 from bristle.logs.columns import record_of_columns
@@ -23,7 +23,7 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
     injected=many(channel("effort"), single=True), regressors=many(channel("load"), single=True),
     sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
-    findings=many(instance(Diagnostic, "a Diagnostic")),
+    findings=many(instance(Diagnostic, "a Diagnostic")), further=mapping(instance(Channel, "a Channel")),
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
@@ -66,6 +66,8 @@ class Log(LogData):
         What was resampled, and the error that makes; what names and units of columns say against each other.
     regressors : tuple of Channel
         Columns that an identified coefficient makes efforts of, in their own units.
+    further : mapping of str to Channel
+        Further channels, for slots of your own, by name.
     """
 
     @classmethod

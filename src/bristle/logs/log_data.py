@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
+from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS, Signal, Tabular
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
@@ -40,6 +41,7 @@ class LogData(Tabular):
     kind: Kind = "translational"
     findings: tuple[Diagnostic, ...] = ()
     regressors: tuple[Channel, ...] = ()
+    further: Mapping[str, Channel] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():
@@ -66,12 +68,19 @@ class LogData(Tabular):
         """Sum of the known inputs, shape (sample_count,) [N or N*m]."""
         return sum((channel.values for channel in self.injected), np.zeros(len(self)))
 
+    @property
+    def surroundings(self) -> dict[str, Channel]:
+        """What was recorded of the surroundings of the axis, by name."""
+        of_motion = {name: getattr(self, name) for name in RECORDED}
+        return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(self.further)
+
     def channels(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was recorded, known inputs last."""
         for name in CHANNELS:
             channel = getattr(self, name)
             if channel is not None:
                 yield name, channel
+        yield from self.further.items()
         for channel in self.injected:
             yield f"injected.{channel.column}", channel
         for channel in self.regressors:

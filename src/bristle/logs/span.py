@@ -41,6 +41,7 @@ def within(log: R, span: tuple[float, float]) -> R:
     return replace(
         log,
         **{name: part(getattr(log, name)) for name in CHANNELS},
+        further={name: part(channel) for name, channel in log.further.items()},
         injected=tuple(replace(channel, values=channel.values[first:last]) for channel in log.injected),
         regressors=tuple(replace(channel, values=channel.values[first:last]) for channel in log.regressors),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),

@@ -23,6 +23,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.delay import differentiated
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import treat_all
+from bristle.identification.recorded_surroundings import refuse_unrecorded
 from bristle.identification.request import CUTOFF, treatment_of
 from bristle.identification.simulated_bands import Widths, simulated_widths
 from bristle.logs.check import parted
@@ -114,6 +115,7 @@ def predict(
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
         dataset = rows_as_fitted(log, axis, *filtering, delay, smoothing, slow)
+        refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
         prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))

@@ -14,8 +14,7 @@ from bristle.files.moves import gcode_of, moves_table
 from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
 from bristle.files.taking import ResultsFolder
-from bristle.files.user_model import code_of
-from bristle.friction import base_of
+from bristle.files.user_model import codes_of
 from bristle.report.messages import note_of, sentence_of
 from bristle.report.model_tables import as_csv
 
@@ -43,7 +42,7 @@ def write_identification(
 ) -> None:  # fmt: skip
     """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
     best = identification.best
-    if (code := code_of(base_of(best.friction.component))) is not None:
+    for code in codes_of(best.friction.component):
         folder.write(code.source.name, code.data)
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,

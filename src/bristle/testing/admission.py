@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError, InputWarning
 from bristle.engine import interpreted
-from bristle.friction import base_of
-from bristle.testing.contract import CHECKS, FORM, check_model, drives_a_mass, same_bits_compiled, same_bits_exported
+from bristle.friction import base_of, own_slots_of
+from bristle.testing.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM, check_model
 
 __all__ = ["admit"]
 
-QUICK = tuple(check for check in CHECKS if check not in (same_bits_compiled, same_bits_exported, drives_a_mass))
-NAMES_OF_FORM = ("example", *(check.__name__.replace("_", " ") for check in FORM))
+
+def _quick(checks: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(check for check in checks if check.__name__.replace("_", " ") not in COMPILED)
+
+
+NAMES_OF_FORM = ("example", *(check.__name__.replace("_", " ") for check in (*FORM, *SLOT_FORM)))
 
 
 def admit(model: FrictionModel | Model) -> None:
-    """Refuse a model of a person's own that has not the form of one, and warn of demands of physics that it misses.
+    """Refuse a model or slot of a person's own that has not the form of one, and warn of demands of physics it misses.
 
     Nothing is compiled. Models of bristle itself pass untried.
 
@@ -32,12 +37,17 @@ def admit(model: FrictionModel | Model) -> None:
     InputError
         If a demand of the form is not met.
     """
-    own = base_of(model.component if isinstance(model, Model) else model)
-    if own.module.partition(".")[0] == "bristle":
-        return
-    file = _file_of(own)
+    component = model.component if isinstance(model, Model) else model
+    own = base_of(component)
+    for slot in own_slots_of(component):
+        _admit(slot, _file_of(slot.factor, slot), _quick(OF_SLOT), "slot")
+    if own.module.partition(".")[0] != "bristle":
+        _admit(model, _file_of(own.trial, own), _quick(CHECKS), "friction model")
+
+
+def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
     with interpreted():
-        unmet = [check for check in check_model(model, checks=QUICK) if not check.passed]
+        unmet = [check for check in check_model(tried, checks=checks) if not check.passed]
     for check in unmet:
         if check.name in NAMES_OF_FORM:
             raise InputError(
@@ -47,12 +57,12 @@ def admit(model: FrictionModel | Model) -> None:
     if unmet:
         names = ", ".join(check.name for check in unmet)
         warnings.warn(
-            f"{file}: does not meet the contract of a friction model: {names}. See: bristle check {file}",
+            f"{file}: does not meet the contract of a {word}: {names}. See: bristle check {file}",
             InputWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
 
 
-def _file_of(component: Any) -> str:
-    code = getattr(component.trial, "__code__", None)
+def _file_of(function: Any, component: Any) -> str:
+    code = getattr(function, "__code__", None)
     return code.co_filename if code is not None else component.name

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Component, Controller, FrictionModel, Model, Motion, Sensor, make_model
+from bristle.core.documented import Documented
 from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
+from bristle.core.slot import Slot
 from bristle.core.status import Status
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
@@ -22,22 +24,23 @@ from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
+from bristle.testing import slot
 from bristle.testing.check import Check, Demand, Fact, UnmetError, outcome
 from bristle.testing.sampled import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
-__all__ = ["CHECKS", "Check", "check_model", "example_of"]
+__all__ = ["CHECKS", "COMPILED", "OF_SLOT", "SLOT_FORM", "Check", "check_model", "example_of"]
 
 SEED = 20260
 
 
 def check_model(
-    model: FrictionModel | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None
+    model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None
 ) -> list[Check]:
-    """Run the contract suite on a friction model, a control law or a sensor.
+    """Run the contract suite on a friction model, a slot, a control law or a sensor.
 
     Parameters
     ----------
-    model : FrictionModel, Controller, Sensor, Model or str
+    model : FrictionModel, Slot, Controller, Sensor, Model or str
         A descriptor or the name of a friction model, checked with its example parameters, or one with parameters of its
         own.
     checks : sequence of callable, optional
@@ -54,11 +57,11 @@ def check_model(
                     if isinstance(getattr(resolved, "component", resolved), family)), None)  # fmt: skip
     if demands is None:
         raise InputError(
-            "is no friction model, control law or sensor", path="model", value=model,
+            "is no friction model, slot, control law or sensor", path="model", value=model,
             mend="Give a model, its descriptor or its name",
         )  # fmt: skip
     try:
-        bound = resolved if isinstance(resolved, Model) else example_of(resolved)
+        bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
     for check in demands if checks is None else checks:
@@ -317,14 +320,23 @@ def drives_a_mass(model: Model) -> Fact:
 
 
 FORM = (described_variables, exportable_kernels, scalar_results)
-FORM_OF_ALL = (*FORM, *FORM_OF_SAMPLED)
+SLOT_FORM = (slot.described_parameters, slot.on_a_model(exportable_kernels), slot.on_a_model(scalar_results))
+FORM_OF_ALL = (*FORM, *FORM_OF_SAMPLED, *SLOT_FORM)
 CHECKS = (
     *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
     flow_agrees, same_bits_compiled, same_bits_exported, drives_a_mass,
 )  # fmt: skip
-DEMANDS: dict[type[Component], tuple[Demand, ...]] = {
-    FrictionModel: CHECKS, Controller: (described_variables, *LAW_CHECKS), Sensor: (described_variables, *SENSOR_CHECKS)
+OF_SLOT = (
+    *SLOT_FORM, slot.neutral_defaults, slot.factor_above_zero,
+    *(slot.on_a_model(check) for check in (one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees)),
+    slot.same_bits_along_its_channel, slot.same_bits_exported, slot.on_a_model(drives_a_mass),
+)  # fmt: skip
+DEMANDS: dict[type[Documented], tuple[Demand, ...]] = {
+    FrictionModel: CHECKS, Controller: (described_variables, *LAW_CHECKS),
+    Sensor: (described_variables, *SENSOR_CHECKS), Slot: OF_SLOT,
 }  # fmt: skip
+COMPILED = ("same bits compiled", "same bits along its channel", "same bits exported", "drives a mass")
+"""Demands that compile something, by name."""
 
 
 def _virgin(model: Model) -> tuple[Any, np.ndarray]:

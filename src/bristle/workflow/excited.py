@@ -11,7 +11,6 @@ from bristle.core.lazy import cached_property
 from bristle.excitation import Excitation, excite
 from bristle.files.provenance import provenance
 from bristle.files.user_model import origins_of_code
-from bristle.friction import base_of
 
 if TYPE_CHECKING:
     from bristle.files.results import Results
@@ -46,7 +45,7 @@ class DesignedMotion:
     @cached_property
     def provenance(self) -> dict[str, str]:
         """Versions, files, checksums."""
-        code = origins_of_code([base_of(self.excitation.prior.friction.component)])
+        code = origins_of_code([self.excitation.prior.friction.component])
         return provenance(self.command, axis=self.axis_file, model=self.model_file, code=code)
 
     def next_command(self, axis: str) -> str:

@@ -112,7 +112,6 @@ def export_model_file(
     from bristle.files.operator import holds_operator, read_operator
     from bristle.files.provenance import provenance
     from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
     from bristle.logs import read_log
     from bristle.testing import admit
 
@@ -126,7 +125,7 @@ def export_model_file(
     else:
         plant, exported, facts = read_model(file, allow_code=allow_code)
         admit(exported)
-        code, beside = origins_of_code([base_of(exported.component)]), ()
+        code, beside = origins_of_code([exported.component]), ()
         if target.takes_draws:
             drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {})
     described = None if axis is None else read_axis(axis)

@@ -16,7 +16,6 @@ from bristle.files.given import logs_and_axes
 from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
 from bristle.files.user_model import origins_of_code
-from bristle.friction import base_of
 from bristle.identification.identify import identify as models_fitted
 from bristle.identification.request import models_of
 from bristle.identification.result import Identification
@@ -275,7 +274,7 @@ def identify(
         "draws": draws, "method": method, "global_search": global_search, "settings": settings,
     }  # fmt: skip
     fitted = models_fitted(logs, model, axis=axes, progress=progress, **options)  # type: ignore[arg-type]
-    code = origins_of_code(base_of(component) for component in models_of(model))
+    code = origins_of_code(models_of(model))
     return Identified(
         **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__}, axes=tuple(axes), code=code,
         call=_call(logs, model, axes, options),

@@ -8,12 +8,13 @@ from typing import Any
 from bristle.core.axis import COLUMNS
 from bristle.core.content import Content
 from bristle.core.errors import InputError
+from bristle.core.motion import RECORDED
 from bristle.files.fill_in import FILL_IN
 from bristle.files.toml import read_toml
 
 __all__ = ["CHANNELS", "edited", "form_of"]
 
-CHANNELS = tuple(name for name in COLUMNS if name not in ("load", "temperature"))
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
 """What a column of the form may be."""
 DEEPEST = 3
 

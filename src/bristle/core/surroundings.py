@@ -1,0 +1,173 @@
+"""What surrounds a contact besides its motion: load, temperature, and what a slot of a person's own asks of a log.
+
+A model that depends on more than `Motion` holds is run along a motion of its own, which holds that, too. Where nobody
+tells it, as in a simulated loop, it has its usual value.
+"""
+
+from __future__ import annotations
+
+import keyword
+from collections import namedtuple
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from bristle.core.axis import COLUMNS
+from bristle.core.dispatch import chosen_by_fields
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.motion import NOTHING_TRANSMITTED, Motion
+from bristle.core.once import once
+from bristle.core.variable import Variable, variables_of
+
+__all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "reader_of"]
+
+
+RESERVED = {
+    "v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"
+}  # fmt: skip
+"""Words of the contract of a model, which stand beside the names of channels where one is run."""
+
+
+@dataclass(frozen=True)
+class Surrounding:
+    """A further channel of a log that friction depends on.
+
+    Parameters
+    ----------
+    name : str
+        Its name under ``[columns]`` of the axis file.
+    variable : Variable
+        What it is: quantity, description, range.
+    usual : float
+        Its value where nobody tells it, in SI.
+
+    Raises
+    ------
+    InputError
+        If it has a name that cannot be asked for, or that of another channel, or its usual value is out of its range.
+
+    Examples
+    --------
+    >>> Surrounding("humidity", Variable("1", "relative humidity", min=0.0, max=1.0), usual=0.5).name
+    'humidity'
+    """
+
+    name: str
+    variable: Variable
+    usual: float
+
+    def __post_init__(self) -> None:
+        name = self.name
+        if (
+            not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name)
+            or name.startswith("_") or name in RESERVED
+        ):  # fmt: skip
+            raise InputError("is no name of a channel", path="channel", value=name, allowed="a word, such as humidity")
+        if not isinstance(self.variable, Variable):
+            raise InputError(
+                "carries no Variable", path=f"channel {name}", value=type(self.variable).__name__,
+                mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
+            )  # fmt: skip
+        if (name in COLUMNS or name in Motion._fields) and not self._is_of_motion:
+            raise InputError("is the name of a channel of bristle", path="channel", value=name,
+                             mend=f'Write channel="{name}", if that is meant, or take another name')  # fmt: skip
+        self.variable.validate(self.usual, f"usual value of {name}")
+
+    @property
+    def field(self) -> str:
+        """Name of its field in a motion."""
+        return "x" if self.name == "position" else self.name
+
+    @property
+    def is_own(self) -> bool:
+        """Whether `Motion` does not hold it."""
+        return self.field not in Motion._fields
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a log must have it beside its motion: what passes on to the load follows from the plant."""
+        return self.is_own or (self.name in COLUMNS and self.field == self.name)
+
+    @property
+    def _is_of_motion(self) -> bool:
+        return variables_of(Motion).get(self.field) == self.variable
+
+
+OF_MOTION: dict[str, Surrounding] = {
+    name: Surrounding(name, variables_of(Motion)[name], usual) for name, usual in Motion._field_defaults.items()
+} | {"position": Surrounding("position", variables_of(Motion)["x"], 0.0)}
+"""What `Motion` holds of the surroundings, and where on the axis it is, by name."""
+
+
+def motion_with(surroundings: Iterable[Surrounding]) -> Any:
+    """Return the class of a motion that holds these surroundings; `Motion` where that holds all of them.
+
+    Raises
+    ------
+    InputError
+        If two of one name are not the same.
+    """
+    own: dict[str, Surrounding] = {}
+    for surrounding in surroundings:
+        if surrounding.is_own and own.setdefault(surrounding.name, surrounding) != surrounding:
+            raise InputError(
+                "is described by two slots, and not alike", path=f"channel {surrounding.name}",
+                mend="Give both the same Variable and usual value, or one of them another name",
+            )  # fmt: skip
+    return _motion_with(tuple(own.values())) if own else Motion
+
+
+@once
+def _motion_with(own: tuple[Surrounding, ...]) -> Any:
+    fields = variables_of(Motion) | {surrounding.name: surrounding.variable for surrounding in own}
+    usual = [*Motion._field_defaults.values(), *(surrounding.usual for surrounding in own)]
+    motion: Any = namedtuple("Motion", fields, defaults=usual, module=__name__)
+    motion.__annotations__ = {name: Annotated[float, variable] for name, variable in fields.items()}
+    _classes[motion._fields] = motion
+    return motion
+
+
+_classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
+
+
+@once
+def _at_rest(fields: tuple[str, ...]) -> Callable[..., Any]:
+    values = ["v", *(f"motion.{name}" for name in fields[1:])]
+    values[fields.index("transmitted")] = repr(NOTHING_TRANSMITTED)
+    return _defined("motion_at_rest", f"Motion({', '.join(values)})", "v, motion", {"Motion": _classes[fields]})
+
+
+def at_rest(v, motion):
+    """Return a motion at rest, on the side of the zero `v`, where another one is: nothing passes on to the load."""
+    return motion._replace(v=v, transmitted=NOTHING_TRANSMITTED)
+
+
+chosen_by_fields(at_rest, _at_rest)
+
+
+@once
+def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
+    """Return ``read(motion) -> float``: what a motion tells of this, its usual value where it tells nothing."""
+    name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
+    # As text, because the compiler and other targets must see a plain expression.
+    recorded, silent = (
+        _defined(f"{name}_{case}", expression)
+        for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))
+    )
+
+    def read(motion):
+        return getattr(motion, field, usual)
+
+    return chosen_by_fields(read, lambda fields: recorded if field in fields else silent)
+
+
+def _defined(
+    name: str, expression: str, takes: str = "motion", around: Mapping[str, Any] | None = None
+) -> Callable[..., Any]:
+    text = f"def {name}({takes}):\n    return {expression}\n"
+    scope: dict[str, Any] = {"__name__": __name__} | dict(around or {})
+    exec(compile(text, f"<{name}>", "exec"), scope)
+    function = scope[name]
+    function.source = text
+    return kernel(function)

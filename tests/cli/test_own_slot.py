@@ -1,0 +1,67 @@
+"""A slot of a person's own is one file: identified, saved and predicted with, and the package is not touched."""
+
+from pathlib import Path
+
+import pytest
+from tests.files.own_slot import AXIS, SLOT, TRUTH, write_bench
+
+
+def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_bench(tmp_path)
+    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+oiled.py,coulomb_viscous")
+    found = bristle(*asked, "--out", "results", "--json")
+    assert found.code == 0, found.err
+    assert found.data["models"][0]["name"] == "coulomb_viscous+oiled"
+    fall = found.data["parameters"]["a"]
+    low, high = fall["interval"]
+    assert fall["status"] == "identified"
+    assert low < TRUTH["a"] < high
+    assert high - low < 0.1 * TRUTH["a"]
+    assert found.data["parameters"]["b_0"]["status"] == "held"
+    errors = [one["metrics"]["force_error_percent"] for one in found.data["models"]]
+    assert errors[0] < 0.2 * errors[1]
+    assert 'model = "coulomb_viscous+oiled.py"' in Path("results/model.toml").read_text()
+    assert Path("results/oiled.py").read_text() == SLOT
+    assert found.data["provenance"]["code"] == "oiled.py"
+
+    told = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    assert told.code == 0, told.err
+    assert told.data["metrics"]["force_error_percent"] == pytest.approx(errors[0], rel=0.1)
+    Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
+    for command in (("predict", "results/model.toml", "log.csv"), ("identify", "log.csv", "--model", "lugre+oiled.py")):
+        refused = bristle(*command, "--axis", "dry.toml")
+        assert refused.code != 0
+        assert "has no pressure, which +oiled needs" in refused.err
+        assert 'pressure = { column = "...", unit = "N/m^2" }' in refused.err
+
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
+    refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml")
+    assert refused.code != 0
+    assert "oiled.py (SHA-256" in refused.err
+    assert "not run unasked" in refused.err
+    assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
+
+
+def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("oiled.py").write_text(SLOT)
+    checked = bristle("check", "oiled.py", "--json")
+    assert checked.code == 0
+    assert checked.data["model"] == "oiled"
+    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(
+        checked.data["certificates"]
+    )
+    shown = bristle("models", "lugre+oiled.py", "--json").data["models"][0]
+    assert shown["name"] == "lugre+oiled"
+    assert {"F_S", "a", "b_0"} <= set(shown["parameters"])
+    assert shown["channels"] == ["pressure"]
+    alone = bristle("models", "oiled.py")
+    assert "e^" in alone.out or "exp" in alone.out
+    assert "Needs pressure of the log: pressure of the oil, >= 0 N/m^2" in alone.out
+    Path("oiled.py").write_text(
+        SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6')
+    )
+    drifted = bristle("check", "oiled.py", "--json")
+    assert drifted.code == 1
+    assert drifted.data["certificates"]["neutral defaults"]["passed"] is False

@@ -1,0 +1,272 @@
+"""What a file with a slot of a person's own must be, what its force is, and where it goes."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomlkit
+from tests.exports.native import COMPILER
+from tests.files.own_slot import AXIS, DT, SLOT, write_bench
+
+import bristle as br
+from bristle.core import InputError
+from bristle.core.errors import InputWarning
+from bristle.engine import force_along, interpreted
+from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
+from bristle.friction import base_of, coulomb_viscous, find, lugre, own_slots_of, unvaried, with_presliding, with_slots
+
+CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
+V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])
+FACTOR = np.exp(-3e-6 * (PRESSURE - 2e5))
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    """A folder with the slot, an axis and its log."""
+    monkeypatch.chdir(tmp_path)
+    write_bench(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def oiled(bench):
+    return load_slot_file("oiled.py")
+
+
+def edited(*changes):
+    """Return the slot of a file in which something is written otherwise."""
+    text = SLOT
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    Path("edited.py").write_text(text)
+    return load_slot_file("edited.py")
+
+
+def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
+    values = {"F_C_pos": 9.0, "F_C_neg": 8.0, "F_v_pos": 30.0, "F_v_neg": 31.0, "a": 2e-6}
+    model = with_slots(coulomb_viscous, ["temperature", oiled, "asymmetry"])(**values, k_T=-0.01)
+    assert model.name == "coulomb_viscous+temperature+oiled+asymmetry"
+    (bench / "elsewhere").mkdir()
+    write_model(bench / "elsewhere" / "model.toml", None, model)
+    with pytest.raises(InputError, match=r"friction\.model: names code, which is not run unasked: oiled\.py"):
+        read_model(bench / "elsewhere" / "model.toml")
+    with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
+        again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
+    assert again == model
+    assert base_of(again.component) is coulomb_viscous
+    assert own_slots_of(again.component) == (oiled,)
+    assert pickle.loads(pickle.dumps(model)) == model
+    other = with_slots(coulomb_viscous, [oiled])(F_C=9.0, F_v=30.0, a=1e-6)
+    assert other != other.with_values(a=2e-6)
+
+
+def test_a_model_and_a_slot_of_ones_own_go_together(oiled, bench):
+    own = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+    model = with_slots(br.load_model_file(own), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
+    write_model(bench / "both.toml", None, model)
+    text = Path("both.toml").read_text()
+    assert 'file = "quadratic_drag.py"' in text
+    assert 'slots = ["oiled.py"]' in text
+    with pytest.warns(InputWarning, match="is run"):
+        assert read_model("both.toml", allow_code=True).friction == model
+
+
+def test_in_a_loop_the_channel_has_its_usual_value(bench):
+    tables = {
+        "schema": 1, "plant": {"M": "20 kg"}, "run": {"duration": "0.5 s", "sample_time": "1 ms"},
+        "controller": {"model": "cascade", "k_p": "80 1/s", "k_v": "4 N*s/mm"},
+        "reference": {"model": "sine", "amplitude": "5 mm", "frequency": "2 Hz"}, "compare": {"as_it_is": {}},
+    }  # fmt: skip
+    less = float(np.exp(-3e-6 * 1e5))
+    own = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
+    Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": own}))
+    with pytest.raises(InputError, match=r"oiled\.py .*not run unasked|names code, which is not run unasked: oiled"):
+        read_experiment("own.toml")
+    with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
+        experiment = read_experiment("own.toml", allow_code=True)
+    scaled = {"model": "coulomb_viscous", "F_C": 8.0 * less, "F_v": 40.0 * less}
+    Path("scaled.toml").write_text(tomlkit.dumps(tables | {"friction": scaled}))
+    found, expected = (
+        br.simulate(one).variants["as_it_is"].position for one in (experiment, read_experiment("scaled.toml"))
+    )
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_force_is_that_of_the_equation(oiled):
+    plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
+    model = with_slots(coulomb_viscous, [oiled])(F_C=8.0, F_v=30.0, a=3e-6)
+    assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(FACTOR * plain)
+    assert np.array_equal(force_along(model, V, DT), plain)
+    assert np.array_equal(force_along(unvaried(model), V, DT, pressure=PRESSURE), plain)
+    with pytest.raises(InputError, match=r"presure: is nothing that .* knows.*Did you mean 'pressure'"):
+        force_along(model, V, DT, presure=PRESSURE)
+
+
+def test_before_sliding_the_limits_are_those_of_the_channel(oiled):
+    model = with_slots(coulomb_viscous, [oiled])(F_C=8.0, F_v=0.0, a=3e-6)
+    v = np.full(400, 1e-3)
+    force = force_along(with_presliding(model, 1e-6), v, DT, pressure=3e5)
+    assert force[-1] == pytest.approx(8.0 * np.exp(-0.3))
+    turned = force_along(with_presliding(model, 1e-6), np.append(v, -1e-10), DT, pressure=3e5)[-1]
+    assert turned == pytest.approx(force[-1], rel=1e-3)
+
+
+def test_it_may_raise_the_level_alone(bench):
+    level = edited(("example=", 'of="level", example='))
+    model = with_slots(coulomb_viscous, [level])(F_C=8.0, F_v=30.0, a=3e-6)
+    expected = 8.0 * FACTOR * np.sign(V) + 30.0 * V
+    assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(expected)
+
+
+def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
+    warm = edited(
+        (CHANNEL, '"temperature"'), ('"oiled"', '"warm"'), ("    a:", "    w:"), ("p.a ", "p.w "), ("b_0", "T_0"),
+        ('{"a": 3e-6}', '{"w": 1e-2}'), ("2e5", "293.15"),
+    )  # fmt: skip
+    plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
+    both = with_slots(coulomb_viscous, [warm, oiled])(F_C=8.0, F_v=30.0, a=3e-6, w=1e-2)
+    assert [one.name for one in both.component.surroundings] == ["temperature", "pressure"]
+    with interpreted():
+        force = force_along(both, V, DT, pressure=PRESSURE, temperature=303.15)
+    assert force == pytest.approx(FACTOR * np.exp(-0.1) * plain)
+    placed = edited((CHANNEL, '"position"'), ("2e5", "0.0"), ('"oiled"', '"placed"'))
+    model, x = with_slots(coulomb_viscous, [placed])(F_C=8.0, F_v=30.0, a=3.0), np.array([0.1, 0.2, 0.3, 0.4])
+    with interpreted():
+        said = force_along(model, V, DT, x)
+    assert said == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
+
+
+def test_two_slots_do_not_take_one_name_for_two_things(oiled):
+    other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"),
+                   ('{"a"', '{"c"'))  # fmt: skip
+    with pytest.raises(InputError, match=r"channel pressure: is described by two slots, and not alike"):
+        with_slots(lugre, [oiled, other])
+    clash = edited(("b_0", "F_C"))
+    with pytest.raises(InputError, match=r"F_C.*Give the parameter of the slot another name"):
+        with_slots(lugre, [clash])
+    with pytest.raises(InputError, match="a slot twice"):
+        with_slots(lugre, [oiled, oiled])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("SLOT = Slot(", "SLUT = Slot(", r"defines no slot\. End the file with SLOT = Slot\(name=\.\.\., description"),
+        ("SLOT = Slot(", "SLOT = dict(", r"SLOT is not a Slot; found 'dict'"),
+        ('name="oiled"', 'name="load"', r"a name that cannot be asked for; found 'load'"),
+        ('name="oiled"', 'name="a+b"', r"a name that cannot be asked for; found 'a\+b'"),
+        ("@kernel\n", "", r"factor: is not a kernel\. Decorate it with @kernel"),
+        ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
+        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not what a slot .* allowed \"channel\""),
+        (', excitation="channel"', "", r"has no parameter that a log could tell\. Write Variable\(.*\"channel\""),
+        ('"force/length^2", "pressure of', '"presure", "pressure of', r"presure"),
+        ('Surrounding("pressure"', 'Surrounding("effort"', r"is the name of a channel of bristle"),
+        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is no name of a channel"),
+        ("usual=2e5", "usual=-1.0", r"usual value of pressure: out of range"),
+        (CHANNEL, '"humidity"', r"is no channel of a log; found 'humidity'"),
+        ("example=", 'of="all", example=', r"of, of oiled: is none of the choices; found 'all'"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_what_to_change(bench, old, new, said):
+    with pytest.raises(InputError, match=rf"edited\.py.*{said}"):
+        edited((old, new))
+
+
+def test_every_parameter_has_a_default(bench):
+    with pytest.raises(
+        InputError, match=r"edited\.py: Parameters\.a: has no default\. Give each parameter the default"
+    ):
+        edited(("] = 2e5", "]"), ("] = 0.0", "]"))
+
+
+def test_a_model_is_told_from_a_slot(bench):
+    own = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+    with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py in front"):
+        load_slot_file(own)
+    with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
+        br.load_model_file("oiled.py")
+    with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or one of your own"):
+        find("lugre+oiled.py")
+
+
+# --- the channel ------------------------------------------------------------------------------------------------
+
+
+def test_a_further_channel_comes_in_si(bench):
+    log = read_log("log.csv", read_axis("axis.toml"))
+    assert list(log.surroundings) == ["pressure"]
+    pressure = log.further["pressure"]
+    assert pressure.values[:3] == pytest.approx(2e5 + 1e5 * np.sin(0.9e-3 * np.arange(3)), rel=1e-8)
+    celsius = read_axis(AXIS.replace('unit = "bar"', 'unit = "degC"').encode())
+    assert read_log("log.csv", celsius).further["pressure"].values[0] == pytest.approx(275.15)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('pressure = "oil"', r'A further channel.* has its unit: pressure = \{ column = "oil", unit = "%" \}'),
+        ('velocty = { column = "oil", unit = "m/s" }', r"columns\.velocty: unknown key.*Did you mean 'velocity'"),
+        ('pressure = { column = "oil", unit = "barr" }', r"columns\.pressure\.unit: is not a unit"),
+        ('pressure = { column = "oil", unit = "degF" }', r"has a zero of its own"),
+        ('pressure = { column = "oil", unit = "bar", side = 3 }', r"columns\.pressure\.side"),
+    ],
+)
+def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
+    text = "\n".join(line if row.startswith("pressure") else row for row in AXIS.splitlines())
+    with pytest.raises(InputError, match=said):
+        read_axis(text.encode())
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        (
+            "mm",
+            r"pressure\.unit: is of another quantity than the slot takes it for; found 'm', allowed pressure",
+        ),
+        (
+            "-",
+            r"columns\.pressure: is out of range.*found -2.*allowed >= 0 N/m\^2.*unit right",
+        ),
+    ],
+)
+def test_what_is_no_pressure_is_not_taken_for_one(bench, oiled, unit, said):
+    new = 'unit = "bar", sign = -1' if unit == "-" else f'unit = "{unit}"'
+    axis = read_axis(AXIS.replace('unit = "bar"', new).encode())
+    with pytest.raises(InputError, match=said):
+        br.identify(read_log("log.csv", axis), with_slots(coulomb_viscous, [oiled]), axis=axis, draws=0)
+
+
+# --- export -----------------------------------------------------------------------------------------------------
+
+AT = """#include "axis_x.h"
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis;
+    axis_x_start(&axis);
+    for (int i = 0; i < 60; ++i) {
+        printf("%.17g\\n", axis_x_force_at(&axis, 1e-5 * ((i * 37) % 91), 5e-4, 300.0, 1e4 * i));
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+def test_in_c_the_channel_comes_in_and_the_bits_are_the_same(bench, oiled):
+    from tests.exports.test_c import built
+
+    component = with_slots(lugre, ["temperature", oiled, "asymmetry"])  # one around the other
+    model = component(**component.example)
+    br.export(model, "c", bench / "out")
+    (bench / "out" / "at.c").write_text(AT)
+    forces = np.array(built(bench / "out", "at.c").stdout.split(), dtype=float)
+    x = 1e-5 * ((np.arange(60) * 37) % 91)
+    with interpreted():
+        expected = force_along(
+            model, np.diff(x) / 5e-4, 5e-4, x[1:], temperature=300.0, pressure=1e4 * np.arange(1.0, 60.0)
+        )
+    assert np.array_equal(forces[1:], expected)
