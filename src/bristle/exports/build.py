@@ -23,6 +23,7 @@ FACE = frozenset((
     "effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start",
 ))  # fmt: skip
 """What the functions and types of an export are called, behind its name."""
+DEEPEST = 100  # calls inside of calls
 
 
 @dataclass
@@ -40,7 +41,7 @@ class Builder:
 
     def __post_init__(self) -> None:
         self._built: dict[tuple[Any, ...], Function] = {}
-        self._open: list[Callable[..., Any]] = []
+        self._open: list[tuple[Any, ...]] = []
         self._names: set[str] = set()
 
     def function(self, called: Callable[..., Any], types: Sequence[Type]) -> Function:
@@ -68,14 +69,15 @@ class Builder:
         return kernel
 
     def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> Function:
-        if kernel in self._open:
+        # A layer of a model calls that of the next one by the same kernel: what ends is told by the types.
+        if (kernel, *types) in self._open or len(self._open) > DEEPEST:
             raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
         definition = definition_of(kernel)
         if len(definition.args.args) != len(types):
             raise NotExportableError(
                 kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}"
             )
-        self._open.append(kernel)
+        self._open.append((kernel, *types))
         try:
             translated = Translation(self, kernel, types).function(self._name_for(kernel))
         finally:

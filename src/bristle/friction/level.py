@@ -27,7 +27,7 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort"]
+__all__ = ["CAUSES", "LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen", "rises_with_effort"]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -124,7 +124,7 @@ def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     return RisenModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, its level rising with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, its level rising with {' and '.join(CAUSES[slot] for slot in slots)}",
         Parameters=Risen,
         State=model.State,
         trial=trial,
@@ -139,5 +139,6 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
     )
 
 
-_CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
+CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
+"""What each slot lets friction depend on, in words."""
 _EXAMPLE = {"c_T": 0.1, "pitch": 5e-3, "h_c1": 0.7, "h_s1": -0.3, "h_c2": 0.3, "h_s2": 0.2}

@@ -27,6 +27,7 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 
 __all__ = [
+    "CAUSES",
     "HALF_RANGE",
     "MIDDLE",
     "PITCH",
@@ -174,7 +175,7 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     return VariedModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, varying with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        description=f"{model.description}, varying with {' and '.join(CAUSES[slot] for slot in slots)}",
         Parameters=Varied,
         State=model.State,
         trial=trial,
@@ -192,7 +193,8 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     )
 
 
-_CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
+CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
+"""What each slot lets friction depend on, in words."""
 _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
     "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,

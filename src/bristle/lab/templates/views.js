@@ -16,8 +16,8 @@ function pathOf(lab) {
 }
 
 // What a path gives with the present parameters.
-function forcesAlong(lab, path, moment = -1, look = undefined) {
-  return path.recorded ? lab.contact.along(path.recorded, moment, look) : lab.contact.forces(path.x, path.dt, moment, look);
+function forcesAlong(contact, path, moment = -1, look = undefined) {
+  return path.recorded ? contact.along(path.recorded, moment, look) : contact.forces(path.x, path.dt, moment, look);
 }
 
 function newPath(lab) {
@@ -36,7 +36,7 @@ function loopView(lab, canvas, reading) {
   const last = path.x.length - 1, moment = Math.round(last * lab.moment);
   let remembered = null;
   const before = ghostOf(lab, path);
-  const forces = forcesAlong(lab, path, moment, (inputs) => { remembered = inputs; });
+  const forces = forcesAlong(lab.contact, path, moment, (inputs) => { remembered = inputs; });
   const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
   const amplitude = valueOf(lab, "amplitude"), [left, right] = path.recorded ? axis(...extent(path.x)) : axis(-amplitude, amplitude);
   const [least, most] = path.recorded ? extent(path.recorded.measured) : [low, high];
@@ -85,9 +85,7 @@ function ghostOf(lab, path) {
   if (!lab.isMoved()) return null;
   const key = pathKey(lab);
   if (lab.ghost?.key !== key) {
-    lab.setAll(lab.first);
-    lab.ghost = { key, forces: forcesAlong(lab, path) };
-    lab.setAll(lab.values);
+    lab.ghost = { key, forces: lab.atStart((contact) => forcesAlong(contact, path)) };
   }
   return lab.ghost.forces;
 }
@@ -136,7 +134,10 @@ function speedView(lab, canvas, reading) {
 
 function pulledView(lab, canvas, reading) {
   const theme = lab.theme, { units } = lab.model, time = valueOf(lab, "time"), dt = time / PULLED;
+  // What passes on to this mass is what moves it.
+  lab.contact.set("around_transmitted", [0]);
   const { x, end, force } = lab.contact.moved(PULLED, dt, () => 0);
+  lab.contact.set("around_transmitted", lab.values.around_transmitted ?? [0]);
   const t = lab.times?.dt === dt ? lab.times.t : x.map((_, k) => (k + 1) * dt);
   lab.times = { dt, t };
   const { context, area } = wiped(canvas), upper = 0.55 * area.height;
@@ -202,7 +203,9 @@ function elementsView(lab, canvas, reading) {
 
 // Whether it drifts, closes and is passive: with a mark, so that colour does not say it alone.
 function verdictView(lab, list) {
-  const lines = verdicts(lab.model, judged(lab.contact, lab.values));
+  const judge = lab.judge ?? lab.contact;
+  for (const { name } of lab.model.variables) judge.set(name, lab.values[name]);
+  const lines = verdicts(lab.model, judged(judge, lab.values));
   lab.setAll(lab.values);
   const html = lines.map(({ asked, passed, text }) =>
     `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
@@ -212,7 +215,7 @@ function verdictView(lab, list) {
 // How far the plane is shown: as far as the input went, kept while it only gets less.
 function planeReach(lab) {
   const farthest = Math.max(...lab.remembered.map(Math.abs), 1e-3 * lab.model.scales.reach);
-  const key = `${lab.model.name} ${lab.preset} ${valueOf(lab, "amplitude")}`;
+  const key = `${lab.model.name} ${lab.model.model} ${lab.preset} ${valueOf(lab, "amplitude")}`;
   if (lab.planeKey !== key || lab.planeFarthest < farthest || lab.planeFarthest > 4 * farthest && lab.moment === 1) {
     Object.assign(lab, { planeKey: key, planeFarthest: farthest });
   }
