@@ -8,6 +8,16 @@ function newBench(theme, recorded = null) {
       this.contact.hold();
       for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
     },
+    // Something computed as it is in the middle of the axis: without what varies along it.
+    inTheMiddle(compute) {
+      const { placed } = this.model;
+      if (!placed?.size) return compute();
+      this.contact.hold();
+      for (const [name, list] of Object.entries(this.values)) if (!placed.has(name)) this.contact.set(name, list);
+      const result = compute();
+      this.setAll(this.values);
+      return result;
+    },
     isMoved() {
       const { variables, around = [] } = this.model;
       return this.start.model.model !== this.model.model

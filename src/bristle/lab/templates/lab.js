@@ -11,6 +11,7 @@ for (const model of data.models) {
 const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
+const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, PAUSE = 80, JUDGED = 150; // [ms]
 let kept = "", waiting = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
@@ -205,9 +206,10 @@ async function putSlots(slots) {
 
 function buildSlots() {
   const { plain, slots } = lab.model, group = byId("slots"), focused = document.activeElement?.name;
-  group.replaceChildren(...plain.offered.map((slot) => element("label", {},
+  const offered = SLOTS.filter((slot) => plain.offered.includes(slot));
+  group.replaceChildren(...offered.map((slot) => element("label", {},
     element("input", { type: "checkbox", name: `slot-${slot}`, checked: slots.includes(slot),
-      onchange: ({ target }) => putSlots(plain.offered.filter((each) => (each === slot ? target.checked : slots.includes(each)))) }),
+      onchange: () => putSlots(offered.filter((each) => group.querySelector(`[name="slot-${each}"]`).checked)) }),
     element("span", { text: slot, title: `varies with ${data.slots[plain.kind][slot].cause}` }))));
   group.querySelector(`[name="${focused}"]`)?.focus();
 }

@@ -1,5 +1,6 @@
 // Slots put on and taken off: what the page knows of a model with them, made of what Python tells of it without any.
 
+const ALONG = ["position", "periodic", "ripple"]; // what varies along the axis
 const ONE_WAY = [["_pos", "+", ", moving forward", 1.1], ["_neg", "−", ", moving backward", 0.9]];
 
 // A number without the digits that a product adds to it.
@@ -83,6 +84,7 @@ function withSlots(model, slots, offers) {
   return { ...model, ...(varies ? wideOf(model, offers) : {}), plain: model, slots: on, varies,
     model: [model.model, ...on].join("+"), description: describedWith(model, on, offers), head: headWith(model.head, on),
     variables: plain.flatMap((row) => (directional.has(row.name) ? oneWay(row) : [row])).map((row) => own.get(row.name) ?? row),
+    placed: new Set(on.filter((slot) => ALONG.includes(slot)).flatMap((slot) => offers[slot].rows).flatMap(({ name }) => [name, ...ONE_WAY.map(([side]) => name + side)])),
     around: on.filter((slot) => offers[slot]?.around).map((slot) => {
       const row = scaled(offers[slot].around, model.scales);
       return ownSlots(model).includes(slot) ? { ...row, values: [row.nothing] } : row;

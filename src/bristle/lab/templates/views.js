@@ -120,7 +120,7 @@ function speedView(lab, canvas, reading) {
   // So slowly that the velocity changes little while the contact moves by ten times its distance of pre-sliding.
   const time = 8000 * top * scales.reach / scales.speed ** 2;
   const { x, v, dt } = sweep(top, time, SWEPT), half = (SWEPT - 1) / 2;
-  const forces = lab.contact.forces(x, dt);
+  const forces = lab.inTheMiddle(() => lab.contact.forces(x, dt));
   const [low, high] = extent(forces, 1), { context, area } = wiped(canvas);
   const [left, right] = axis(-top, top, 0), [bottom, above] = axis(low, high);
   const frame = new Frame(context, area, { word: "velocity", unit: units.velocity, low: left, high: right },
@@ -128,7 +128,7 @@ function speedView(lab, canvas, reading) {
   frame.axes();
   frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
   frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
-  const along = lab.model.varies ? " This friction varies on the way too." : "";
+  const along = lab.model.placed?.size ? " As it is in the middle of the axis, without what varies along it." : lab.model.varies && !lab.model.placed ? " This friction varies on the way too." : "";
   tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.${along}`, lab.contact.overflow);
 }
 
@@ -205,7 +205,7 @@ function elementsView(lab, canvas, reading) {
 function verdictView(lab, list) {
   const judge = lab.judge ?? lab.contact;
   for (const { name } of lab.model.variables) judge.set(name, lab.values[name]);
-  const lines = verdicts(lab.model, judged(judge, lab.values));
+  const lines = verdicts(lab.model, judged(judge, lab.values, lab.model.passive));
   lab.setAll(lab.values);
   const html = lines.map(({ asked, passed, text }) =>
     `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
