@@ -3,6 +3,7 @@
 function newBench(theme, recorded = null) {
   return {
     model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [], recorded,
+    samples: SAMPLES, ghosts: new Map(),
     all() { return [...this.model.variables, ...this.settings]; },
     setAll(values) {
       this.contact.hold();
@@ -25,7 +26,7 @@ function newBench(theme, recorded = null) {
     },
     // `start` is the model that the page began with, where slots were put on or taken off since.
     take(model, contact, settings, start = { model, contact }) {
-      Object.assign(this, { model, contact, settings, start, ghost: null, moment: 1 });
+      Object.assign(this, { model, contact, settings, start, ghosts: new Map(), moment: 1 });
       this.first = Object.fromEntries(this.all().map(({ name, values }) => [name, numbersOf(values)]));
       this.values = Object.fromEntries(Object.entries(this.first).map(([name, values]) => [name, [...values]]));
     },

@@ -13,17 +13,24 @@ const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const MOST_PAST = 200, MOST_TURNS = 400;
-const LONG = 6, PAUSE = 80, JUDGED = 150; // [ms]
-let kept = "", waiting = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
+const LONG = 6, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
+const FEWEST = 4000;
+let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
-function drawNow() {
+// While a slider moves, a loop that takes long has fewer samples; once it stands still it has all of them.
+function drawNow(moves = false) {
+  const before = performance.now(), isLong = moves && loopTook > LONG;
+  clearTimeout(settling);
+  settling = isLong ? setTimeout(drawNow, STANDS) : 0;
+  lab.samples = isLong ? Math.max(FEWEST, Math.round(SAMPLES * LONG / loopTook)) : SAMPLES;
   loopView(lab, byId("loop"), byId("loop-reading"));
   const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
   if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
+  if (!isLong) loopTook = performance.now() - before;
 }
 
 function drawRest() {
@@ -45,8 +52,8 @@ function judge() {
 }
 
 // The loop is drawn at once, the rest after it: less often where it takes so long that a slider would lag.
-function draw() {
-  drawNow();
+function draw(moves = false) {
+  drawNow(moves);
   if (!waiting) waiting = setTimeout(drawRest, restTook > LONG ? PAUSE : 0);
 }
 
@@ -59,7 +66,7 @@ function setValue(variable, index, value, from) {
   lab.move(name, index, value);
   shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
   tellBroken();
-  draw();
+  draw(from === "slider");
 }
 
 function showAll() {
@@ -129,6 +136,7 @@ function stateText() {
 
 function keep() {
   const text = stateText();
+  if (settling) drawNow();
   if (text !== kept) {
     past.push(kept);
     if (past.length > MOST_PAST) past.shift();

@@ -5,7 +5,7 @@ const SWEPT = 4001, PULLED = 8000, CLOSED = 1e-3;
 function valueOf(lab, name) { return lab.values[name][0]; }
 
 function pathKey(lab) {
-  return [lab.preset, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
+  return [lab.preset, lab.samples, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
 }
 
 // The path that the contact is moved along, and the time step at which it keeps its speed.
@@ -25,7 +25,7 @@ function newPath(lab) {
   const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
   const turns = preset.turns ?? lab.turns;
   const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
-  const count = preset.turns ? SAMPLES : Math.max(2, Math.min(SAMPLES, Math.round(500 * lengths)));
+  const count = preset.turns ? lab.samples : Math.max(2, Math.min(lab.samples, Math.round(500 * lengths)));
   const path = turns.length > 1 ? pathThrough(turns, amplitude, count) : { x: new Float64Array(2), at: [0], length: 0 };
   const speed = 4 * amplitude / valueOf(lab, "period");
   return { ...path, dt: path.length > 0 ? path.length / (speed * (path.x.length - 1)) : 1 };
@@ -68,6 +68,7 @@ function loopWords(lab, path, forces, closing) {
     words.push(`back where the minor loop began, the force is ${told(Math.abs(closing.gap), units.force)} off: it ${closing.closes ? "closes" : "does not close"}`);
   }
   if (lab.isMoved()) words.push("dashed are the values of the start");
+  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples while it moves`);
   if (lab.contact.overflow) words.push("a force was no number and was left out");
   return `${words.join("; ")}.`;
 }
@@ -84,10 +85,12 @@ function closingOf(lab, path, forces, range) {
 function ghostOf(lab, path) {
   if (!lab.isMoved()) return null;
   const key = pathKey(lab);
-  if (lab.ghost?.key !== key) {
-    lab.ghost = { key, forces: lab.atStart((contact) => forcesAlong(contact, path)) };
+  // Two of them: while a slider moves there may be fewer samples.
+  if (!lab.ghosts.has(key)) {
+    if (lab.ghosts.size > 1) lab.ghosts.delete(lab.ghosts.keys().next().value);
+    lab.ghosts.set(key, lab.atStart((contact) => forcesAlong(contact, path)));
   }
-  return lab.ghost.forces;
+  return lab.ghosts.get(key);
 }
 
 function recordWords(lab, recorded, forces) {
@@ -95,7 +98,7 @@ function recordWords(lab, recorded, forces) {
   const words = [`Thin what was measured, wide the model: they differ by ${told(rms, units.force)} root mean square, ${withDigits(100 * share, 3)} % of the friction`];
   if (!hasInertia) words.push("the inertia is not known, and what was measured is all of the effort");
   if (depth > 0) words.push(`turns of less than ${told(depth, units.position)} are left out`);
-  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, lab.ghost.forces).rms, units.force)}`);
+  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, ghostOf(lab, pathOf(lab))).rms, units.force)}`);
   return `${words.join("; ")}.`;
 }
 
