@@ -1,4 +1,4 @@
-"""From a slider of the lab to the loop drawn, in Chromium without a window: while it moves, and of all 20 000 samples."""
+"""From a slider of the lab to the loop drawn, in Chromium: while it moves, and with all of its 20 000 samples."""
 
 import tempfile
 from pathlib import Path

@@ -99,7 +99,8 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
 TICK = """
 (async () => {
   document.querySelector('[name="slot-SLOT"]').click();
-  for (let k = 0; k < 100 && lab.model.slots.includes("SLOT") !== document.querySelector('[name="slot-SLOT"]').checked; k++) {
+  const isOn = () => document.querySelector('[name="slot-SLOT"]').checked;
+  for (let k = 0; k < 100 && lab.model.slots.includes("SLOT") !== isOn(); k++) {
     await new Promise((done) => setTimeout(done, 10));
   }
   await new Promise((done) => setTimeout(done, 50));

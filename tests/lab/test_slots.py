@@ -8,12 +8,12 @@ import pytest
 from tests.lab.scripts import data_of, needs_node, node
 
 import bristle as br
-from bristle.friction import MODELS, unvaried, with_slots
+from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
 from bristle.lab.scales import Scales
-from bristle.lab.switches import SLOTS, begun, combinations, offered, plain_of, slots_of
+from bristle.lab.switches import begun, combinations, offered, plain_of, slots_of
 from bristle.testing import example_of
 
 pytestmark = needs_node
@@ -71,7 +71,7 @@ def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
 
 def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
     script = """
-    const [model] = data.models, was = withSlots;
+    const [model] = data.models;
     const spoilt = { ...offers(model), ripple: structuredClone(offers(model).ripple) };
     spoilt.ripple.rows.find(({ name }) => name === "h_s2").values = [1e-12];
     say([(await walkedWithSlots(model, offers(model))).differ, (await walkedWithSlots(model, spoilt)).differ]);
@@ -82,7 +82,8 @@ def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("name", [
-    "preisach_lugre+position+asymmetry", "gms+asymmetry", "lugre+transmitted+ripple+position+load", "gap_slider+asymmetry",
+    "preisach_lugre+position+asymmetry", "gms+asymmetry", "lugre+transmitted+ripple+position+load",
+    "gap_slider+asymmetry",
 ])  # fmt: skip
 def test_a_given_model_walks_as_in_python(name, tmp_path):
     data = page_data(name)
@@ -92,7 +93,9 @@ def test_a_given_model_walks_as_in_python(name, tmp_path):
     assert run(tmp_path, script, data) == {"differ": 0, "of": 7}
 
 
-@pytest.mark.parametrize("name", ["lugre", "gms", "preisach_lugre", "maxwell_slip", "bouc_wen", "elastoplastic", "viscous"])
+@pytest.mark.parametrize(
+    "name", ["lugre", "gms", "preisach_lugre", "maxwell_slip", "bouc_wen", "elastoplastic", "viscous"]
+)
 def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_path):
     slots = offered(example_named(name))
     sets = [(), *((slot,) for slot in slots[::3]), ("periodic", "asymmetry"), slots]
@@ -112,7 +115,9 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
         ]
         assert [row for row in facts["conditions"] if "least" not in row] == wanted["conditions"]
         assert facts["elements"] == wanted["elements"]
-        assert {key: row for key, row in (facts["passive"] or {}).items() if row is not None} == (wanted["passive"] or {})
+        assert {key: row for key, row in (facts["passive"] or {}).items() if row is not None} == (
+            wanted["passive"] or {}
+        )
         assert facts["head"] == wanted["head"]
         assert facts["slots"] == list(slots_of(model))
 
@@ -138,7 +143,8 @@ def test_a_slot_taken_off_a_given_model_leaves_the_mean_of_both_directions(tmp_p
     data = page_data("gms+asymmetry")
     model = example_of(with_slots(MODELS["gms"], ["asymmetry"]))
     script = """
-    const [model] = data.models, own = withSlots(model, ownSlots(model), offers(model)), bare = withSlots(model, [], offers(model));
+    const [model] = data.models, own = withSlots(model, ownSlots(model), offers(model));
+    const bare = withSlots(model, [], offers(model));
     const first = Object.fromEntries(own.variables.map(({ name, values }) => [name, numbersOf(values)]));
     const off = carried({ ...first, F_C_pos: [30] }, bare.variables), on = carried(off, own.variables);
     say([first, off, on, bare.model, asToml(bare, off).includes("asymmetry")]);

@@ -67,21 +67,22 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     own = (
-        [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)]
-        if model is not None
-        else []
+        [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)] if model is not None else []
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
+    common = common_module()
     data = {
         "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
-        "presets": presets(), "common": {"code": packed(common_module()), "size": len(common_module())}, "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
+        "presets": presets(), "common": {"code": packed(common), "size": len(common)},
+        "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }  # fmt: skip
     content = as_json(data).encode("utf-8")
     return _environment().get_template("lab.html").render(
         mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
-        script=Markup(script), data=Markup(as_json({"code": packed(content), "size": len(content)})), provenance=dict(provenance or {}), version=version(),
+        script=Markup(script), data=Markup(as_json({"code": packed(content), "size": len(content)})),
+        provenance=dict(provenance or {}), version=version(),
     )  # fmt: skip
 
 

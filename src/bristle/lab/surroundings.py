@@ -6,7 +6,9 @@ around all slots, tells the rest.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, FrictionModel, Motion
@@ -52,7 +54,7 @@ class SurroundedModel(EnclosingModel):
     """A friction model with what is around it."""
 
     coefficients = Surroundings
-    of_slot = {"around": Surroundings._fields}
+    of_slot = MappingProxyType({"around": Surroundings._fields})
     without_default = ()
 
     @property
@@ -60,7 +62,7 @@ class SurroundedModel(EnclosingModel):
         """The parameters that have a default value."""
         return self.inner.defaults | Surroundings._field_defaults
 
-    def assemble(self, values: Any) -> Surrounded:
+    def assemble(self, values: Mapping[str, Any]) -> Surrounded:
         """Return what kernels receive, from the values that a person sets."""
         inner = {name: values[name] for name in self.inner.variables}
         return Surrounded(self.inner.assemble(inner), Surroundings(**{name: values[name] for name in self.own}))

@@ -32,7 +32,18 @@ from bristle.lab.surroundings import AROUND, Surroundings, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
-__all__ = ["SLOTS", "all_walks", "begun", "combinations", "common_module", "offered", "plain_of", "slots_described", "slots_of", "switched"]
+__all__ = [
+    "SLOTS",
+    "all_walks",
+    "begun",
+    "combinations",
+    "common_module",
+    "offered",
+    "plain_of",
+    "slots_described",
+    "slots_of",
+    "switched",
+]
 
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
 """All that can be put on, in the order of a name."""
@@ -41,7 +52,7 @@ SIDES = {"_pos": 1.1, "_neg": 0.9}
 
 
 class Start(NamedTuple):
-    """What a number begins with, over a scale of the model where it has one, and the ends of its slider if it has some."""
+    """What a number begins with, over a scale of the model where it has one, and ends of its slider."""
 
     value: float
     scale: str = ""
@@ -52,7 +63,8 @@ MODULE = ("code", "size", "lasting", "contact", "body", "parameters", "places", 
 EITHER_WAY = (-1.0, 1.0)
 # A path is ten distances of pre-sliding long from end to end.
 STARTS = {
-    "x_0": Start(0.0, "reach", (-20.0, 20.0)), "x_L": Start(5.0, "reach"), "p_1": Start(0.2), "p_2": Start(0.0, "", (-0.8, 0.8)),
+    "x_0": Start(0.0, "reach", (-20.0, 20.0)), "x_L": Start(5.0, "reach"), "p_1": Start(0.2),
+    "p_2": Start(0.0, "", (-0.8, 0.8)),
     "a_1": Start(0.0, "force", EITHER_WAY), "a_2": Start(0.0, "force", EITHER_WAY), "pitch": Start(4.0, "reach"),
     "c_1": Start(0.1, "force", EITHER_WAY), "s_1": Start(0.0, "force", EITHER_WAY),
     "c_2": Start(0.0, "force", EITHER_WAY), "s_2": Start(0.0, "force", EITHER_WAY), "k_L": Start(0.5),

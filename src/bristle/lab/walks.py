@@ -59,7 +59,9 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     }
 
 
-def walked_together(models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
+def walked_together(
+    models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model
+) -> dict[str, Any]:
     """Return the walks of one contact with several sets of slots, and of the mass with the last of them.
 
     Parameters
