@@ -124,7 +124,7 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
 
 def test_what_is_copied_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
-        for slots in combinations(offered(example_named(name)), every=False):
+        for slots in combinations(offered(example_named(name)), complete=False):
             script = f"""
             const model = withSlots(data.models[0], {json.dumps(slots)}, offers(data.models[0]));
             const values = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));

@@ -75,15 +75,15 @@ def described(
     led : Model, optional
         The model that is led in these walks and has these scales, where it has slots that `model` has not.
     """
-    subject, whole = subject_of(model), subject_of(led or model)
-    scales = scales_of(whole)
+    subject, moving = subject_of(model), subject_of(led or model)
+    scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
     functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
     module, facts = _module(subject, plant, functions)
     if proven:
-        known = stored().get(whole.model.name)
-        is_example = known is not None and whole.model == example_named(whole.model.name)
-        facts["walks"] = known if is_example else walked(whole, plant, scales, SHORT)
+        kept = stored().get(moving.model.name)
+        is_example = kept is not None and moving.model == example_named(moving.model.name)
+        facts["walks"] = kept if is_example else walked(moving, plant, scales, SHORT)
     return facts | {
         "name": named or model.name, "model": model.name, "description": model.component.description,
         "variables": variables_of(model, module.places, scales.force, uncertainty or {}, around),

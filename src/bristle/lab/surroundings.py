@@ -44,8 +44,8 @@ class Surrounded(NamedTuple):
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] of the model inside, and its move, where it is told what is around it."""
     passed = motion.transmitted + p.around.around_transmitted
-    there = Motion(motion.v, motion.x, p.around.around_load, p.around.around_temperature, passed)
-    force, move = friction_trial(state, memory, there, dt, p.inner)
+    around = Motion(motion.v, motion.x, p.around.around_load, p.around.around_temperature, passed)
+    force, move = friction_trial(state, memory, around, dt, p.inner)
     return force, move
 
 

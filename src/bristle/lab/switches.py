@@ -74,7 +74,7 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }  # fmt: skip
-NOTHING = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
 """What the number of a slot is where nothing varies."""
 SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
 POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
@@ -125,29 +125,29 @@ def start_of(name: str, scales: Scales) -> float:
 
 def _rounded(value: Any) -> Any:
     """Return a number without the digits that a product of two adds to it."""
-    return float(f"{value:.12g}") if np.ndim(value) == 0 else np.array([_rounded(float(each)) for each in value])
+    return float(f"{value:.12g}") if np.ndim(value) == 0 else np.array([_rounded(float(number)) for number in value])
 
 
-def combinations(slots: Sequence[str], *, every: bool) -> list[tuple[str, ...]]:
+def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...]]:
     """Return the combinations of slots that are walked: every one, or each slot alone and all of them."""
-    if every:
+    if complete:
         return [tuple(compress(slots, chosen)) for chosen in product((False, True), repeat=len(slots))]
     return [*((slot,) for slot in slots), tuple(slots)]
 
 
 def slot_walks(
-    plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, every: bool
+    plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool
 ) -> dict[str, Any]:  # fmt: skip
     """Return the walks of a model with sets of slots, and what those begin with."""
     around = [start_of(name, scales) for name in Surroundings._fields]
-    models = [begun(plain, slots, scales) for slots in combinations(offered(plain), every=every)]
-    return walked_together(models, around, walks, plant) | {"every": every}
+    models = [begun(plain, slots, scales) for slots in combinations(offered(plain), complete=complete)]
+    return walked_together(models, around, walks, plant) | {"complete": complete}
 
 
 def all_walks(model: Model) -> dict[str, Any]:
     """Return the walks of a friction model without slots, with every set of slots too."""
     walks, scales = walks_of(model), scales_of(subject_of(model))
-    return walks | {"slots": slot_walks(model, pulled_by(scales, model), scales, walks, every=True)}
+    return walks | {"slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)}
 
 
 def slots_described(kind: Kind) -> dict[str, Any]:
@@ -166,7 +166,7 @@ def slots_described(kind: Kind) -> dict[str, Any]:
         rows[name]["scale"] = start.scale
         if start.ends is not None:
             rows[name]["sliders"] = [Slider(*start.ends, logarithmic=False)._asdict()]
-        rows[name] |= {"slot": True, "symbol": SYMBOLS.get(name, rows[name]["symbol"]), "nothing": NOTHING[name]}
+        rows[name] |= {"slot": True, "symbol": SYMBOLS.get(name, rows[name]["symbol"]), "nothing": NEUTRAL[name]}
     slots: dict[str, Any] = {"asymmetry": {"cause": "direction"}}
     for slot, names in {**LEVELS, **VARIATIONS}.items():
         cause = (RISING | VARYING)[slot]
@@ -189,21 +189,23 @@ def switched(
     wide one as what follows the plain one too.
     """
     plain, slots = plain_of(model), slots_of(model)
-    known = uncertainty or {}
-    facts = described(plain, uncertainty={} if slots else known, mass=mass, fastest=fastest, named=named, led=model)
+    uncertainties = uncertainty or {}
+    facts = described(
+        plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model
+    )
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
         component = with_slots(base_of(plain.component), ["asymmetry"])
         values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
-        both = make_model(component, values, kind=plain.kind, validate=False)
-        module = described(both, mass=mass, proven=False, led=model)
+        directed = make_model(component, values, kind=plain.kind, validate=False)
+        module = described(directed, mass=mass, proven=False, led=model)
         facts |= {key: module[key] for key in MODULE}
     binary, common = unpacked(facts["code"]), common_module()
     scales = Scales(**facts["scales"])
     plant = pulled_by(scales, plain, mass)
     wide, levels = _wide(plain, plant)
     if "slots" not in facts["walks"]:
-        facts["walks"] = facts["walks"] | {"slots": slot_walks(plain, plant, scales, facts["walks"], every=False)}
+        facts["walks"] = facts["walks"] | {"slots": slot_walks(plain, plant, scales, facts["walks"], complete=False)}
     facts |= {
         "code": packed(binary, before=common), "offered": list(offered(plain)), "leans": leans,
         "wide": {
@@ -213,7 +215,7 @@ def switched(
         },
     }  # fmt: skip
     if slots:
-        rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, known)
+        rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
         rows = [row | ({} if _of_both(row["name"], plain) in plain.values else {"slot": True}) for row in rows]
         facts["own"] = {"slots": list(slots), "rows": rows}
     return facts
@@ -229,7 +231,7 @@ def common_module() -> bytes:
 def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
     """Return the module of a friction model with every slot, in which nothing varies, and where the levels are."""
     component = surrounded(with_slots(base_of(plain.component), offered(plain)))
-    values = {name: (plain.values | NOTHING)[_of_both(name, plain)] for name in component.variables}
+    values = {name: (plain.values | NEUTRAL)[_of_both(name, plain)] for name in component.variables}
     subject = subject_of(make_model(component, values, kind=plain.kind, validate=False))
     functions = {"rest": lambda builder: at_rest_of(subject, builder)}
     module = module_of(subject, plant, choices=True, others=functions)

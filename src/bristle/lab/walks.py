@@ -30,7 +30,7 @@ LONG, SHORT = (
     4 * BLOCK,
 )  # steps of a model of the package, and of one that is walked while a page is written
 PUSHED = 500
-EACH, TOGETHER = 500, 16  # steps with each set of slots: all lengths of steps once; sets in a block
+STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots: all lengths of steps once; sets in a block
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
@@ -76,10 +76,15 @@ def walked_together(
         What is pushed about.
     """
     contact, mass = walks["contact"], walks["mass"]
-    positions = Walk(tuple(contact["scales"]), STEP).positions(EACH)
+    positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
     forces = np.concatenate([_forces(model, positions, around) for model in models])
     places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
-    return {"count": EACH, "together": TOGETHER, "hashes": _hashes(forces, EACH * TOGETHER), "mass": _hashes(places)}
+    return {
+        "count": STEPS_WITH_SLOTS,
+        "together": TOGETHER,
+        "hashes": _hashes(forces, STEPS_WITH_SLOTS * TOGETHER),
+        "mass": _hashes(places),
+    }
 
 
 def _forces(model: Model, x: np.ndarray, around: Sequence[float]) -> np.ndarray:

@@ -110,15 +110,15 @@ function carried(values, variables) {
 // --- the walks of all of them ---------------------------------------------------------------------------------------------
 
 // Every combination of slots, or each slot alone and all of them.
-function combinations(slots, every) {
-  if (!every) return [...slots.map((slot) => [slot]), slots];
+function combinations(slots, complete) {
+  if (!complete) return [...slots.map((slot) => [slot]), slots];
   return Array.from({ length: 2 ** slots.length }, (_, bits) => slots.filter((_, i) => (bits >> (slots.length - 1 - i)) & 1));
 }
 
 async function walkedWithSlots(model, offers) {
   const { differ, of } = await walked(withSlots(model, ownSlots(model), offers));
-  const { count, together, every, hashes, mass } = model.walks.slots, { scales, dt } = model.walks.contact;
-  const contacts = new Map(), x = walkPositions(scales, count), sets = combinations(model.offered, every), forces = new Float64Array(sets.length * count);
+  const { count, together, complete, hashes, mass } = model.walks.slots, { scales, dt } = model.walks.contact;
+  const contacts = new Map(), x = walkPositions(scales, count), sets = combinations(model.offered, complete), forces = new Float64Array(sets.length * count);
   const contactWith = async (slots) => {
     const variant = withSlots({ ...model, own: null }, slots, offers);
     if (!contacts.has(variant.code)) contacts.set(variant.code, await loaded(variant));
