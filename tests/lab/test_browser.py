@@ -148,22 +148,46 @@ def test_slots_are_put_on_and_taken_off(name, page, tmp_path):
         assert tab.complaints() == []
 
 
+ERRORS = "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"
+OTHER_ERRORS = """
+(async () => {
+  const isOld = () => asked.found.errors.model[1] === BEFORE;
+  for (let k = 0; k < 200 && isOld(); k++) await new Promise((done) => setTimeout(done, 50));
+})()
+"""
+
+
 def test_what_is_taken_off_a_given_model_shows_what_it_costs(page, tmp_path):
     with browser(tmp_path / "profile") as tab:
         tab.open(page.as_uri())
         assert tab.run("[lab.isMoved(), lab.model.slots]") == [False, ["asymmetry"]]
         tab.run(FOLLOWED)
-        before = tab.run("byId('track-reading').textContent")
+        alone, fed = tab.run(ERRORS)
         address, _ = tab.run(TICK.replace("SLOT", "asymmetry"))
         assert address == "#slots="
+        tab.run(OTHER_ERRORS.replace("BEFORE", str(fed[1])))
+        after = tab.run(ERRORS)
         # The mass keeps the friction of the start, what is fed forward does not.
-        tab.run("new Promise((done) => setTimeout(done, 400))")
-        tab.run(FOLLOWED)
-        after = tab.run("byId('track-reading').textContent")
-        assert before.split("; ")[0] == after.split("; ")[0]
-        assert before.split("; ")[1] != after.split("; ")[1]
+        assert after[0] == alone
+        assert after[1] != fed
         assert "dashed are the values of the start" in tab.run("byId('loop-reading').textContent")
         assert tab.complaints() == []
+
+
+def test_a_loop_that_takes_long_has_fewer_samples_while_a_slider_moves(page, tmp_path):
+    moved = SLIDE.replace('slider.dispatchEvent(new Event("change"));', "")
+    with browser(tmp_path / "profile") as tab:
+        tab.open(f"{page.as_uri()}#model=lugre")
+        assert tab.run("lab.samples") == 20000
+        tab.run("loopTook = 12")
+        tab.run(moved)
+        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [10000, True]
+        tab.run("new Promise((done) => setTimeout(done, 400))")
+        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [20000, False]
+        # Let go, it has all of them at once.
+        tab.run("loopTook = 12")
+        tab.run(SLIDE)
+        assert tab.run("lab.samples") == 20000
 
 
 FOLLOWED = """
