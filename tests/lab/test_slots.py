@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.lab.scripts import data_of, needs_node, node
+from tests.lab.test_certificates import CLOSE, of_python
 
 import bristle as br
 from bristle.friction import MODELS, with_slots
@@ -184,3 +185,24 @@ def test_a_level_of_nothing_has_no_share_to_rise_by(tmp_path):
     model = begun_named("coulomb_viscous", ["ripple"])
     bare = model.component(**dict(model.values) | {"F_C": 0.0}, validate=False)
     assert forces[1:] == [float(bare.values["F_v"]) * v for v in (1.0, 1.0, -1.0)]
+
+
+@pytest.mark.parametrize("name", ["lugre", "gms", "gap_slider"])
+@pytest.mark.parametrize("slots", [("asymmetry",), ("ripple", "position", "asymmetry")], ids=["sided", "varying"])
+def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slots, tmp_path):
+    script = f"""
+    const [base] = data.models, model = withSlots(base, {json.dumps(slots)}, offers(base));
+    const judge = await loaded(base.leans ? model : base);
+    const values = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));
+    for (const [name, each] of Object.entries(values)) judge.set(name, each);
+    const {{ drift, closure, passive }} = judged(judge, values, model.passive);
+    const numberOf = (answer) => answer.moved ?? answer.missing ?? String(answer.needed);
+    say([drift, closure, passive].map((answer) => answer && [answer.passed, numberOf(answer)]));
+    """
+    for own, wanted, close in zip(
+        run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True
+    ):
+        assert (own is None) == (wanted is None)
+        if own is not None:
+            assert own[0] == wanted[0]
+            assert float(own[1]) == pytest.approx(wanted[1], **close)

@@ -1,5 +1,6 @@
 // Slots put on and taken off: what the page knows of a model with them, made of what Python tells of it without any.
 
+const RISING = ["transmitted", "ripple"];
 const ALONG = ["position", "periodic", "ripple"]; // what varies along the axis
 const ONE_WAY = [["_pos", "+", ", moving forward", 1.1], ["_neg", "−", ", moving backward", 0.9]];
 
@@ -52,7 +53,7 @@ function elementsWith(elements, directional) {
 
 function describedWith(model, on, offers) {
   const causes = (names) => names.map((slot) => offers[slot].cause).join(" and "), parts = [model.description];
-  for (const [words, names] of [["its level rising with", ["transmitted", "ripple"]], ["varying with", ["position", "periodic", "load", "temperature"]]]) {
+  for (const [words, names] of [["its level rising with", RISING], ["varying with", ["position", "periodic", "load", "temperature"]]]) {
     const causing = on.filter((slot) => names.includes(slot));
     if (causing.length) parts.push(`${words} ${causes(causing)}`);
   }
@@ -90,7 +91,8 @@ function withSlots(model, slots, offers) {
       return ownSlots(model).includes(slot) ? { ...row, values: [row.nothing] } : row;
     }),
     conditions: on.includes("position") ? [...conditions, offers.position.condition] : conditions,
-    passive: passiveWith(model.passive, directional), elements: elementsWith(model.elements, directional) };
+    passive: on.some((slot) => RISING.includes(slot)) ? null : passiveWith(model.passive, directional), // of a level that rises no condition is known
+    elements: elementsWith(model.elements, directional) };
 }
 
 function ownSlots(model) { return model.own?.slots ?? []; }
