@@ -1,7 +1,8 @@
-"""From a slider of the lab to the loop of 20 000 samples drawn, in Chromium without a window."""
+"""From a slider of the lab to the loop drawn, in Chromium: while it moves, and with all of its 20 000 samples."""
 
 import tempfile
 from pathlib import Path
+from urllib.parse import urlencode
 
 from tests.lab.browser import browser
 
@@ -13,37 +14,47 @@ MEASURE = """
 (async (moves) => {
   const canvas = document.getElementById("loop"), context = canvas.getContext("2d");
   const slider = document.querySelector("#cards input[type=range]:not(:disabled)");
-  const times = [];
+  const moving = [], all = [];
   for (let k = 0; k < moves; k++) {
     slider.value = 900 + (k * 37) % 200;
     const before = performance.now();
     slider.dispatchEvent(new Event("input"));
     context.getImageData(0, 0, 1, 1);  // everything drawn so far is drawn now
-    times.push(performance.now() - before);
+    moving.push(performance.now() - before);
+    // As the slider is let go, what was drawn with fewer samples is drawn with all.
+    slider.dispatchEvent(new Event("change"));
+    context.getImageData(0, 0, 1, 1);
+    all.push(performance.now() - before);
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
   }
-  return times;
+  return [moving, all];
 })(MOVES)
 """
 
 
 def measured(folder):
-    """Return, for each model, the milliseconds of each move."""
+    """Return, for each model and set of slots, the milliseconds of each move, while it moves and until all is drawn."""
     page = Path(folder) / "lab.html"
     page.write_text(lab_page(), encoding="utf-8")
     times = {}
     with browser(Path(folder) / "profile") as tab:
         for name in MODELS:
-            tab.open("about:blank")
-            tab.open(f"{page.as_uri()}#model={name}")
-            times[name] = sorted(tab.run(MEASURE.replace("MOVES", str(MOVES))))
+            for slots in ("", "asymmetry", "position ripple asymmetry"):
+                tab.open("about:blank")
+                tab.open(f"{page.as_uri()}#{urlencode({'model': name, 'slots': slots})}")
+                times[name, slots] = [sorted(row) for row in tab.run(MEASURE.replace("MOVES", str(MOVES)))]
     return times
+
+
+def told(times):
+    """Return in words what half of the times and 95 % of them are within."""
+    return f"median {times[MOVES // 2]:5.1f} ms, 95 % {times[int(0.95 * MOVES)]:5.1f} ms"
 
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        for name, times in measured(folder).items():
-            print(f"{name:20s} median {times[MOVES // 2]:5.1f} ms, 95 % {times[int(0.95 * MOVES)]:5.1f} ms")
+        for (name, slots), (moving, every) in measured(folder).items():
+            print(f"{name:20s} {slots:26s} moving {told(moving)}; all {told(every)}")
 
 
 if __name__ == "__main__":

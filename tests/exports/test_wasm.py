@@ -161,3 +161,8 @@ def test_counts_are_written_as_the_format_has_them():
 def test_a_model_is_a_few_kilobytes():
     assert len(module_of(subject_of(example("sided_lugre"))).binary) < 2_500
     assert len(module_of(subject_of(example_of(with_slots(MODELS["preisach_lugre"], ())))).binary) < 16_000
+
+
+def test_layers_that_share_a_kernel_leave_together():
+    model = example_of(with_slots(MODELS["lugre"], ["ripple", "position"]))
+    assert len(module_of(subject_of(model)).binary) < 6_000

@@ -1,14 +1,17 @@
 """The scripts of the page in node, without what draws."""
 
 import json
+import re
 import shutil
 import subprocess
 from importlib import resources
 
 import pytest
 
+from bristle.lab.packing import unpacked
+
 NODE = shutil.which("node")
-NAMES = ("inflate.js", "physics.js", "loop.js", "paths.js", "certificates.js")
+NAMES = ("inflate.js", "physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 
@@ -22,3 +25,9 @@ def node(folder, models, script):
     ran = subprocess.run([NODE, str(file)], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)
+
+
+def data_of(page):
+    """Return the data of a page as its scripts read it."""
+    held = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+    return json.loads(unpacked(held["code"]))

@@ -10,6 +10,7 @@ from tests.lab.browser import browser
 from bristle.friction import MODELS
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
+from bristle.lab.switches import offered
 from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.setting import read_setting
 
@@ -31,7 +32,9 @@ def test_a_browser_computes_the_bits_of_python(page, tmp_path):
         check=True, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     told = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
-    assert told[1] == f"0 of {21 * len(MODELS) + 5} differ"
+    # Of every set of slots sixteen are one block; of the given model, each slot and all of them are.
+    blocks = [21 + 2 ** len(offered(example_named(name))) // 16 + 1 for name in MODELS] + [5 + 1 + 1]
+    assert told[1] == f"0 of {sum(blocks)} differ"
 
 
 DRAWN = """
@@ -91,6 +94,100 @@ def test_it_moves_goes_back_and_asks_for_nothing(page, tmp_path):
         # A blob is the page's own: the script that its worker runs.
         asked = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
         assert asked <= {page.as_uri(), "about:blank"}
+
+
+TICK = """
+(async () => {
+  document.querySelector('[name="slot-SLOT"]').click();
+  const isOn = () => document.querySelector('[name="slot-SLOT"]').checked;
+  for (let k = 0; k < 100 && lab.model.slots.includes("SLOT") !== isOn(); k++) {
+    await new Promise((done) => setTimeout(done, 10));
+  }
+  await new Promise((done) => setTimeout(done, 50));
+  return [location.hash, [...document.querySelectorAll("#parameters input[type=range]")].map(({ name }) => name)];
+})()
+"""
+WAIT = "new Promise((done) => setTimeout(done, 100))"
+
+
+@pytest.mark.parametrize("name", ["lugre", "preisach_lugre"])
+def test_slots_are_put_on_and_taken_off(name, page, tmp_path):
+    with browser(tmp_path / "profile") as tab:
+        tab.open(f"{page.as_uri()}#model={name}&path=loops&F_S=29")
+        bare, cards = tab.run(DRAWN), tab.run("lab.model.variables.length")
+        address, names = tab.run(TICK.replace("SLOT", "asymmetry"))
+        assert address == f"#model={name}&slots=asymmetry&path=loops&F_S_pos=31.9&F_S_neg=26.1"
+        assert {"F_C_pos", "F_C_neg"} <= set(names)
+        sided = tab.run(DRAWN)
+        assert sided != bare
+        address, names = tab.run(TICK.replace("SLOT", "ripple"))
+        assert {"pitch", "h_c1"} <= set(names)
+        both, link = tab.run(DRAWN), tab.run("location.href")
+        assert both not in (bare, sided)
+        # A slider of a slot moves the loop.
+        tab.run(SLIDE.replace("F_S", "h_s2"))
+        assert tab.run(DRAWN) != both
+        assert "h_s2=" in tab.run("location.hash")
+        for wanted in (both, sided, bare):
+            tab.run("document.getElementById('undo').click()")
+            tab.run(WAIT)
+            assert tab.run(DRAWN) == wanted
+        assert tab.run("lab.model.variables.length") == cards
+        tab.run("document.getElementById('redo').click()")
+        tab.run(WAIT)
+        assert tab.run(DRAWN) == sided
+        # Taken off again, it is what it was: dashed are the values of the start either way.
+        tab.run(TICK.replace("SLOT", "asymmetry"))
+        assert tab.run(DRAWN) == bare
+        tab.open("about:blank")
+        tab.open(link)
+        assert tab.run(DRAWN) == both
+        assert tab.run("byId('broken').textContent") == ""
+        copied = tab.run("asToml(lab.model, lab.values)")
+        assert f'model = "{name}+ripple+asymmetry"' in copied
+        assert tab.complaints() == []
+
+
+ERRORS = "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"
+OTHER_ERRORS = """
+(async () => {
+  const isOld = () => asked.found.errors.model[1] === BEFORE;
+  for (let k = 0; k < 200 && isOld(); k++) await new Promise((done) => setTimeout(done, 50));
+})()
+"""
+
+
+def test_what_is_taken_off_a_given_model_shows_what_it_costs(page, tmp_path):
+    with browser(tmp_path / "profile") as tab:
+        tab.open(page.as_uri())
+        assert tab.run("[lab.isMoved(), lab.model.slots]") == [False, ["asymmetry"]]
+        tab.run(FOLLOWED)
+        alone, fed = tab.run(ERRORS)
+        address, _ = tab.run(TICK.replace("SLOT", "asymmetry"))
+        assert address == "#slots="
+        tab.run(OTHER_ERRORS.replace("BEFORE", str(fed[1])))
+        after = tab.run(ERRORS)
+        # The mass keeps the friction of the start, what is fed forward does not.
+        assert after[0] == alone
+        assert after[1] != fed
+        assert "dashed are the values of the start" in tab.run("byId('loop-reading').textContent")
+        assert tab.complaints() == []
+
+
+def test_a_loop_that_takes_long_has_fewer_samples_while_a_slider_moves(page, tmp_path):
+    moved = SLIDE.replace('slider.dispatchEvent(new Event("change"));', "")
+    with browser(tmp_path / "profile") as tab:
+        tab.open(f"{page.as_uri()}#model=lugre")
+        assert tab.run("lab.samples") == 20000
+        tab.run("loopTook = 12")
+        tab.run(moved)
+        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [10000, True]
+        tab.run("new Promise((done) => setTimeout(done, 400))")
+        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [20000, False]
+        # Let go, it has all of them at once.
+        tab.run("loopTook = 12")
+        tab.run(SLIDE)
+        assert tab.run("lab.samples") == 20000
 
 
 FOLLOWED = """

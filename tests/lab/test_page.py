@@ -2,11 +2,11 @@
 
 import base64
 import hashlib
-import json
 import re
 from dataclasses import replace
 
 import pytest
+from tests.lab.scripts import data_of
 
 import bristle as br
 from bristle.core.relation import Relation
@@ -32,10 +32,6 @@ def heaviest():
     model = example_of(with_slots(MODELS["preisach_lugre"], SLOTS))
     uncertainty = {"F_C_pos": {"interval": [15.0, 25.0], "status": "identified"}}
     return lab_page(model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml")
-
-
-def data_of(page):
-    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
 
 
 def test_what_runs_is_what_the_policy_names(page):
@@ -68,7 +64,8 @@ def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
     first, *others = data_of(heaviest)["models"]
     assert [model["name"] for model in others] == list(MODELS)
-    assert first["model"] == "preisach_lugre+position+periodic+load+temperature+asymmetry"
+    assert first["model"] == "preisach_lugre"
+    assert first["own"]["slots"] == list(SLOTS)
     assert data_of(heaviest)["first"] == 0
 
 
@@ -78,7 +75,7 @@ def test_no_name_of_a_file_ends_the_element_that_it_stands_in(heaviest):
 
 
 def test_an_identified_interval_lies_on_its_slider(heaviest):
-    rows = {row["name"]: row for row in data_of(heaviest)["models"][0]["variables"]}
+    rows = {row["name"]: row for row in data_of(heaviest)["models"][0]["own"]["rows"]}
     assert rows["F_C_pos"]["interval"] == [15.0, 25.0]
     assert rows["F_C_neg"]["interval"] is None
     slider = rows["F_C_pos"]["sliders"][0]

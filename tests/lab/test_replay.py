@@ -1,11 +1,10 @@
 """A recorded motion on the page: its turns are kept, and the force of the model along it has the bits of Python."""
 
 import json
-import re
 
 import numpy as np
 import pytest
-from tests.lab.scripts import needs_node, node
+from tests.lab.scripts import data_of, needs_node, node
 
 import bristle as br
 from bristle.core.contracts import Motion
@@ -107,7 +106,7 @@ def test_the_page_leads_the_model_along_the_log_as_python_does(name, tmp_path):
     replay = decimated([[t[:2000], x[:2000], f[:2000]], [t[2000:], x[2000:], f[2000:]]], has_inertia=True, most=900)
     model = example_named(name)
     page = lab_page(model, source="m.toml", replay=replay)
-    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+    data = data_of(page)
     script = f"""
     const recorded = recordedMotion({json.dumps(data["replay"])}), contact = await loaded(models[0]);
     say([[...recorded.t], [...recorded.x], [...recorded.measured], [...contact.along(recorded)]]);

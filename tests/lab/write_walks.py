@@ -5,10 +5,11 @@ from pathlib import Path
 
 import bristle.lab
 from bristle.friction import MODELS
-from bristle.lab.described import example_named, walks_of
+from bristle.lab.described import example_named
+from bristle.lab.switches import all_walks
 
 FILE = Path(bristle.lab.__file__).parent / "walks.json"
 
 if __name__ == "__main__":
-    walks = {name: walks_of(example_named(name)) for name in MODELS}
+    walks = {name: all_walks(example_named(name)) for name in MODELS}
     FILE.write_text(json.dumps(walks, indent=1) + "\n", encoding="utf-8")

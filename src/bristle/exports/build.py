@@ -19,11 +19,11 @@ from bristle.exports.types import Struct, Type
 
 __all__ = ["Builder"]
 
-DEEPEST = 16  # models around each other
 FACE = frozenset((
     "effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start",
 ))  # fmt: skip
 """What the functions and types of an export are called, behind its name."""
+DEEPEST = 100  # calls inside of calls
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Builder:
 
     def _build(self, kernel: Callable[..., Any], types: Sequence[Type]) -> Function:
         # A model around a model around a model has one kernel for all of them, each time of other types.
-        if (kernel, *types) in self._open or sum(of[0] is kernel for of in self._open) >= DEEPEST:
+        if (kernel, *types) in self._open or len(self._open) > DEEPEST:
             raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
         definition = definition_of(kernel)
         if len(definition.args.args) != len(types):

@@ -51,7 +51,7 @@ from bristle.friction import unvaried
 __all__ = ["Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
 PAGE, FIRST = 65536, 8
-VARYING = frozenset({"place", "rise", "slot"})  # of the parameters that kernels receive: what a slot makes vary
+VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
 TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
 

@@ -52,7 +52,7 @@ def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
 
 def described(
     model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
-    fastest: float = 0.0, named: str = "", around: float = AROUND, proven: bool = True,
+    fastest: float = 0.0, named: str = "", around: float = AROUND, proven: bool = True, led: Model | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return what a page knows of a friction model.
 
@@ -72,15 +72,18 @@ def described(
         How many times a slider goes up and down from the value that it begins with.
     proven : bool
         Whether there are walks that prove the bits, and what passivity asks for.
+    led : Model, optional
+        The model that is led in these walks and has these scales, where it has slots that `model` has not.
     """
-    subject = subject_of(model)
-    scales = scales_of(subject)
+    subject, moving = subject_of(model), subject_of(led or model)
+    scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
     functions = {"rest": lambda builder: at_rest_of(subject, builder), **(release_of(subject) if proven else {})}
     module, facts = _module(subject, plant, functions)
     if proven:
-        walks = stored().get(model.name) if not named else None
-        facts["walks"] = walks or walked(subject, plant, scales, SHORT)
+        kept = stored().get(moving.model.name)
+        is_example = kept is not None and moving.model == example_named(moving.model.name)
+        facts["walks"] = kept if is_example else walked(moving, plant, scales, SHORT)
     return facts | {
         "name": named or model.name, "model": model.name, "description": model.component.description,
         "variables": variables_of(model, module.places, scales.force, uncertainty or {}, around),
@@ -150,7 +153,7 @@ def variables_of(
                 slider_for(variable, number, interval=interval, span=span, around=around)._asdict()
                 for number in numbers
             ],
-        })  # fmt: skip
+        } | ({"directional": True} if variable.directional else {}))  # fmt: skip
     return rows
 
 

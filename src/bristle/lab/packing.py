@@ -11,13 +11,18 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["as_json", "differences", "packed", "packed_numbers"]
+__all__ = ["as_json", "differences", "packed", "packed_numbers", "unpacked"]
 
 
-def packed(content: bytes) -> str:
-    """Return bytes as text: deflated, without a head, and in base 64."""
-    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+def packed(content: bytes, before: bytes = b"") -> str:
+    """Return bytes as text: deflated, without a head, and in base 64; they may repeat what went before them."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS, zdict=before)
     return base64.b64encode(packer.compress(content) + packer.flush()).decode("ascii")
+
+
+def unpacked(code: str) -> bytes:
+    """Return the bytes of a text that nothing went before."""
+    return zlib.decompress(base64.b64decode(code), -zlib.MAX_WBITS)
 
 
 def differences(numbers: np.ndarray, times: int) -> np.ndarray:

@@ -15,10 +15,11 @@ from markupsafe import Markup
 from bristle.core.contracts import Model
 from bristle.exports.rendering import version
 from bristle.friction import MODELS
-from bristle.lab.described import described, example_named
+from bristle.lab.described import example_named
 from bristle.lab.loop import loop_described
 from bristle.lab.packing import as_json, packed
 from bristle.lab.presets import presets
+from bristle.lab.switches import common_module, slots_described, switched
 
 if TYPE_CHECKING:
     import jinja2
@@ -35,7 +36,7 @@ SHARED = ("inflate.js", "physics.js", "loop.js")
 """What a worker runs too."""
 SCRIPTS = (
     "paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "bench.js", "asking.js",
-    "tracking.js", "lab.js",
+    "slots.js", "tracking.js", "lab.js",
 )  # fmt: skip
 STYLES = ("lab.css", "controls.css")
 
@@ -66,20 +67,22 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     own = (
-        [described(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)]
-        if model is not None
-        else []
+        [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)] if model is not None else []
     )
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
+    common = common_module()
     data = {
         "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
-        "presets": presets(),
+        "presets": presets(), "common": {"code": packed(common), "size": len(common)},
+        "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
     }  # fmt: skip
+    content = as_json(data).encode("utf-8")
     return _environment().get_template("lab.html").render(
         mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
-        script=Markup(script), data=Markup(as_json(data)), provenance=dict(provenance or {}), version=version(),
+        script=Markup(script), data=Markup(as_json({"code": packed(content), "size": len(content)})),
+        provenance=dict(provenance or {}), version=version(),
     )  # fmt: skip
 
 
@@ -116,7 +119,7 @@ def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
 
 @cache
 def _example(name: str) -> dict[str, Any]:
-    return described(example_named(name))
+    return switched(example_named(name))
 
 
 def hash_of(text: str) -> str:

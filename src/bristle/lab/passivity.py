@@ -31,9 +31,11 @@ from bristle.friction import (
     stribeck,
     viscous,
 )
+from bristle.friction.level import LEVELS
 from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import slip
+from bristle.friction.slots import variations_of
 
 __all__ = ["inner_of", "passivity_of", "release_of"]
 
@@ -81,6 +83,9 @@ BRISTLES = {
 
 def passivity_of(model: Model) -> dict[str, Any] | None:
     """Return what decides whether a model is passive, by direction; None where no condition is known."""
+    # Of a level that rises none is known.
+    if not set(LEVELS).isdisjoint(variations_of(model.component)):
+        return None
     names, inner = model.component.variables, type(inner_of(model.parameters)[0])
     sided = any(name.endswith(tuple(SIDES.values())) for name in names)
 

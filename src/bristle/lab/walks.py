@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
-from bristle.exports.subject import Subject
-from bristle.exports.walk import FACTOR, SEED, TERM, hash_of, presliding_distance, walk_of
+from bristle.exports.subject import Subject, subject_of
+from bristle.exports.walk import FACTOR, SEED, TERM, Walk, hash_of, presliding_distance, walk_of
 from bristle.lab.scales import Scales
 
-__all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked"]
+__all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked", "walked_together"]
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
@@ -30,6 +30,7 @@ LONG, SHORT = (
     4 * BLOCK,
 )  # steps of a model of the package, and of one that is walked while a page is written
 PUSHED = 500
+STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots: all lengths of steps once; sets in a block
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
@@ -58,14 +59,53 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     }
 
 
+def walked_together(
+    models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model
+) -> dict[str, Any]:
+    """Return the walks of one contact with several sets of slots, and of the mass with the last of them.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        The friction model with each set.
+    around : sequence of float
+        Load, temperature [K] and effort that passes on [N or N*m].
+    walks : mapping
+        What `walked` gave of this contact.
+    plant : Model
+        What is pushed about.
+    """
+    contact, mass = walks["contact"], walks["mass"]
+    positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
+    forces = np.concatenate([_forces(model, positions, around) for model in models])
+    places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
+    return {
+        "count": STEPS_WITH_SLOTS,
+        "together": TOGETHER,
+        "hashes": _hashes(forces, STEPS_WITH_SLOTS * TOGETHER),
+        "mass": _hashes(places),
+    }
+
+
+def _forces(model: Model, x: np.ndarray, around: Sequence[float]) -> np.ndarray:
+    """Return the force at each position, by the kernels as they stand."""
+    component, p = model.component, model.parameters
+    state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
+    for k in range(1, len(x)):
+        motion = Motion((float(x[k]) - float(x[k - 1])) / STEP, float(x[k]), *around)
+        force[k], move = component.trial(state, memory, motion, STEP, p)
+        state = component.commit(state, memory, move, p)
+    return force
+
+
 @cache
 def stored() -> dict[str, Any]:
     """Return the walks of the models of the package, with their examples, as they were computed for it."""
     return json.loads(resources.files("bristle.lab").joinpath("walks.json").read_text(encoding="utf-8"))
 
 
-def _hashes(values: np.ndarray) -> list[str]:
-    return [f"{hash_of(values[k : k + BLOCK].tolist()):016x}" for k in range(0, len(values), BLOCK)]
+def _hashes(values: np.ndarray, block: int = BLOCK) -> list[str]:
+    return [f"{hash_of(values[k : k + block].tolist()):016x}" for k in range(0, len(values), block)]
 
 
 def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarray:

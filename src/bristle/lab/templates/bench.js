@@ -3,17 +3,41 @@
 function newBench(theme, recorded = null) {
   return {
     model: null, contact: null, values: {}, first: {}, preset: "triangle", turns: [0], moment: 1, theme, settings: [], recorded,
+    samples: SAMPLES, ghosts: new Map(),
     all() { return [...this.model.variables, ...this.settings]; },
     setAll(values) {
+      this.contact.hold();
       for (const [name, list] of Object.entries(values)) this.contact.set(name, list);
     },
-    isMoved() {
-      return this.model.variables.some(({ name }) => this.values[name].some((value, i) => value !== this.first[name][i]));
+    // Something computed as it is in the middle of the axis: without what varies along it.
+    inTheMiddle(compute) {
+      const { placed } = this.model;
+      if (!placed?.size) return compute();
+      this.contact.hold();
+      for (const [name, list] of Object.entries(this.values)) if (!placed.has(name)) this.contact.set(name, list);
+      const result = compute();
+      this.setAll(this.values);
+      return result;
     },
-    take(model, contact, settings) {
-      Object.assign(this, { model, contact, settings, ghost: null, moment: 1 });
+    isMoved() {
+      const { variables, around = [] } = this.model;
+      return this.start.model.model !== this.model.model
+        || [...variables, ...around].some(({ name }) => this.values[name].some((value, i) => value !== this.first[name][i]));
+    },
+    // `start` is the model that the page began with, where slots were put on or taken off since.
+    take(model, contact, settings, start = { model, contact }) {
+      Object.assign(this, { model, contact, settings, start, ghosts: new Map(), moment: 1 });
       this.first = Object.fromEntries(this.all().map(({ name, values }) => [name, numbersOf(values)]));
       this.values = Object.fromEntries(Object.entries(this.first).map(([name, values]) => [name, [...values]]));
+    },
+    // The values of the start, set: something is computed with them.
+    atStart(compute) {
+      const { model, contact } = this.start;
+      contact.hold();
+      for (const { name, values } of model.variables) contact.set(name, numbersOf(values));
+      const result = compute(contact);
+      this.setAll(this.values);
+      return result;
     },
     // Move the contact along another path, which begins with an amplitude of its own.
     aim(preset) {

@@ -145,8 +145,7 @@ function demandedBy(contact, way, { F_S, v_S, sigma_1 }) {
 }
 
 // The viscous coefficient that there is and the least one that makes friction passive, of the worse direction.
-function passivityOf(contact, values) {
-  const known = contact.model.passive;
+function passivityOf(contact, values, known) {
   if (!known) return null;
   const numbers = (names) => Object.fromEntries(Object.entries(names).map(([word, name]) => [word, values[name][0]]));
   const sides = known.present.map((name, i) => {
@@ -159,10 +158,10 @@ function passivityOf(contact, values) {
 }
 
 // All three; null where a question does not apply, or nothing decides it.
-function judged(contact, values) {
+function judged(contact, values, known = contact.model.passive) {
   contact.hold();
   const holding = holdingOf(contact);
-  return { holding, drift: driftOf(contact, holding), closure: closureOf(contact, holding), passive: passivityOf(contact, values) };
+  return { holding, drift: driftOf(contact, holding), closure: closureOf(contact, holding), passive: passivityOf(contact, values, known) };
 }
 
 // --- in words ----------------------------------------------------------------------------------------------------------

@@ -74,8 +74,8 @@ function control(variable, index, { input, change, start, text = typed }) {
 function brokenLines(model, values) {
   const symbols = Object.fromEntries(model.variables.map(({ name, symbol }) => [name, symbol]));
   const said = (factors) => factors.map((factor) => symbols[factor] ?? factor).join(" · ");
-  const lines = broken(model, values).map(({ left, sign, right, mend, advisory }) =>
-    `${advisory ? "Better" : "Needed"}: ${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}. ${mend}.`);
+  const lines = broken(model, values).map(({ left, sign, right, text, mend, advisory }) =>
+    `${advisory ? "Better" : "Needed"}: ${text ?? `${said(left)} ${sign === ">=" ? "≥" : sign === "<" ? "&lt;" : "&gt;"} ${said(right)}`}. ${mend}.`);
   return lines.map((line) => `<li>${line}</li>`).join("");
 }
 
@@ -132,6 +132,7 @@ function settingsOf(model, loop = null) {
     setting("amplitude", "<i>A</i>", model.units.position, "amplitude of the path", round(amplitude), reach / 20, 200 * reach),
     setting("period", "<i>T</i>", "s", "time of one oscillation over this amplitude", 10, 1e-3, 1e4),
     ...(loop ? loopSettings(model, loop) : []),
+    ...(model.around ?? []),
     setting("zoom", "<i>n</i>", "", "how many times the time is enlarged around the moment", 1, 1, 1000),
     setting("top", "<i>v</i><sub>max</sub>", model.units.velocity, "fastest of the sweep", round(model.fastest || 10 * speed), speed / 10, 1e4 * speed),
     ...[m, k, v].map((variable) => ({ ...variable, values: numbersOf(variable.values) })),

@@ -18,9 +18,11 @@ function codeOf(lengths) {
   return { counts, symbols };
 }
 
-function inflated(source, size) {
-  const target = new Uint8Array(size);
-  let at = 0, bits = 0, held = 0, written = 0, last = false;
+// `before` is what the text may go back to: it was packed as what follows that.
+function inflated(source, size, before = new Uint8Array()) {
+  const target = new Uint8Array(before.length + size);
+  let at = 0, bits = 0, held = 0, written = before.length, last = false;
+  target.set(before);
   const take = (count) => {
     for (; held < count; held += 8) bits |= source[at++] << held;
     const value = bits & ((1 << count) - 1);
@@ -79,5 +81,5 @@ function inflated(source, size) {
       }
     }
   }
-  return target;
+  return target.subarray(before.length);
 }

@@ -1,22 +1,36 @@
 // The page: what stands where, what was before, and what is computed anew when something moves.
 
 const byId = (id) => document.getElementById(id);
-const data = JSON.parse(byId("data").textContent);
+const { code: packedData, size: sizeOfData } = JSON.parse(byId("data").textContent);
+const data = JSON.parse(new TextDecoder().decode(inflated(bytesOf(packedData), sizeOfData)));
+for (const model of data.models) {
+  const { code, size } = model, before = [data.common];
+  Object.assign(model, { before });
+  Object.assign(model.wide, { before: [data.common, { code, size, before }] });
+}
 const usual = data.models[data.first];
 const ready = new Map();
 const past = [], future = [];
+const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const MOST_PAST = 200, MOST_TURNS = 400;
-const LONG = 6, PAUSE = 80, JUDGED = 150; // [ms]
-let kept = "", waiting = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
+const LONG = 6, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
+const FEWEST = 4000;
+let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
 
-function drawNow() {
+// While a slider moves, a loop that takes long has fewer samples; once it stands still it has all of them.
+function drawNow(moves = false) {
+  const before = performance.now(), isLong = moves && loopTook > LONG;
+  clearTimeout(settling);
+  settling = isLong ? setTimeout(drawNow, STANDS) : 0;
+  lab.samples = isLong ? Math.max(FEWEST, Math.round(SAMPLES * LONG / loopTook)) : SAMPLES;
   loopView(lab, byId("loop"), byId("loop-reading"));
   const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
   if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
+  if (!isLong) loopTook = performance.now() - before;
 }
 
 function drawRest() {
@@ -38,8 +52,8 @@ function judge() {
 }
 
 // The loop is drawn at once, the rest after it: less often where it takes so long that a slider would lag.
-function draw() {
-  drawNow();
+function draw(moves = false) {
+  drawNow(moves);
   if (!waiting) waiting = setTimeout(drawRest, restTook > LONG ? PAUSE : 0);
 }
 
@@ -52,7 +66,7 @@ function setValue(variable, index, value, from) {
   lab.move(name, index, value);
   shown[name].forEach((each, i) => each.show(lab.values[name][i], i === index ? from : "field"));
   tellBroken();
-  draw();
+  draw(from === "slider");
 }
 
 function showAll() {
@@ -81,12 +95,14 @@ function cardsFor(variable) {
 
 function buildCards() {
   shown = {};
-  const cards = byId("cards");
+  const cards = byId("cards"), added = byId("slot-cards");
   cards.replaceChildren();
-  for (const variable of lab.model.variables) {
+  added.replaceChildren();
+  for (const variable of [...lab.model.variables, ...lab.model.around]) {
     const made = shown[variable.name] = cardsFor(variable);
     const roots = made.map(({ root }) => root);
-    if (variable.array) {
+    if (variable.slot) added.append(...roots);
+    else if (variable.array) {
       cards.append(element("details", { class: "many", open: roots.length <= 4 },
         element("summary", { html: `<span class="symbol">${variable.symbol}</span>`, }, ` ${variable.description}`), ...roots));
     } else cards.append(...roots);
@@ -106,7 +122,9 @@ function buildCards() {
 // Everything that was moved away from where it began, as it stands in the link.
 function stateText() {
   const changed = new URLSearchParams();
-  if (lab.model !== usual) changed.set("model", lab.model.name);
+  const { plain, slots, name } = lab.model;
+  if (plain !== usual) changed.set("model", name);
+  if (String(slots) !== String(ownSlots(plain))) changed.set("slots", slots.join(" "));
   if (lab.preset !== usualPath()) changed.set("path", lab.preset);
   if (lab.preset === "drawn") changed.set("turns", lab.turns.map((turn) => Number(turn.toFixed(4))).join(" "));
   for (const { name } of allVariables()) {
@@ -118,6 +136,7 @@ function stateText() {
 
 function keep() {
   const text = stateText();
+  if (settling) drawNow();
   if (text !== kept) {
     past.push(kept);
     if (past.length > MOST_PAST) past.shift();
@@ -138,7 +157,7 @@ function settle(text) {
 async function go(text) {
   const wanted = new URLSearchParams(text);
   const model = data.models.find(({ name }) => name === wanted.get("model")) ?? usual;
-  await show(model);
+  await show(model, wanted.has("slots") ? wanted.get("slots").split(" ") : undefined);
   aim(wanted.get("path") in PRESETS ? wanted.get("path") : usualPath());
   const turns = (wanted.get("turns") ?? "").split(" ").map(read).filter((turn) => Math.abs(turn) <= 2);
   lab.turns = turns.length ? turns.slice(0, MOST_TURNS) : [0];
@@ -159,10 +178,17 @@ async function step(from, to) {
   settle(stateText());
 }
 
-async function show(model) {
-  if (!ready.has(model)) ready.set(model, await loaded(model));
-  lab.take(model, ready.get(model), settingsOf(model, data.loop));
-  byId("model").value = String(data.models.indexOf(model));
+async function contactOf(model) {
+  if (!ready.has(model.code)) ready.set(model.code, await loaded(model));
+  return ready.get(model.code);
+}
+
+async function show(plain, slots = ownSlots(plain)) {
+  const offers = data.slots[plain.kind], model = withSlots(plain, slots, offers), first = withSlots(plain, ownSlots(plain), offers);
+  const start = { model: first, contact: await contactOf(first) };
+  lab.take(model, await contactOf(model), settingsOf(model, data.loop), start);
+  lab.judge = await contactOf(plain.leans ? model : plain);
+  byId("model").value = String(data.models.indexOf(plain));
   byId("description").textContent = `${model.description[0].toUpperCase()}${model.description.slice(1)}.`;
   byId("view-plane").hidden = !model.stack && !model.elements;
   byId("plane-title").textContent = `What the ${model.stack ? "operator remembers" : "elements remember"}`;
@@ -171,12 +197,34 @@ async function show(model) {
     : "What each element keeps, as a bar between the lines at which it slips");
   byId("python").disabled = !model.head.python;
   for (const button of byId("presets").children) button.hidden = button.value === "log" && !canReplay();
+  buildSlots();
   buildCards();
+}
+
+// Another set of slots; what was moved stays, and what is watched too.
+async function putSlots(slots) {
+  const { values, preset, turns, moment } = lab;
+  await show(lab.model.plain, slots);
+  aim(preset);
+  const settings = Object.fromEntries(lab.settings.filter(({ name }) => values[name]).map(({ name }) => [name, values[name]]));
+  Object.assign(lab, { turns, moment, values: { ...lab.values, ...settings, ...carried(values, lab.model.variables) } });
+  showAll();
+  keep();
+}
+
+function buildSlots() {
+  const { plain, slots } = lab.model, group = byId("slots"), focused = document.activeElement?.name;
+  const offered = SLOTS.filter((slot) => plain.offered.includes(slot));
+  group.replaceChildren(...offered.map((slot) => element("label", {},
+    element("input", { type: "checkbox", name: `slot-${slot}`, checked: slots.includes(slot),
+      onchange: () => putSlots(offered.filter((each) => group.querySelector(`[name="slot-${each}"]`).checked)) }),
+    element("span", { text: slot, title: `varies with ${data.slots[plain.kind][slot].cause}` }))));
+  group.querySelector(`[name="${focused}"]`)?.focus();
 }
 
 function canReplay() { return Boolean(lab.recorded) && data.replay.kind === lab.model.kind; }
 
-function usualPath() { return canReplay() && lab.model === usual ? "log" : "triangle"; }
+function usualPath() { return canReplay() && lab.model.plain === usual ? "log" : "triangle"; }
 
 function aim(preset) { lab.aim(preset === "log" && !canReplay() ? "triangle" : preset); }
 
@@ -253,7 +301,7 @@ async function selfTest() {
   byId("test").hidden = false;
   let differ = 0, of = 0;
   for (const model of data.models) {
-    const counts = await walked(model);
+    const counts = await walkedWithSlots(model, data.slots[model.kind]);
     differ += counts.differ;
     of += counts.of;
   }
@@ -298,7 +346,7 @@ function listen() {
   byId("moment").addEventListener("input", (event) => { lab.moment = Number(event.target.value) / 1000; drawNow(); });
   byId("undo").addEventListener("click", () => step(past, future));
   byId("redo").addEventListener("click", () => step(future, past));
-  byId("reset").addEventListener("click", async () => { await show(lab.model); aim(usualPath()); showAll(); keep(); });
+  byId("reset").addEventListener("click", async () => { await show(lab.model.plain); aim(usualPath()); showAll(); keep(); });
   byId("link").addEventListener("click", () => copy(`${location.href.split("#")[0]}#${stateText()}`, "Link"));
   byId("toml").addEventListener("click", () => copy(asToml(lab.model, lab.values), "TOML"));
   byId("python").addEventListener("click", () => copy(asPython(lab.model, lab.values), "Python"));

@@ -6,8 +6,7 @@ const WAYS = { none: "sliding", model: "sliding", observer: "observer", both: "o
 
 // Laws and encoder, ready to run. A law reads what it is told from what lasts of it.
 async function loadedParts(loop) {
-  const packed = Uint8Array.from(atob(loop.code), (letter) => letter.charCodeAt(0));
-  const { exports } = new WebAssembly.Instance(await compiled(inflated(packed, loop.size)));
+  const { exports } = new WebAssembly.Instance(await moduleOf(loop));
   const numbers = new Float64Array(exports.memory.buffer), virgin = numbers.slice();
   const at = Object.fromEntries(Object.entries(loop.parts).map(([name, { lasting }]) => [name, lasting / 8]));
   return {

@@ -129,7 +129,14 @@ function product(factors, values) {
   return factors.reduce((whole, factor) => whole * (values[factor] ? values[factor][0] : Number(factor)), 1);
 }
 
-function met({ left, sign, right }, values) {
+// The least factor of friction along the axis.
+function leastFactor([p_1], [p_2]) {
+  const turn = p_2 ? Math.max(-1, Math.min(-0.5 * p_1 / p_2, 1)) : 0;
+  return Math.min(...[-1, 1, turn].map((at) => 1 + at * p_1 + at * at * p_2));
+}
+
+function met({ left, sign, right, least }, values) {
+  if (least !== undefined) return leastFactor(values.p_1, values.p_2) > least;
   return HOLDS[sign](product(left, values), product(right, values));
 }
 

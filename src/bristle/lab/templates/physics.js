@@ -12,10 +12,31 @@ async function compiled(bytes) {
   }
 }
 
+function bytesOf(code) { return Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)); }
+
+// A binary may be packed as what follows others.
+function binaryOf({ code, size, before = [] }) {
+  return inflated(bytesOf(code), size, Uint8Array.from(before.flatMap((each) => [...binaryOf(each)])));
+}
+
+const modules = new Map();
+
+async function moduleOf(model) {
+  if (!modules.has(model.code)) modules.set(model.code, await compiled(binaryOf(model)));
+  return modules.get(model.code);
+}
+
+// Where the numbers of a parameter are: the forward ones first where it stands for both directions.
+function placesOf(places, name) {
+  const side = ["_pos", "_neg"].indexOf(name.slice(-4)), both = places[name.slice(0, -4)];
+  if (places[name]) return places[name];
+  if (side >= 0 && both) return both.slice(side * both.length / 2, (side + 1) * both.length / 2);
+  return [...(places[`${name}_pos`] ?? []), ...(places[`${name}_neg`] ?? [])];
+}
+
 // A friction model, ready to be moved. What lasts from step to step lies before its parameters in the memory.
 async function loaded(model) {
-  const packed = Uint8Array.from(atob(model.code), (letter) => letter.charCodeAt(0));
-  const instance = new WebAssembly.Instance(await compiled(inflated(packed, model.size)));
+  const instance = new WebAssembly.Instance(await moduleOf(model));
   const { memory, advance, step, rest, release } = instance.exports;
   const numbers = new Float64Array(memory.buffer);
   const virgin = numbers.slice(0, model.parameters / 8);
@@ -40,8 +61,11 @@ async function loaded(model) {
     get x() { return numbers[body]; },
     // Nothing varies with the place, the load and so on, until parameters are set again.
     hold() { for (const [at, value] of model.still) numbers[at / 8] = value; },
+    // Of a level of nothing no share can be told: it is one of infinity.
     set(name, values) {
-      for (const place of model.places[name] ?? []) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
+      for (const place of placesOf(model.places, name)) {
+        place.forEach((at, i) => { numbers[at / 8] = values[i] === 0 && model.levels?.includes(at) ? Infinity : values[i]; });
+      }
     },
     // Forces along a recorded motion, whose steps are of several lengths and which begins anew where a stretch does.
     along({ t, x, begins }, moment = -1, look = () => {}) {
@@ -86,7 +110,7 @@ async function loaded(model) {
 
 // A recorded motion: times, positions, what was measured, and where stretches begin.
 function recordedMotion({ code, count, step, begins, depth, hasInertia }) {
-  const bytes = inflated(Uint8Array.from(atob(code), (letter) => letter.charCodeAt(0)), 16 * count).buffer;
+  const bytes = inflated(bytesOf(code), 16 * count).buffer;
   const t = new Float64Array(bytes, 0, count), moves = new Int32Array(bytes, 8 * count, count), x = new Float64Array(count);
   let place = 0;
   moves.forEach((move, k) => { x[k] = step * (place += move); });
@@ -138,8 +162,17 @@ function hashOf(values) {
   return high.toString(16).padStart(8, "0") + low.toString(16).padStart(8, "0");
 }
 
-function differing(values, hashes) {
-  return hashes.filter((hash, i) => hashOf(values.subarray(i * BLOCK, (i + 1) * BLOCK)) !== hash).length;
+function differing(values, hashes, block = BLOCK) {
+  return hashes.filter((hash, i) => hashOf(values.subarray(i * block, (i + 1) * block)) !== hash).length;
+}
+
+// Where a mass is that is pushed another way in every step.
+function pushedAbout(contact, { count, dt, push }) {
+  let bits = SEED;
+  return contact.moved(count, dt, () => {
+    bits = nextBits(bits);
+    return ((bits >>> 16) - 32768) * push;
+  }).x;
 }
 
 // Walk a model as Python did, and return how many blocks of steps differ, and of how many.
@@ -147,13 +180,8 @@ async function walked(model) {
   const contact = await loaded(model), { contact: walk, mass } = model.walks;
   for (const variable of [...model.variables, ...model.pull]) contact.set(variable.name, numbersOf(variable.values));
   const forces = contact.forces(walkPositions(walk.scales, walk.count), walk.dt);
-  let bits = SEED;
-  const pushed = contact.moved(mass.count, mass.dt, () => {
-    bits = nextBits(bits);
-    return ((bits >>> 16) - 32768) * mass.push;
-  });
   return {
-    differ: differing(forces, walk.hashes) + differing(pushed.x, mass.hashes),
+    differ: differing(forces, walk.hashes) + differing(pushedAbout(contact, mass), mass.hashes),
     of: walk.hashes.length + mass.hashes.length,
   };
 }

@@ -118,14 +118,14 @@ class Frame {
   }
 
   curve(x, y, { colour, width = 2, dash = [], first = 0, last = x.length - 1 }) {
-    const { context } = this;
+    const { context } = this, bold = Math.max(1, this.theme.size / 16); // where letters are large, lines are too
     const a = (this.right - this.left) / (this.x.high - this.x.low), b = this.left - this.x.low * a;
     const c = (this.top - this.bottom) / (this.y.high - this.y.low), d = this.bottom - this.y.low * c;
     this.clip(() => {
       context.strokeStyle = colour;
-      context.lineWidth = width;
+      context.lineWidth = bold * width;
       context.lineJoin = "round";
-      context.setLineDash(dash);
+      context.setLineDash(dash.map((length) => bold * length));
       context.beginPath();
       let across = Infinity, up = Infinity;
       for (let k = first; k <= last; k++) {

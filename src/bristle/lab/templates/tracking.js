@@ -8,14 +8,17 @@ let askedKey = "", askedLater = 0;
 
 function loopSetup(lab) {
   const value = (name) => lab.values[`loop_${name}`][0], names = ["M", "gain", "K_2", "g", "resolution", "A", "f"];
-  const own = (values) => Object.fromEntries(lab.model.variables.map(({ name }) => [name, values[name]]));
-  const isRig = value("body") === 1, body = isRig ? data.loop.rig : lab.model;
-  return { loop: data.loop, model: lab.model, values: own(lab.values), body, bodyValues: isRig ? body.values : own(lab.first),
+  const isRig = value("body") === 1, { model } = lab, body = isRig ? data.loop.rig : lab.start.model;
+  // Load and temperature are the same for both; what passes on to the load, the mass tells its friction itself.
+  const around = Object.fromEntries(model.around.filter(({ name }) => name !== "around_transmitted").map(({ name }) => [name, lab.values[name]]));
+  const values = { ...Object.fromEntries(model.variables.map(({ name }) => [name, lab.values[name]])), ...around };
+  const first = () => ({ ...Object.fromEntries(body.variables.map((row) => [row.name, numbersOf(row.values)])), ...around });
+  return { loop: data.loop, model, values, body, bodyValues: isRig ? body.values : first(),
     settings: Object.fromEntries(names.map((name) => [name, value(name)])) };
 }
 
 function track(lab) {
-  const setup = loopSetup(lab), key = JSON.stringify([lab.model.name, lab.values.loop_body, setup.values, setup.settings]);
+  const setup = loopSetup(lab), key = JSON.stringify([lab.model.name, lab.model.model, lab.values.loop_body, setup.values, setup.settings]);
   if (key === askedKey && asked.found) return drawTracked(lab);
   if (key === askedKey) return null;
   askedKey = key;

@@ -5,7 +5,7 @@ const SWEPT = 4001, PULLED = 8000, CLOSED = 1e-3;
 function valueOf(lab, name) { return lab.values[name][0]; }
 
 function pathKey(lab) {
-  return [lab.preset, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
+  return [lab.preset, lab.samples, valueOf(lab, "amplitude"), valueOf(lab, "period"), lab.preset === "drawn" ? lab.turns.join() : ""].join(" ");
 }
 
 // The path that the contact is moved along, and the time step at which it keeps its speed.
@@ -16,8 +16,8 @@ function pathOf(lab) {
 }
 
 // What a path gives with the present parameters.
-function forcesAlong(lab, path, moment = -1, look = undefined) {
-  return path.recorded ? lab.contact.along(path.recorded, moment, look) : lab.contact.forces(path.x, path.dt, moment, look);
+function forcesAlong(contact, path, moment = -1, look = undefined) {
+  return path.recorded ? contact.along(path.recorded, moment, look) : contact.forces(path.x, path.dt, moment, look);
 }
 
 function newPath(lab) {
@@ -25,7 +25,7 @@ function newPath(lab) {
   const amplitude = valueOf(lab, "amplitude"), preset = PRESETS[lab.preset];
   const turns = preset.turns ?? lab.turns;
   const lengths = turns.slice(1).reduce((sum, turn, i) => sum + Math.abs(turn - turns[i]), 0);
-  const count = preset.turns ? SAMPLES : Math.max(2, Math.min(SAMPLES, Math.round(500 * lengths)));
+  const count = preset.turns ? lab.samples : Math.max(2, Math.min(lab.samples, Math.round(500 * lengths)));
   const path = turns.length > 1 ? pathThrough(turns, amplitude, count) : { x: new Float64Array(2), at: [0], length: 0 };
   const speed = 4 * amplitude / valueOf(lab, "period");
   return { ...path, dt: path.length > 0 ? path.length / (speed * (path.x.length - 1)) : 1 };
@@ -36,7 +36,7 @@ function loopView(lab, canvas, reading) {
   const last = path.x.length - 1, moment = Math.round(last * lab.moment);
   let remembered = null;
   const before = ghostOf(lab, path);
-  const forces = forcesAlong(lab, path, moment, (inputs) => { remembered = inputs; });
+  const forces = forcesAlong(lab.contact, path, moment, (inputs) => { remembered = inputs; });
   const [low, high] = extent(forces), [lowBefore, highBefore] = before ? extent(before) : [low, high];
   const amplitude = valueOf(lab, "amplitude"), [left, right] = path.recorded ? axis(...extent(path.x)) : axis(-amplitude, amplitude);
   const [least, most] = path.recorded ? extent(path.recorded.measured) : [low, high];
@@ -68,6 +68,7 @@ function loopWords(lab, path, forces, closing) {
     words.push(`back where the minor loop began, the force is ${told(Math.abs(closing.gap), units.force)} off: it ${closing.closes ? "closes" : "does not close"}`);
   }
   if (lab.isMoved()) words.push("dashed are the values of the start");
+  if (lab.samples < SAMPLES) words.push(`${lab.samples} samples while it moves`);
   if (lab.contact.overflow) words.push("a force was no number and was left out");
   return `${words.join("; ")}.`;
 }
@@ -84,12 +85,12 @@ function closingOf(lab, path, forces, range) {
 function ghostOf(lab, path) {
   if (!lab.isMoved()) return null;
   const key = pathKey(lab);
-  if (lab.ghost?.key !== key) {
-    lab.setAll(lab.first);
-    lab.ghost = { key, forces: forcesAlong(lab, path) };
-    lab.setAll(lab.values);
+  // Two of them: while a slider moves there may be fewer samples.
+  if (!lab.ghosts.has(key)) {
+    if (lab.ghosts.size > 1) lab.ghosts.delete(lab.ghosts.keys().next().value);
+    lab.ghosts.set(key, lab.atStart((contact) => forcesAlong(contact, path)));
   }
-  return lab.ghost.forces;
+  return lab.ghosts.get(key);
 }
 
 function recordWords(lab, recorded, forces) {
@@ -97,7 +98,7 @@ function recordWords(lab, recorded, forces) {
   const words = [`Thin what was measured, wide the model: they differ by ${told(rms, units.force)} root mean square, ${withDigits(100 * share, 3)} % of the friction`];
   if (!hasInertia) words.push("the inertia is not known, and what was measured is all of the effort");
   if (depth > 0) words.push(`turns of less than ${told(depth, units.position)} are left out`);
-  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, lab.ghost.forces).rms, units.force)}`);
+  if (lab.isMoved()) words.push(`with the values of the start, ${told(misfit(recorded.measured, ghostOf(lab, pathOf(lab))).rms, units.force)}`);
   return `${words.join("; ")}.`;
 }
 
@@ -122,7 +123,7 @@ function speedView(lab, canvas, reading) {
   // So slowly that the velocity changes little while the contact moves by ten times its distance of pre-sliding.
   const time = 8000 * top * scales.reach / scales.speed ** 2;
   const { x, v, dt } = sweep(top, time, SWEPT), half = (SWEPT - 1) / 2;
-  const forces = lab.contact.forces(x, dt);
+  const forces = lab.inTheMiddle(() => lab.contact.forces(x, dt));
   const [low, high] = extent(forces, 1), { context, area } = wiped(canvas);
   const [left, right] = axis(-top, top, 0), [bottom, above] = axis(low, high);
   const frame = new Frame(context, area, { word: "velocity", unit: units.velocity, low: left, high: right },
@@ -130,13 +131,16 @@ function speedView(lab, canvas, reading) {
   frame.axes();
   frame.curve(v, forces, { colour: theme.accent, width: 2.2, first: 1, last: half });
   frame.curve(v, forces, { colour: theme.ink, width: 1.5, dash: [6, 4], first: half + 1 });
-  const along = lab.model.varies ? " This friction varies on the way too." : "";
+  const along = lab.model.placed?.size ? " As it is in the middle of the axis, without what varies along it." : lab.model.varies && !lab.model.placed ? " This friction varies on the way too." : "";
   tell(reading, `Solid while the velocity rises, dashed while it falls; there and back in ${told(time, "s")}.${along}`, lab.contact.overflow);
 }
 
 function pulledView(lab, canvas, reading) {
   const theme = lab.theme, { units } = lab.model, time = valueOf(lab, "time"), dt = time / PULLED;
+  // What passes on to this mass is what moves it.
+  lab.contact.set("around_transmitted", [0]);
   const { x, end, force } = lab.contact.moved(PULLED, dt, () => 0);
+  lab.contact.set("around_transmitted", lab.values.around_transmitted ?? [0]);
   const t = lab.times?.dt === dt ? lab.times.t : x.map((_, k) => (k + 1) * dt);
   lab.times = { dt, t };
   const { context, area } = wiped(canvas), upper = 0.55 * area.height;
@@ -202,7 +206,9 @@ function elementsView(lab, canvas, reading) {
 
 // Whether it drifts, closes and is passive: with a mark, so that colour does not say it alone.
 function verdictView(lab, list) {
-  const lines = verdicts(lab.model, judged(lab.contact, lab.values));
+  const judge = lab.judge ?? lab.contact;
+  for (const { name } of lab.model.variables) judge.set(name, lab.values[name]);
+  const lines = verdicts(lab.model, judged(judge, lab.values, lab.model.passive));
   lab.setAll(lab.values);
   const html = lines.map(({ asked, passed, text }) =>
     `<li class="${passed === false ? "alert" : ""}"><span aria-hidden="true">${passed === null ? "–" : passed ? "✓" : "✗"}</span> <b>${asked}</b>: ${text}</li>`).join("");
@@ -212,7 +218,7 @@ function verdictView(lab, list) {
 // How far the plane is shown: as far as the input went, kept while it only gets less.
 function planeReach(lab) {
   const farthest = Math.max(...lab.remembered.map(Math.abs), 1e-3 * lab.model.scales.reach);
-  const key = `${lab.model.name} ${lab.preset} ${valueOf(lab, "amplitude")}`;
+  const key = `${lab.model.name} ${lab.model.model} ${lab.preset} ${valueOf(lab, "amplitude")}`;
   if (lab.planeKey !== key || lab.planeFarthest < farthest || lab.planeFarthest > 4 * farthest && lab.moment === 1) {
     Object.assign(lab, { planeKey: key, planeFarthest: farthest });
   }

@@ -1,0 +1,248 @@
+"""Slots that are put on and taken off on the page: the module that has all of them, and what each of them begins with.
+
+A page holds two modules of a model. The plain one has the parameters of either direction apart, which is what
+``+asymmetry`` asks for, and is the one that is fast. The wide one has every slot; a slot that is not put on has the
+coefficients of nothing, which changes no bit. Which parameters there then are, the page puts together by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from itertools import compress, product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
+from bristle.exports.cycle import at_rest_of
+from bristle.exports.subject import subject_of
+from bristle.exports.wasm import Module, module_of
+from bristle.friction import MODELS, base_of, with_slots
+from bristle.friction.level import LEVELS, Rise, has_level
+from bristle.friction.level import RISES_WITH as RISING
+from bristle.friction.slots import by_direction
+from bristle.friction.variation import SMALLEST_FACTOR, VARIATIONS, Place
+from bristle.friction.variation import VARIES_WITH as VARYING
+from bristle.lab.described import described, example_named, variables_of, walks_of
+from bristle.lab.packing import packed, unpacked
+from bristle.lab.scales import Scales, pulled_by, scales_of
+from bristle.lab.sliders import Slider
+from bristle.lab.surroundings import AROUND, Surroundings, surrounded
+from bristle.lab.walks import walked_together
+from bristle.report.symbols import symbolic
+
+__all__ = [
+    "SLOTS",
+    "all_walks",
+    "begun",
+    "combinations",
+    "common_module",
+    "offered",
+    "plain_of",
+    "slots_described",
+    "slots_of",
+    "switched",
+]
+
+SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
+"""All that can be put on, in the order of a name."""
+SIDES = {"_pos": 1.1, "_neg": 0.9}
+"""What the parameters of either direction begin with, over that of both."""
+
+
+class Start(NamedTuple):
+    """What a number begins with, over a scale of the model where it has one, and ends of its slider."""
+
+    value: float
+    scale: str = ""
+    ends: tuple[float, float] | None = None
+
+
+MODULE = ("code", "size", "lasting", "contact", "body", "parameters", "places", "still")
+EITHER_WAY = (-1.0, 1.0)
+# A path is ten distances of pre-sliding long from end to end.
+STARTS = {
+    "x_0": Start(0.0, "reach", (-20.0, 20.0)), "x_L": Start(5.0, "reach"), "p_1": Start(0.2),
+    "p_2": Start(0.0, "", (-0.8, 0.8)),
+    "a_1": Start(0.0, "force", EITHER_WAY), "a_2": Start(0.0, "force", EITHER_WAY), "pitch": Start(4.0, "reach"),
+    "c_1": Start(0.1, "force", EITHER_WAY), "s_1": Start(0.0, "force", EITHER_WAY),
+    "c_2": Start(0.0, "force", EITHER_WAY), "s_2": Start(0.0, "force", EITHER_WAY), "k_L": Start(0.5),
+    "k_T": Start(-0.01), "c_T": Start(0.2), "h_c1": Start(0.2, "force", EITHER_WAY),
+    "h_s1": Start(0.0, "force", EITHER_WAY), "h_c2": Start(0.0, "force", EITHER_WAY),
+    "h_s2": Start(0.0, "force", EITHER_WAY), "around_load": Start(1.5, "", (0.0, 5.0)),
+    "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
+    "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
+}  # fmt: skip
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
+"""What the number of a slot is where nothing varies."""
+SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
+POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
+
+
+def slots_of(model: Model) -> tuple[str, ...]:
+    """Return the slots that a friction model has, in the order of a name."""
+    return tuple(slot for slot in SLOTS if slot in model.name.split("+")[1:])
+
+
+def offered(model: Model) -> tuple[str, ...]:
+    """Return the slots that change something of a friction model: of one without a level nothing can rise."""
+    base = base_of(model.component)
+    levels = has_level(base)
+    directional = any(variable.directional for variable in base.variables.values())
+    return tuple(
+        slot for slot in SLOTS if (levels or slot not in LEVELS) and (directional or slot != "asymmetry")
+    )  # fmt: skip
+
+
+def plain_of(model: Model) -> Model:
+    """Return a friction model without its slots; of what differs by direction, the mean."""
+    base = base_of(model.component)
+    values: dict[str, Any] = {"offset": model.values.get("offset", 0.0)}
+    for name in base.variables:
+        sides = [model.values[key] for key in by_direction(model.component, name)]
+        values[name] = sides[0] if len(sides) == 1 else _rounded(0.5 * (sides[0] + sides[1]))
+    return make_model(with_slots(base, ()), values, kind=model.kind, validate=False)
+
+
+def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
+    """Return a friction model without slots with some, and the values that those begin with."""
+    component = with_slots(base_of(plain.component), [slot for slot in SLOTS if slot in slots])
+    values: dict[str, Any] = {}
+    for name in component.variables:
+        own = _of_both(name, plain)
+        side = name[len(own) :]
+        value = plain.values[own] if own in plain.values else start_of(own, scales)
+        values[name] = _rounded(SIDES[side] * value) if side else value
+    return make_model(component, values, kind=plain.kind, validate=False)
+
+
+def start_of(name: str, scales: Scales) -> float:
+    """Return what a number of a slot begins with."""
+    start = STARTS[name]
+    return float(f"{start.value * getattr(scales, start.scale):.3g}") if start.scale else start.value
+
+
+def _rounded(value: Any) -> Any:
+    """Return a number without the digits that a product of two adds to it."""
+    return float(f"{value:.12g}") if np.ndim(value) == 0 else np.array([_rounded(float(number)) for number in value])
+
+
+def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...]]:
+    """Return the combinations of slots that are walked: every one, or each slot alone and all of them."""
+    if complete:
+        return [tuple(compress(slots, chosen)) for chosen in product((False, True), repeat=len(slots))]
+    return [*((slot,) for slot in slots), tuple(slots)]
+
+
+def slot_walks(
+    plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool
+) -> dict[str, Any]:  # fmt: skip
+    """Return the walks of a model with sets of slots, and what those begin with."""
+    around = [start_of(name, scales) for name in Surroundings._fields]
+    models = [begun(plain, slots, scales) for slots in combinations(offered(plain), complete=complete)]
+    return walked_together(models, around, walks, plant) | {"complete": complete}
+
+
+def all_walks(model: Model) -> dict[str, Any]:
+    """Return the walks of a friction model without slots, with every set of slots too."""
+    walks, scales = walks_of(model), scales_of(subject_of(model))
+    return walks | {"slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)}
+
+
+def slots_described(kind: Kind) -> dict[str, Any]:
+    """Return what a page knows of the slots: what each adds, over the scales of a model.
+
+    Parameters
+    ----------
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    """
+    component = surrounded(with_slots(MODELS["coulomb"], SLOTS[:-1]))
+    values = {name: STARTS[name].value if name in STARTS else 1.0 for name in component.variables}
+    model = make_model(component, values, kind=kind, validate=False)
+    rows = {row["name"]: row for row in variables_of(model, STARTS, 1.0, {})}
+    for name, start in STARTS.items():
+        rows[name]["scale"] = start.scale
+        if start.ends is not None:
+            rows[name]["sliders"] = [Slider(*start.ends, logarithmic=False)._asdict()]
+        rows[name] |= {"slot": True, "symbol": SYMBOLS.get(name, rows[name]["symbol"]), "nothing": NEUTRAL[name]}
+    slots: dict[str, Any] = {"asymmetry": {"cause": "direction"}}
+    for slot, names in {**LEVELS, **VARIATIONS}.items():
+        cause = (RISING | VARYING)[slot]
+        slots[slot] = {"cause": cause, "rows": [rows[name] for name in names]}
+        if slot in AROUND:
+            slots[slot]["around"] = rows[AROUND[slot]]
+    (relation,) = with_slots(MODELS["viscous"], ["position"]).relations
+    condition = {"text": POSITIVE, "mend": str(symbolic(relation.mend)), "least": SMALLEST_FACTOR, "advisory": False}
+    slots["position"]["condition"] = condition
+    return slots
+
+
+def switched(
+    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
+    fastest: float = 0.0, named: str = "",
+) -> dict[str, Any]:  # fmt: skip
+    """Return what a page knows of a friction model whose slots are put on and taken off there.
+
+    Parameters are those of `bristle.lab.described.described`. Modules are packed as what follows `common_module`, the
+    wide one as what follows the plain one too.
+    """
+    plain, slots = plain_of(model), slots_of(model)
+    uncertainties = uncertainty or {}
+    facts = described(
+        plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model
+    )
+    if leans := base_of(plain.component).trial_sided is not None:
+        # With both directions alike it is the plain one, with no other bit.
+        component = with_slots(base_of(plain.component), ["asymmetry"])
+        values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
+        directed = make_model(component, values, kind=plain.kind, validate=False)
+        module = described(directed, mass=mass, proven=False, led=model)
+        facts |= {key: module[key] for key in MODULE}
+    binary, common = unpacked(facts["code"]), common_module()
+    scales = Scales(**facts["scales"])
+    plant = pulled_by(scales, plain, mass)
+    wide, levels = _wide(plain, plant)
+    if "slots" not in facts["walks"]:
+        facts["walks"] = facts["walks"] | {"slots": slot_walks(plain, plant, scales, facts["walks"], complete=False)}
+    facts |= {
+        "code": packed(binary, before=common), "offered": list(offered(plain)), "leans": leans,
+        "wide": {
+            "code": packed(wide.binary, before=common + binary), "size": len(wide.binary), "lasting": wide.lasting,
+            "contact": wide.contact, "body": wide.body, "parameters": wide.parameters, "places": wide.places,
+            "levels": levels,
+        },
+    }  # fmt: skip
+    if slots:
+        rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
+        rows = [row | ({} if _of_both(row["name"], plain) in plain.values else {"slot": True}) for row in rows]
+        facts["own"] = {"slots": list(slots), "rows": rows}
+    return facts
+
+
+@cache
+def common_module() -> bytes:
+    """Return the module of which parts are found again in every other one: that of the least model, with every slot."""
+    plain = example_named("coulomb")
+    return _wide(plain, pulled_by(scales_of(subject_of(plain)), plain))[0].binary
+
+
+def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
+    """Return the module of a friction model with every slot, in which nothing varies, and where the levels are."""
+    component = surrounded(with_slots(base_of(plain.component), offered(plain)))
+    values = {name: (plain.values | NEUTRAL)[_of_both(name, plain)] for name in component.variables}
+    subject = subject_of(make_model(component, values, kind=plain.kind, validate=False))
+    functions = {"rest": lambda builder: at_rest_of(subject, builder)}
+    module = module_of(subject, plant, choices=True, others=functions)
+    varying = {address for address, _ in module.still}
+    levels = [
+        address for name, rows in module.places.items() if _of_both(name, plain) in plain.values
+        and component.variables[name].quantity == "force" for row in rows for address in row if address in varying
+    ]  # fmt: skip
+    return module, levels
+
+
+def _of_both(name: str, plain: Model) -> str:
+    """Return what a parameter of one direction is called where there is one for both."""
+    return name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
