@@ -2,6 +2,5 @@
 
 from bristle.testing.admission import admit
 from bristle.testing.contract import CHECKS, Check, check_model, example_of
-from bristle.testing.kernel_subset import violations_of
 
-__all__ = ["CHECKS", "Check", "admit", "check_model", "example_of", "violations_of"]
+__all__ = ["CHECKS", "Check", "admit", "check_model", "example_of"]
