@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Model
-from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
+from bristle.core.edge import Amount, amount, array, guarded, model, optional, vector
 from bristle.core.errors import InputError
 from bristle.core.packing import unpacker
 from bristle.core.variable import Variable
@@ -28,7 +28,6 @@ __all__ = [
     "each_from",
     "force_along",
     "force_along_entry",
-    "force_from",
     "force_in_turns",
     "in_turns",
     "presliding_distance",
@@ -99,12 +98,11 @@ def along(
     return _follow(part, memory_of(model, memory), v, x, dt, *around)
 
 
-@guarded(**MOTION, states=many(STATE), x=array())
-def force_from(
-    model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, *, load: Any = NOMINAL_LOAD,
+def each_from(
+    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, *, load: Any = NOMINAL_LOAD,
     temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
 ) -> np.ndarray:  # fmt: skip
-    """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
+    """Return the friction force along one velocity from each of several states, shape (state, step), finite or not.
 
     Parameters
     ----------
@@ -112,7 +110,7 @@ def force_from(
         A friction model with parameters, its memory virgin.
     states : sequence of NamedTuple
         States before the first step.
-    v, x : array_like, shape (step,)
+    v, x : numpy.ndarray, shape (step,)
         Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
     dt : float
         Length of a step [s].
@@ -121,16 +119,6 @@ def force_from(
     transmitted : float or array_like, shape (step,)
         Effort that passes on to the load [N or N*m].
     """
-    return finite(
-        each_from(model, states, v, dt, x, load=load, temperature=temperature, transmitted=transmitted), model
-    )
-
-
-def each_from(
-    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
-) -> np.ndarray:  # fmt: skip
-    """Return what `force_from` does, finite or not."""
     part, v, x, around = (
         Instance(model),
         vector(v, "v"),
