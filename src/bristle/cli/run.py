@@ -62,7 +62,7 @@ def run(
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
     from bristle.stability import runnable
-    from bristle.testing import admit
+    from bristle.testing import admit_friction_of
 
     if log and not out:
         raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
@@ -74,10 +74,7 @@ def run(
         described = experiment_in(
             experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
         )
-        for friction in {
-            model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
-        }:
-            admit(friction)
+        admit_friction_of(described)
         stable, judged = runnable(described)
         about = about_loops(judged, on_another_rig(described))
         warnings = loop_warnings(about)

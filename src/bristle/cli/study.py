@@ -78,12 +78,11 @@ def study(
     """
     from bristle.report.figure_files import figure_files
     from bristle.study import read_study_file
-    from bristle.testing import admit
+    from bristle.testing import admit_friction_of
 
     _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
     described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
-    for friction in {variant.friction for variant in described.experiment.variants}:
-        admit(friction)
+    admit_friction_of(described.experiment)
     figures = formats, data
     if dry_run:
         with figure_files(None, *figures):

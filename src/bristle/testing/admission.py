@@ -7,11 +7,12 @@ from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.experiment import Experiment
 from bristle.engine import interpreted
 from bristle.friction import base_of
 from bristle.testing.contract import CHECKS, FORM, check_model, drives_a_mass, same_bits_compiled, same_bits_exported
 
-__all__ = ["admit"]
+__all__ = ["admit", "admit_friction_of"]
 
 QUICK = tuple(check for check in CHECKS if check not in (same_bits_compiled, same_bits_exported, drives_a_mass))
 NAMES_OF_FORM = ("example", *(check.__name__.replace("_", " ") for check in FORM))
@@ -51,6 +52,13 @@ def admit(model: FrictionModel | Model) -> None:
             InputWarning,
             stacklevel=2,
         )
+
+
+def admit_friction_of(experiment: Experiment) -> None:
+    """Admit all that an experiment takes for friction, on the axis or fed forward: each model once."""
+    used = [model for variant in experiment.variants for model in (variant.friction, variant.feedforward.friction)]
+    for friction in {model for model in used if model}:
+        admit(friction)
 
 
 def _file_of(component: Any) -> str:
