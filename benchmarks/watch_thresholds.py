@@ -25,7 +25,7 @@ def largest(runs: int, seed: int = SEED, observations: int = OBSERVATIONS) -> np
     for _ in range(0, runs, CHUNK):
         scores = np.clip(generator.standard_normal((observations, CHUNK)), -CLIP, CLIP)
         scores[: 1 + FEWEST] = 0.0  # so many observations have no innovation yet
-        sizes = largest_ratios(innovations, np.arange(observations, dtype=float), scores).sizes
+        sizes = largest_ratios(innovations, np.arange(observations, dtype=float), scores)
         tops.append(np.maximum.accumulate(sizes, axis=0).T)
     return np.concatenate(tops)
 

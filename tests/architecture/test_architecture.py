@@ -10,12 +10,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.architecture.kernel_subset import violations_of
 
 import bristle
 from bristle.core.contracts import Component
 from bristle.core.kernel import kernels
 from bristle.core.variable import variables_of
-from bristle.testing import violations_of
 
 ROOT = Path(bristle.__file__).parent
 MODULES = sorted(name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.") if not name.endswith("__main__"))

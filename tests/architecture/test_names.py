@@ -21,9 +21,7 @@ sight workbench twin room thing things whole
 """  # in prose they point at what was named before; a name has nothing before it
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
-CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "simulation": 3,
-}
+CEILINGS: dict[str, int] = {}  # of folders that still wait for better names: these numbers only fall
 
 
 def is_vague(name):

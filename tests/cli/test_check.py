@@ -3,27 +3,10 @@
 from pathlib import Path
 
 import pytest
+from tests.golden.yard import COMPOSITE, LUGRE
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 KEYS = {"applies", "value", "unit", "threshold", "passed", "advice"}
-
-LUGRE = """
-schema = 1
-kind = "rotational"
-
-[friction]
-model = "lugre"
-F_C = "100 mN*m"
-F_S = "130 mN*m"
-v_S = "0.3 rad/s"
-sigma_0 = "100 N*m/rad"
-sigma_1 = "0.1 N*m*s/rad"
-"""
-
-COMPOSITE = (
-    LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s")
-    + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
-)
 
 
 @pytest.fixture

@@ -1,10 +1,12 @@
 """``bristle demo``: the main job, start to finish, openly on a simulated axis."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 from tests.cli.conftest import written_in
+from tests.docs.conftest import ROOT
 
 from bristle.files.results import results_folder
 
@@ -19,12 +21,19 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     folder = Path("bristle-demo")
     assert written_in(folder) == {
         "axis.toml", "log.csv", "unseen.csv", "model.toml", "summary.json", "report.html", "drive_table.csv",
-        "friction_curve.csv", "draws.parquet", "traces.parquet",
+        "friction_curve.csv", "draws.parquet", "traces.parquet", "experiment.toml",
     }  # fmt: skip
     assert "This axis is simulated" in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
     assert "passive" in json.loads((folder / "summary.json").read_text())["certificates"]
     assert "Is the model fit to be used?" in (folder / "report.html").read_text()
+
+    # What the page on compensation tells of it is what it found.
+    page = (ROOT / "docs" / "theory" / "compensation.md").read_text().replace("\n", " ")
+    told = re.search(r"`bristle demo`.*?from ([\d.]+) mm as recorded to ([\d.]+) µm with .*?, and to ([\d.]+) µm", page)
+    loops = json.loads((folder / "summary.json").read_text())["compensation"]
+    found = [loops[name]["following_error"]["peak_to_peak"] for name in ("as_recorded", "feedforward", "compensated")]
+    assert found == pytest.approx([1e-3 * float(told[1]), 1e-6 * float(told[2]), 1e-6 * float(told[3])], rel=0.02)
 
     # What it wrote serves the other commands, and they agree with it.
     again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", "0", "--json").data

@@ -5,19 +5,10 @@ import json
 import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.golden.yard import CURVES
 
 from bristle import hysteresis, response
 from bristle.hysteresis_identification import FITTED
-
-AXIS = """
-schema = 1
-name = "loops"
-kind = "translational"
-
-[columns]
-input = { column = "x", unit = "um" }
-output = { column = "F", unit = "N" }
-"""
 
 
 @pytest.fixture
@@ -26,7 +17,7 @@ def loops(tmp_path):
     turns = np.array([0, 6, -6, 4, -3, 3, -2, 5, -5, 1, -1, 6])
     u = np.interp(np.linspace(0, turns.size - 1, 700), np.arange(turns.size), turns)
     f = response(truth, 1e-6 * u) + 0.02 * np.random.default_rng(0).standard_normal(u.size)
-    (tmp_path / "axis.toml").write_text(AXIS)
+    (tmp_path / "axis.toml").write_text(CURVES)
     rows = [f"{a:.9g},{b:.9g}" for a, b in zip(u, f, strict=True)]
     (tmp_path / "loops.csv").write_text("\n".join(["x,F", *rows]) + "\n")
     return tmp_path

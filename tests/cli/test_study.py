@@ -7,6 +7,7 @@ import pytest
 from tests.study.conftest import STUDY, Bench
 
 from bristle.cli.main import main
+from bristle.files.owned import NOTE
 
 
 @pytest.fixture
@@ -93,17 +94,26 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     (figures / "mine.svg").write_text("of a person")
     assert main(["study", "study.toml", "--out", "out", "--format", "pdf"]) == 0
     assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.pdf", "influence.pdf", "captions.tex"}
+    captions = (figures / "captions.tex").read_text()
     (figures / "captions.tex").write_text("of a person")
     capsys.readouterr()
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
     assert "captions.tex: was changed since" in capsys.readouterr().err
     assert (figures / "captions.tex").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
-    for damaged in (b'{"figures/cap', b"[]", b"\xff"):
-        (bench.folder / "out" / ".figures.json").write_bytes(damaged)
+    (figures / "captions.tex").write_text(captions)
+    note = (bench.folder / "out" / NOTE).read_bytes()
+    for damaged in (note.splitlines(keepends=True)[0], b"[]\n", b"\xff"):
+        (bench.folder / "out" / NOTE).write_bytes(damaged)
         assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
         assert "was changed since" in capsys.readouterr().err
-    assert (figures / "spread.pdf").is_file()
+        assert (figures / "spread.pdf").is_file()
+    # A process that is killed while it writes a figure leaves it noted, and half.
+    (bench.folder / "out" / NOTE).write_bytes(note + b'{"file": "figures/spread.png"}\n')
+    (figures / "spread.png").write_bytes(b"half")
+    assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
+    assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.svg", "influence.svg", "captions.tex"}
+    capsys.readouterr()
     assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
     assert list((bench.folder / "again" / "figures").glob("*.svg"))
     capsys.readouterr()

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy import stats
+from tests.architecture.kernel_subset import reachable_kernels, violations_of
 
 from bristle import sensors
 from bristle.core.random_numbers import SEED_MAX, normal, uniform
 from bristle.engine import interpreted, run_closed_loop
-from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 COUNT = 20_000
 

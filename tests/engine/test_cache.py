@@ -20,7 +20,7 @@ PROBE = """
 import json, sys
 import numpy as np
 from bristle import friction
-from bristle.engine import compiled_count, force_along
+from bristle.engine import compilation, force_along
 if len(sys.argv) > 1:
     from bristle.files.user_model import load_model_file
     from bristle.testing import example_of
@@ -28,7 +28,7 @@ if len(sys.argv) > 1:
 else:
     model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5)
 force = force_along(model, np.full(50, 2e-3), 1e-2)
-print(json.dumps([float(force[-1]), compiled_count()]))
+print(json.dumps([float(force[-1]), len(compilation._compiled)]))
 """
 
 USER = """

@@ -143,7 +143,7 @@ if sys.argv[1] == "abreast":
 else:
     for model in models:
         br.response(model, np.zeros(3), 1e-3)
-print(json.dumps([compilation.compiled_count(), numbers(), FunctionIdentity._unique_ids is before]))
+print(json.dumps([len(compilation._compiled), numbers(), FunctionIdentity._unique_ids is before]))
 """
 
 

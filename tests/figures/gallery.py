@@ -146,7 +146,6 @@ def gallery(names=PLAIN, many=None):
         "comparison_in_short": lambda: figures.comparison_in_short(compared()),
         "comparison": lambda: figures.comparison(compared()),
         "control_effort": lambda: figures.control_effort(simulated(names), 0.5, (1.0, 2.0)),
-        "control_scheme": lambda: figures.control_scheme(variant),
         "correlation": lambda: figures.correlation(best),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
         "drive_table": lambda: figures.drive_table([(-0.1, -9.0), (0.1, 9.0)], [(-0.1, -9.0), (0.1, 9.0)]),

@@ -16,7 +16,7 @@ from bristle.figures.plain import one_line, printable
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {
-    "comparison", "comparison_in_short", "control_scheme", "drive_table", "effort_over_time", "error_budget",
+    "comparison", "comparison_in_short", "drive_table", "effort_over_time", "error_budget",
     "everett_surface", "expected", "first_page", "fitted", "friction_over_velocity", "margins", "motion", "passages",
     "prediction", "preisach_plane", "preisach_stages", "recorded_curves", "residuals", "rig_layout",
 }  # fmt: skip

@@ -3,41 +3,12 @@
 from pathlib import Path
 
 import pytest
+from tests.cli.conftest import USER_MODEL
 
-OWN = '''
-from typing import Annotated, NamedTuple
-
-from bristle.core import FrictionModel, Variable, kernel
-from bristle.core.mathematics import direction
-
-
-class Parameters(NamedTuple):
-    F_0: Annotated[float, Variable("force", "force against the motion", min=0.0, directional=True)]
-    lambda_: Annotated[float, Variable("1", "a parameter with the name of a keyword")] = 1.0
-
-
-class State(NamedTuple):
-    """None."""
-
-
-class Move(NamedTuple):
-    """None."""
-
-
-@kernel
-def trial(state, memory, motion, dt, p):
-    return p.F_0 * direction(motion.v), Move()
-
-
-@kernel
-def commit(state, memory, move, p):
-    return state
-
-
-MODEL = FrictionModel(
-    name="own", description="mine", Parameters=Parameters, State=State, trial=trial, commit=commit
+OWN = USER_MODEL.replace(
+    "directional=True)]\n",
+    'directional=True)]\n    lambda_: Annotated[float, Variable("1", "a parameter named as a keyword is")] = 1.0\n',
 )
-'''
 
 
 @pytest.fixture

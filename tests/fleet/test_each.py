@@ -120,8 +120,8 @@ def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
     def deadly_once(self):
         block = hand_out(self)
         if block is not None and block.first == 1 and not ended:
-            ended.extend(self.processes)
-            for pid in self.processes:
+            ended.extend(list(self._processes))
+            for pid in list(self._processes):
                 os.kill(pid, signal.SIGKILL)
         return block
 

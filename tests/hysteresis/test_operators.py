@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.architecture.kernel_subset import reachable_kernels, violations_of
 from tests.hysteresis.paths import OPERATORS, along, sized, walk
 
 from bristle import friction, hysteresis, response
@@ -11,7 +12,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import variables_of
 from bristle.engine import interpreted
 from bristle.engine.path import after, output_along
-from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 every_operator = pytest.mark.parametrize("operator", OPERATORS.values(), ids=OPERATORS)
 # Turns on a lattice: two of them are the same or far apart, as those of a measured path.

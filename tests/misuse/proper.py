@@ -139,7 +139,6 @@ def calls() -> dict[str, Call]:
             "disturbance": NOTHING, "limit": 100.0, "delay": 0, "lag": 0.0, "effort_before": 0.0, "acceleration": 0.0,
             "state": None, "memory": None}),
         "force_along": Call(engine.force_along, stress | around | {"state": None, "memory": None}),
-        "force_from": Call(engine.force_from, stress | around | {"states": [p["friction"].component.State()]}),
         "force_in_turns": Call(engine.force_in_turns, stress | around | {
             "parameters": np.array([list(p["friction"].parameters)], dtype=float), "starts": [0]}),
         "engine.conditioned": Call(engine.conditioned, {"model": p["friction"], "amplitude": 1e-5}),
@@ -178,7 +177,6 @@ def calls() -> dict[str, Call]:
             "fit": br.identify(recorded(), draws=0, blocks=0).best, "entries": 20}),
         "unexplained_force": Call(prediction.unexplained_force, {
             **mechanism, "log": recorded(), "axis": None}),
-        "sign_of_effort": Call(logs.sign_of_effort, {"log": recorded()}),
         "checked": Call(logs.checked, {"log": recorded(), "axis": Axis(mass=12.0)}),
         "passages": Call(logs.passages, {"log": recorded(), "axis": axis()}),
         "summarize": Call(logs.summarize, {"given": b"t,q\n0,1\n1,2\n2,3\n", "axis": None, "size_limit": 10**6}),

@@ -332,7 +332,6 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
     return {
         "response": lambda bad: br.response(bad, [0.0, 1.0], 0.1),
         "force_along": lambda bad: engine.force_along(bad, [1.0], 0.1),
-        "force_from": lambda bad: engine.force_from(bad, [bad.component.State()], [1.0], 0.1, [0.1]),
         "force_in_turns": lambda bad: engine.force_in_turns(bad, [list(bad.parameters)], [1.0], 0.1, [0.1], [0]),
         "settled": lambda bad: engine.settled(bad, 1.0),
         "conditioned": lambda bad: engine.conditioned(bad.with_values(v_most=0.0), 1.0),

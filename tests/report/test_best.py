@@ -34,6 +34,7 @@ def test_the_best_of_all_is_named_and_measured_against_the_base():
 
 
 def test_the_base_is_that_of_this_name_else_the_first():
+    assert "99.75 % less than base with" in said(variant("base", 2e-6), variant("best", 5e-9))
     assert "50 % less than base with" in said(variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6))
     assert "80 % less than a with" in said(variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6))
 

@@ -1,5 +1,7 @@
 """A study as a labelled data set."""
 
+import sys
+
 import numpy as np
 import pytest
 from tests.study.conftest import STUDY
@@ -8,7 +10,6 @@ import bristle as br
 from bristle.study import run_study
 from bristle.study.dataset import Runs, runs_in
 from bristle.study.repeat import worst_runs
-from bristle.study.store import library
 
 GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace("runs = 12", "runs = 4")
 
@@ -50,10 +51,12 @@ def test_a_folder_that_is_none_of_a_study_is_told(tmp_path):
         br.read_study(tmp_path)
 
 
-def test_without_pyarrow_the_line_to_type_is_told(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[study\]"'):
-        library("pyarrow")
+def test_without_pyarrow_the_line_to_type_is_told(bench, monkeypatch):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    for told in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
+        with pytest.raises(br.core.errors.MissingExtraError, match=r'bristle study .* pip install "bristle\[study\]"'):
+            told()
 
 
 def test_the_worst_runs_are_those_with_the_largest_number(bench):

@@ -66,8 +66,8 @@ def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
     def deadly_once(self):
         block = hand_out(self)
         if block is not None and block.first == 4 and not ended:
-            ended.extend(self.processes)
-            for pid in self.processes:
+            ended.extend(list(self._processes))
+            for pid in list(self._processes):
                 os.kill(pid, signal.SIGKILL)
         return block
 
@@ -100,7 +100,7 @@ def test_a_block_that_ends_every_worker_is_told_and_the_others_are_there(slow_be
     def deadly(self):
         block = begin(self)
         if block is not None and block.first == 4:
-            for pid in self.processes:
+            for pid in list(self._processes):
                 with suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
         return block

@@ -48,7 +48,7 @@ def test_a_data_frame_has_a_row_for_each_quantity(found):
 def test_what_is_less_by_less_than_anybody_minds_helped_hardly():
     told = br.compare(log(1, sine(12), scatter=0.0), log(2, sine(12), scatter=0.0, gain=0.97))
     assert told.changes["following_error.rms"].verdict == "lower"
-    assert told.sentences[0] == "It helped hardly: the following error is lower, by less than 5 %."
+    assert told.sentences[0] == "It hardly helped: the following error is lower, by less than 5 %."
 
 
 def test_the_report_is_one_page_with_a_figure(found, tmp_path):

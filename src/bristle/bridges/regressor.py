@@ -14,7 +14,7 @@ from bristle.core.arrays import array
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import unit_of
-from bristle.files.given import AXIS
+from bristle.files.arguments import AXIS
 from bristle.identification.delay import differentiated
 from bristle.identification.preprocessing import treat
 from bristle.logs.channel import Channel

@@ -61,8 +61,8 @@ def compare(
     Writes summary.json and report.html into DIR.
     """
     from bristle.core.content import content_of
+    from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
-    from bristle.files.given import axes_for
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT

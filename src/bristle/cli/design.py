@@ -52,7 +52,7 @@ def design(
     from bristle.report.design import design_report, design_sentences, design_summary
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
     from bristle.report.figure_files import figure_files
-    from bristle.testing import admit
+    from bristle.testing import admit_friction_of
 
     with (
         results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
@@ -62,10 +62,7 @@ def design(
         described = experiment_in(
             experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
         )
-        for friction in {
-            model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
-        }:
-            admit(friction)
+        admit_friction_of(described)
         outcome = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
         source = provenance(context.obj, **described.origins)
         summary = design_summary(outcome, provenance=source)

@@ -171,8 +171,8 @@ def _identify_friction(
     log: list[Path], axis: list[Content], options: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
     command: str, limit: int, figures: Figures, own: list[Path] | None,
 ) -> int:  # fmt: skip
+    from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
-    from bristle.files.given import axes_for
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.logs import read_log

@@ -28,7 +28,6 @@ from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Experiment
     from bristle.stability import Assessment
 
 __all__ = ["EXAMPLE", "run"]
@@ -75,6 +74,7 @@ def run(
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
     from bristle.stability import runnable
+    from bristle.testing import admit_friction_of
 
     if log and not out:
         raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
@@ -87,7 +87,7 @@ def run(
         described = experiment_in(
             experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
         )
-        _admit(described)
+        admit_friction_of(described)
         stable, judged = runnable(described)
         about = about_loops(judged, on_another_rig(described))
         warnings = loop_warnings(about)
@@ -117,16 +117,6 @@ def run(
     for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0
-
-
-def _admit(experiment: Experiment) -> None:
-    """Try each friction model of a person's own that is simulated or fed forward."""
-    from bristle.testing import admit
-
-    for friction in {
-        model for member in experiment.variants for model in (member.friction, member.feedforward.friction) if model
-    }:
-        admit(friction)
 
 
 def _refused(judged: Mapping[str, Assessment]) -> dict[str, str]:

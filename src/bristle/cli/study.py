@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
+import os
 import re
+import secrets
 import sys
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -32,7 +33,6 @@ EXAMPLE = """Example:
   bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
 
-WRITTEN = ".figures.json"  # checksums of those that are bristle's own
 OF_REPORT = r"captions\.tex|(spread|influence)(-panel-\d+)?\.(svg|pdf|png|csv)"
 
 
@@ -78,12 +78,11 @@ def study(
     """
     from bristle.report.figure_files import figure_files
     from bristle.study import read_study_file
-    from bristle.testing import admit
+    from bristle.testing import admit_friction_of
 
     _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
     described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
-    for friction in {variant.friction for variant in described.experiment.variants}:
-        admit(friction)
+    admit_friction_of(described.experiment)
     figures = formats, data
     if dry_run:
         with figure_files(None, *figures):
@@ -232,37 +231,36 @@ class _Figures:
 
     def __init__(self, store: Store) -> None:
         from bristle.core import InputError
+        from bristle.files.owned import Folder, note_in
 
-        self.store, self.file = store, store.folder / WRITTEN
-        self.written = self._checksums()
-        for figure in self._present():
-            if self.written.get(f"figures/{figure.name}") != hashlib.sha256(figure.read_bytes()).hexdigest():
-                raise InputError("was changed since, or is no figure of this study", path=str(figure),
-                                 mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
-
-    def _checksums(self) -> dict[str, str]:
-        """Return the checksums that were kept; where they cannot be read, no figure counts as bristle's."""
-        try:
-            checksums = json.loads(self.file.read_bytes())
-        except (OSError, ValueError):
-            return {}
-        return checksums if isinstance(checksums, dict) else {}
-
-    def _present(self) -> list[Path]:
-        return [file for file in self.store.folder.glob("figures/*") if re.fullmatch(OF_REPORT, file.name)]
+        self.store = store
+        with Folder(store.folder) as folder:
+            note = note_in(folder)
+            for figure in store.folder.glob("figures/*"):
+                name = f"figures/{figure.name}"
+                noted = note.files.get(name) if note is not None else None
+                is_own = noted == "" or (folder.is_file(name) and noted == folder.checksum(name))
+                if re.fullmatch(OF_REPORT, figure.name) and not is_own:
+                    raise InputError("was changed since, or is no figure of this study", path=str(figure),
+                                     mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
 
     def clear(self) -> None:
-        """Remove the figures of an earlier report."""
-        for figure in self._present():
-            figure.unlink()
-        self.written = {}
+        """Remove the figures of an earlier report, and begin the note of those of the next one."""
+        from bristle.files.owned import NOTE, new_note, remove_own
+
+        remove_own(self.store.folder, half_written=True)
+        (self.store.folder / NOTE).unlink(missing_ok=True)
+        os.close(new_note(self.store.folder, secrets.token_hex(16), self.store.folder.name))
 
     def write(self, name: str, content: str | bytes) -> None:
         """Write one of them."""
+        from bristle.files.owned import NOTE, write_line
+
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
-        self.store.write_file(name, data)
-        self.written[name] = hashlib.sha256(data).hexdigest()
-        self.store.write_file(WRITTEN, json.dumps(self.written).encode())
+        with open(self.store.folder / NOTE, "ab", buffering=0) as note:
+            write_line(note.fileno(), {"file": name})
+            self.store.write_file(name, data)
+            write_line(note.fileno(), {"file": name, "sha256": hashlib.sha256(data).hexdigest()})
 
 
 def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:

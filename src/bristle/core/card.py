@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 from bristle.core.errors import in_one_line, shortened
 
-__all__ = ["MOST_LINES", "Card", "WithCard"]
+__all__ = ["Card", "WithCard"]
 
-MOST_LINES = 30
-MOST_ROWS, MOST_REMARKS = 20, 6  # with title, heads and what is left out fewer than that
+MOST_ROWS, MOST_REMARKS = 20, 6  # with title, heads and what is left out 30 lines: a screen
 WIDEST = 100  # characters of a remark
 
 
@@ -43,7 +42,7 @@ class Card(NamedTuple):
         return lines
 
     def text(self) -> str:
-        """Return it as lines of text, at most `MOST_LINES`."""
+        """Return it as lines of text, fewer than a screen has."""
         rows = [tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_ROWS]) if row]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

@@ -186,7 +186,7 @@ def plain(value: Any) -> Any:
     return value if value is None or isinstance(value, (str, bool, int, float)) else str(value)
 
 
-def library(name: str, wanted_by: str) -> Any:
+def library(name: str, wanted_by: str, extra: str = "") -> Any:
     """Return a library that is no dependency.
 
     Parameters
@@ -195,6 +195,8 @@ def library(name: str, wanted_by: str) -> Any:
         Of the library.
     wanted_by : str
         What needs it.
+    extra : str
+        The optional dependencies of bristle that bring it, where there are some.
 
     Raises
     ------
@@ -204,5 +206,7 @@ def library(name: str, wanted_by: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
+        if extra:
+            raise MissingExtraError.of(wanted_by, extra) from None
         raise MissingExtraError(f"needs {name}, which is not installed", path=wanted_by,
                                 mend=f"Type: pip install {name}") from None  # fmt: skip

@@ -2,10 +2,10 @@
 
 from bristle.engine.adaptive import AdaptiveTrace, run_adaptive
 from bristle.engine.batch import BatchTrace, run_batch
-from bristle.engine.compilation import compiled_count, interpreted, is_interpreted
+from bristle.engine.compilation import interpreted, is_interpreted
 from bristle.engine.contact import Contact
 from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
-from bristle.engine.motion import conditioned, force_along, force_from, force_in_turns, response, settled
+from bristle.engine.motion import conditioned, force_along, force_in_turns, response, settled
 
 __all__ = [
     "AdaptiveTrace",
@@ -14,10 +14,8 @@ __all__ = [
     "Contact",
     "LoopTrace",
     "Trace",
-    "compiled_count",
     "conditioned",
     "force_along",
-    "force_from",
     "force_in_turns",
     "interpreted",
     "is_interpreted",

@@ -34,7 +34,7 @@ from bristle.core.unowned import without_holder
 from bristle.engine.linked import linked_into
 from bristle.engine.signature import compiled_signature, flat, handed_over, signature_of, type_of
 
-__all__ = ["cache_folder", "compiled", "compiled_count", "driver", "interpreted", "is_interpreted"]
+__all__ = ["cache_folder", "compiled", "driver", "interpreted", "is_interpreted"]
 
 _interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
@@ -59,11 +59,6 @@ def interpreted() -> Iterator[None]:
         yield
     finally:
         _interpreted.reset(before)
-
-
-def compiled_count() -> int:
-    """Return how many entries this process has compiled, as opposed to loaded from the cache."""
-    return len(_compiled)
 
 
 @lru_cache(maxsize=1)

@@ -42,11 +42,6 @@ class Contact:
         """The scalars of the state, in the order of its fields."""
         return self._part.state.copy()
 
-    @property
-    def memory(self) -> np.ndarray:
-        """The memory."""
-        return self._memory.copy()
-
     def copy(self) -> Contact:
         """Return a contact in the same state, which moves on its own from here."""
         other = copy.copy(self)

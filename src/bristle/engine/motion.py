@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOTHING_TRANSMITTED, Model
-from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
+from bristle.core.edge import Amount, amount, array, guarded, model, optional, vector
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.packing import unpacker
 from bristle.core.surroundings import motion_with
@@ -30,7 +30,6 @@ __all__ = [
     "each_from",
     "force_along",
     "force_along_entry",
-    "force_from",
     "force_in_turns",
     "in_turns",
     "presliding_distance",
@@ -102,9 +101,10 @@ def along(
     return _follow(part, memory_of(model, memory), v, x, dt, _surroundings(part, v.size, around))
 
 
-@guarded(**MOTION, states=many(STATE), x=array())
-def force_from(model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, **around: Any) -> np.ndarray:
-    """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
+def each_from(
+    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any
+) -> np.ndarray:
+    """Return the friction force along one velocity from each of several states, shape (state, step), finite or not.
 
     Parameters
     ----------
@@ -112,20 +112,13 @@ def force_from(model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, 
         A friction model with parameters, its memory virgin.
     states : sequence of NamedTuple
         States before the first step.
-    v, x : array_like, shape (step,)
+    v, x : numpy.ndarray, shape (step,)
         Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
     dt : float
         Length of a step [s].
     **around : float or array_like, shape (step,)
         What surrounds the contact, as in `force_along`.
     """
-    return finite(each_from(model, states, v, dt, x, **_checked(model, around)), model)
-
-
-def each_from(
-    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any
-) -> np.ndarray:
-    """Return what `force_from` does, finite or not."""
     part, v, x = Instance(model), vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
     signals = _surroundings(part, v.size, around).ravel()

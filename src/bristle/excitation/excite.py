@@ -22,7 +22,7 @@ from bristle.excitation.limits import MotionLimits, limits_of
 from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of
 from bristle.excitation.prior import Prior, prior_of
 from bristle.excitation.rehearsal import Rehearsal, rehearse
-from bristle.files.given import AXIS
+from bristle.files.arguments import AXIS
 
 __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
 

@@ -150,7 +150,7 @@ def _target_of(to: str | os.PathLike[str] | Target) -> str | Target:
 
 
 def _log_of(log: Any, axis: Axis | None) -> Log | None:
-    from bristle.files.given import log_and_axis
+    from bristle.files.arguments import log_and_axis
 
     return None if log is None else log_and_axis(log, axis)[0]
 

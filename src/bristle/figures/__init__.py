@@ -12,7 +12,7 @@ from bristle.figures.circles import circles
 from bristle.figures.closure import closure
 from bristle.figures.comparison import comparison, comparison_in_short
 from bristle.figures.control_effort import control_effort
-from bristle.figures.control_scheme import control_scheme, rig_layout
+from bristle.figures.control_scheme import rig_layout
 from bristle.figures.correlation import correlation
 from bristle.figures.drift import drift
 from bristle.figures.drive_table import drive_table
@@ -69,7 +69,6 @@ __all__ = [
     "comparison",
     "comparison_in_short",
     "control_effort",
-    "control_scheme",
     "correlation",
     "drift",
     "drive_table",

@@ -1,7 +1,4 @@
-"""A loop as a block diagram, drawn from the experiment that runs it: what it is made of, with its numbers.
-
-Alone, or below the mechanics that it moves.
-"""
+"""A loop as a block diagram below the mechanics that it moves, drawn from the experiment that runs it."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
 
-__all__ = ["control_scheme", "rig_layout"]
+__all__ = ["rig_layout"]
 
 WIDTH, HEIGHT = 100.0, 62.0
 LINE = 8.0  # points
@@ -56,25 +53,6 @@ class Block(NamedTuple):
     def top(self) -> tuple[float, float]:
         """The middle of its upper side."""
         return self.x + 0.5 * self.width, self.y + self.height
-
-    @property
-    def bottom(self) -> tuple[float, float]:
-        """The middle of its lower side."""
-        return self.x + 0.5 * self.width, self.y
-
-
-@style.styled
-def control_scheme(variant: Variant) -> Figure:
-    """Return the block diagram of a loop.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop: every block and every number is read from it.
-    """
-    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * HEIGHT / WIDTH))
-    draw_scheme(figure.add_axes((0.0, 0.0, 1.0, 1.0)), variant)
-    return figure
 
 
 @style.styled

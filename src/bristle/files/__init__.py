@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from bristle.files.log import read_log
     from bristle.files.model import read_model, write_model
     from bristle.files.proposal import Proposal, propose_axis
-    from bristle.files.results import results_folder
     from bristle.files.user_model import load_model_file, load_slot_file
 
 __all__ = [
@@ -25,7 +24,6 @@ __all__ = [
     "read_experiment",
     "read_log",
     "read_model",
-    "results_folder",
     "write_model",
 ]
 
@@ -39,7 +37,6 @@ _FROM = {
     "read_experiment": "experiment",
     "read_log": "log",
     "read_model": "model",
-    "results_folder": "results",
     "write_model": "model",
 }
 

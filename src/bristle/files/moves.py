@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 __all__ = ["gcode_of", "moves_table"]
 
-HEADS = ("purpose", "dwell [s]", "position", "velocity", "acceleration")
 NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
 """By kind of axis the letter of the axis in an NC program, the unit of its positions, and what its head says."""
 

@@ -31,6 +31,7 @@ __all__ = [
     "note_in",
     "remove_own",
     "strangers_in",
+    "sync_folder",
     "write_line",
 ]
 
@@ -262,6 +263,17 @@ def _objects_in(text: bytes) -> Iterator[dict[str, object]]:
             yield parsed
         elif index == 0:
             yield {}
+
+
+def sync_folder(folder: Path) -> None:
+    """Have on the disk what a folder says is in it."""
+    if os.name != "posix":
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
 
 
 def is_plain(name: str) -> bool:

@@ -35,6 +35,7 @@ from bristle.files.owned import (
     note_in,
     remove_own,
     strangers_in,
+    sync_folder,
     write_line,
 )
 from bristle.files.renaming import exchange, extended, rename_new
@@ -103,7 +104,7 @@ class Results:
                     os.fsync(file.fileno())
         os.fsync(self._note)
         for holder in sorted({(self.path / name).parent for name in self._names} | {self.path}, reverse=True):
-            _sync_folder(holder)
+            sync_folder(holder)
 
     def close(self) -> None:
         """Let go of the note."""
@@ -344,7 +345,7 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     else:
         rename_new(results.path, target)
     _open.discard(results)
-    _sync_folder(target.parent)
+    sync_folder(target.parent)
     results.close()
     # Another process that succeeds here may be removing the old results, too.
     if old is not None and not remove_own(old) and os.path.lexists(old):
@@ -371,16 +372,6 @@ def _clear(parent: Path) -> None:
         for path, _, state in _unfinished_in(parent):
             if state == "dead":
                 remove_own(path, half_written=True)
-
-
-def _sync_folder(folder: Path) -> None:
-    if os.name != "posix":
-        return
-    opened = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(opened)
-    finally:
-        os.close(opened)
 
 
 def _concerns(error: OSError, results: Results | None, target: Path) -> bool:

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bristle.fleet.identify import identify_each
-    from bristle.fleet.plan import Fleet
-    from bristle.fleet.watched import Watched, watch
+    from bristle.fleet.watched import watch
 
-__all__ = ["Fleet", "Watched", "identify_each", "watch"]
+__all__ = ["identify_each", "watch"]
 
-_FROM = {"Fleet": "plan", "Watched": "watched", "identify_each": "identify", "watch": "watched"}
+_FROM = {"identify_each": "identify", "watch": "watched"}
 
 
 def __getattr__(name: str) -> Any:

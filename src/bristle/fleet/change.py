@@ -22,7 +22,7 @@ import numpy as np
 
 from bristle.fleet.innovations import Innovations
 
-__all__ = ["COURSES", "WINDOW", "LevelChange", "Ratios", "course_of_change", "largest_ratios"]
+__all__ = ["COURSES", "WINDOW", "LevelChange", "course_of_change", "largest_ratios"]
 
 COURSES = ("step", "drift")
 WINDOW = 400  # observations
@@ -58,23 +58,7 @@ def course_of_change(change: LevelChange, time: np.ndarray) -> np.ndarray:
     return np.where(since, time - before, 0.0)
 
 
-class Ratios(NamedTuple):
-    """The largest likelihood ratio at each observation [standard deviations], and the change that has it.
-
-    `sizes` has the shape of the innovations; `onsets` is the observation that the change begins with, `courses` its
-    place in `COURSES`.
-    """
-
-    sizes: np.ndarray
-    onsets: np.ndarray
-    courses: np.ndarray
-
-    def change(self, at: int) -> LevelChange:
-        """Return the likeliest change at an observation of a single series."""
-        return LevelChange(int(self.onsets[at]), COURSES[int(self.courses[at])])
-
-
-def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarray) -> Ratios:
+def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Return the largest likelihood ratio over courses and onsets, at each observation, from those until then.
 
     Parameters
@@ -88,12 +72,12 @@ def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarra
 
     Returns
     -------
-    Ratios
-        As `scores` are shaped.
+    ndarray
+        Standard deviations, shaped as `scores` are.
     """
     series = scores.reshape(len(scores), -1)
     scored = np.any(series != 0.0, axis=1)
-    outcome = Ratios(*(np.zeros(series.shape, kind) for kind in (float, int, int)))
+    largest = np.zeros(series.shape)
     days = (time - time[0]) / (float(time[-1] - time[0]) or 1.0)
     shifts, energy = innovations.filter(len(COURSES) * WINDOW), np.zeros(len(COURSES) * WINDOW)
     sums, begins = np.zeros((energy.size, series.shape[1])), np.zeros(WINDOW)
@@ -112,7 +96,5 @@ def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarra
         sums += shift[:, None] * series[i]
         weighed = energy > LEAST
         ratios = np.abs(sums) / np.sqrt(np.where(weighed, energy, 1.0))[:, None] * weighed[:, None]
-        best = np.argmax(ratios, axis=0)
-        outcome.sizes[i] = ratios[best, np.arange(best.size)]
-        outcome.onsets[i], outcome.courses[i] = onsets[best % WINDOW], best // WINDOW
-    return Ratios(*(column.reshape(scores.shape) for column in outcome))
+        largest[i] = np.max(ratios, axis=0)
+    return largest.reshape(scores.shape)

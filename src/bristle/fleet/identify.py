@@ -11,7 +11,7 @@ from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import InputError
-from bristle.files.given import AXIS, axes_for
+from bristle.files.arguments import AXIS, axes_for
 from bristle.files.user_model import origins_of_code
 from bristle.fleet.columns import described_columns
 from bristle.fleet.identifier import Identifier

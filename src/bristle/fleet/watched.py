@@ -184,7 +184,7 @@ def verdict_on(track: Track, rate: FalseAlarms, quantities: int = 1) -> Verdict:
     design, variances = _design(track), _variances(track)
     innovations = Innovations(design, variances)
     scores = innovations.scores(track.value)
-    ratio = largest_ratios(innovations, track.time, scores).sizes
+    ratio = largest_ratios(innovations, track.time, scores)
     over = np.flatnonzero((ratio >= threshold) & (np.arange(count) >= BASELINE))
     at = int(over[0]) if over.size else None
     costs = {} if at is None else _costs(track, design, variances, at)

@@ -10,7 +10,7 @@ from bristle.hysteresis_identification.result import (
     OperatorPrediction,
     predict_operator,
 )
-from bristle.hysteresis_identification.stops import fit_stops, thresholds_over, virgin_curve_of
+from bristle.hysteresis_identification.stops import fit_stops, thresholds_over
 
 __all__ = [
     "FITTED",
@@ -25,5 +25,4 @@ __all__ = [
     "identify_operator",
     "predict_operator",
     "thresholds_over",
-    "virgin_curve_of",
 ]

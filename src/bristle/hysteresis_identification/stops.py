@@ -22,7 +22,7 @@ from bristle.hysteresis_identification.trace import Rows, Trace, outputs_of, sta
 from bristle.hysteresis_identification.weights import NormalEquations
 from bristle.logs.curves import Curves
 
-__all__ = ["StopsFit", "fit_stops", "thresholds_over", "virgin_curve_of"]
+__all__ = ["StopsFit", "fit_stops", "thresholds_over"]
 
 COUNT = 30
 DECADES = 2.0  # from the smallest threshold to the largest
@@ -106,9 +106,3 @@ def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, pl
 def _reach(trace: Trace) -> float:
     """Return the largest threshold that slips along a path: half the way from a turning point, or from the origin."""
     return 0.5 * float(np.max(trace.alpha - trace.beta))
-
-
-def virgin_curve_of(operator: Model, x: np.ndarray) -> np.ndarray:
-    """Return the virgin curve of a `prandtl_ishlinskii` operator at the displacements `x` >= 0 [m or rad]."""
-    p = operator.parameters
-    return p.spring * x + np.minimum(x[:, None], p.thresholds) @ p.weights

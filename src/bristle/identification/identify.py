@@ -17,7 +17,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
-from bristle.files.given import logs_and_axes
+from bristle.files.arguments import logs_and_axes
 from bristle.friction import find
 from bristle.identification.dataset import Dataset
 from bristle.identification.delay import Alignment, aligned

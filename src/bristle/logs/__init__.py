@@ -2,10 +2,8 @@
 
 from bristle.logs.check import checked
 from bristle.logs.log import Channel, Log
-from bristle.logs.passage import Passage
 from bristle.logs.passages import passages
 from bristle.logs.read import read_log
-from bristle.logs.sign import sign_of_effort
 from bristle.logs.summary import summarize
 
-__all__ = ["Channel", "Log", "Passage", "checked", "passages", "read_log", "sign_of_effort", "summarize"]
+__all__ = ["Channel", "Log", "checked", "passages", "read_log", "summarize"]

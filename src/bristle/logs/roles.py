@@ -22,7 +22,6 @@ ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference,
 WITHIN = 0.03  # of a factor between two units
 FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
-COUNTS = 1e6  # whole numbers that go beyond this are counts of an encoder
 MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
 PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
 RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}

@@ -13,7 +13,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.units import compatible, convert, split
 from bristle.core.variable import Kind, Variable
 from bristle.engine.steady import steady_force
-from bristle.files.given import EXPERIMENT
+from bristle.files.arguments import EXPERIMENT
 from bristle.loop_design.budget import Budget, error_budget
 from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
 from bristle.loop_design.delays import Delays, delays_of

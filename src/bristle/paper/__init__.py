@@ -3,8 +3,5 @@
 from bristle.paper.experiment_files import EXPERIMENTS, write_experiments
 from bristle.paper.page import paper_report, paper_summary
 from bristle.paper.reproduce import FIGURES, reproduce
-from bristle.paper.reproduced import Reproduced
 
-__all__ = [
-    "EXPERIMENTS", "FIGURES", "Reproduced", "paper_report", "paper_summary", "reproduce", "write_experiments",
-]  # fmt: skip
+__all__ = ["EXPERIMENTS", "FIGURES", "paper_report", "paper_summary", "reproduce", "write_experiments"]

@@ -17,7 +17,7 @@ from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.core.variable import Variable, unit_of
 from bristle.engine.checks import finite
-from bristle.files.given import AXIS, LOG, log_and_axis
+from bristle.files.arguments import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.delay import differentiated

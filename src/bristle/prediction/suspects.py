@@ -43,8 +43,6 @@ MOST = 30_000  # samples that are simulated for each factor
 BETTER = 0.5  # of the difference of both errors is left at most, if a factor is to explain it
 ALIKE = 1.1  # ratio of two differences that tell nothing apart
 
-Changed = Callable[[float], Variant]
-
 
 class Suspect(NamedTuple):
     """One number that would have to be another one.

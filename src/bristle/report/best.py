@@ -135,7 +135,9 @@ def percent_text(base: VariantResult, variant: VariantResult) -> str:
     percent = 100.0 * abs(1.0 - ratio)
     spreads = (_spread(result) / _peak(result) if _peak(result) else 0.0 for result in (base, variant))
     spread = 100.0 * ratio * math.hypot(*spreads)
-    return f"{number(percent, spread)} ± {number(spread, spread)} %" if spread else f"{number(percent, digits=2)} %"
+    # What is left tells as much as what is gone: 99.6 % is not 100 %.
+    left = 100.0 - percent if 99.0 < percent < 100.0 else None
+    return f"{number(percent, spread)} ± {number(spread, spread)} %" if spread else f"{number(percent, left, 2)} %"
 
 
 def _runs(variant: VariantResult) -> str:

@@ -29,7 +29,7 @@ HELPED = {
     "no_change": "Whether it helped these logs cannot tell: the interval of the following error's change holds zero.",
     "unknown": "Whether it helped these logs cannot tell: one cycle gives no interval.",
 }
-HARDLY = f"It helped hardly: the following error is lower, by less than {100.0 * NO_CHANGE:g} %."
+HARDLY = f"It hardly helped: the following error is lower, by less than {100.0 * NO_CHANGE:g} %."
 GROUPS = ("following_error", "reversals", "effort", "friction")
 
 

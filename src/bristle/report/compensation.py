@@ -67,17 +67,6 @@ class Gain(NamedTuple):
     alone: bool = True
     velocity_fed: bool = False
 
-    @property
-    def names(self) -> str:
-        """Names of the steps, as text."""
-        return " → ".join(step.name for step in self.steps)
-
-    @property
-    def peaks(self) -> str:
-        """Following error peak to peak of each step, as text."""
-        # No line ends between a number and its unit.
-        return " → ".join(self._words(step.peak_to_peak).replace(" ", "\u00a0") for step in self.steps)
-
     def sentences(self) -> list[str]:
         """Return what compensation does to the following error, in words."""
         if not self.steps:

@@ -15,7 +15,7 @@ from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates
 
 if TYPE_CHECKING:
-    from bristle.files.taking import ResultsFolder
+    from bristle.report.results import ResultsFolder
 
 __all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.core.axis import Axis
 from bristle.excitation.moves import moves_of
@@ -13,7 +13,6 @@ from bristle.files.motion import write_log, write_motion
 from bristle.files.moves import gcode_of, moves_table
 from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
-from bristle.files.taking import ResultsFolder
 from bristle.files.user_model import codes_of
 from bristle.report.messages import note_of, sentence_of
 from bristle.report.model_tables import as_csv
@@ -24,10 +23,26 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit, Identification
     from bristle.simulation import SimulationResult
 
-__all__ = ["REPORT", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
+__all__ = [
+    "REPORT",
+    "ResultsFolder",
+    "log_names",
+    "write_identification",
+    "write_logs",
+    "write_motion_folder",
+    "write_report",
+]
 
 REPORT = "report.html"
 LONGEST = 200  # bytes: file systems take 255
+
+
+class ResultsFolder(Protocol):
+    """What takes the files of results: a folder that appears whole, or another that is added to."""
+
+    def write(self, name: str, content: str | bytes, /) -> object:
+        """Write a file by its name in the folder, text in UTF-8."""
+        ...
 
 
 def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Start, Variant
 from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
-from bristle.files.given import EXPERIMENT
+from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
@@ -46,15 +46,15 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
         Each variant with its errors and efforts, means over its runs where there are several; a loop that diverged is
         cut short and says so in its status.
     """
-    total, done = sum(variant.run.seeds for variant in experiment.variants), 0
+    total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}
     for variant in experiment.variants:
         runs, coming = [], _runs_of(variant)
         while len(runs) < variant.run.seeds:
             if progress is not None:
-                progress((done + len(runs)) / total, variant.name)
+                progress((finished + len(runs)) / total, variant.name)
             runs.append(next(coming))
-        done += len(runs)
+        finished += len(runs)
         results[variant.name] = mean_result(runs)
     return SimulationResult(experiment, results)
 
@@ -123,10 +123,10 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
     compensation = trace.compensation if isinstance(trace, LoopTrace) else 0.0
     if variant.effort is not None:  # nothing follows the reference, which has no error then
         position = np.full_like(position, np.nan)
-    done = trace.time.size
-    judged = slice(min(round(run.settle / dt), done), done)
-    following, true = position[:done] - trace.measured, position[:done] - trace.position
-    moving = velocity[:done][judged]
+    count = trace.time.size
+    judged = slice(min(round(run.settle / dt), count), count)
+    following, true = position[:count] - trace.measured, position[:count] - trace.position
+    moving = velocity[:count][judged]
     return VariantResult(
         name=variant.name,
         following_error=statistics_of(following[judged]),
@@ -138,13 +138,13 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         effort_rms=statistics_of(trace.effort[judged]).rms,
         effort_peak=float(np.max(np.abs(trace.effort[judged]), initial=0.0)),
         time=trace.time,
-        reference=position[:done],
+        reference=position[:count],
         measured=trace.measured,
         position=trace.position,
         velocity=trace.velocity,
         command=trace.command,
         effort=trace.effort,
-        feedforward=effort[:done] + compensation,
+        feedforward=effort[:count] + compensation,
         friction=trace.friction,
         status=trace.status,
         kind=trace.kind,

@@ -9,16 +9,14 @@ if TYPE_CHECKING:
     from bristle.study.dataset import read_study
     from bristle.study.plan import Study
     from bristle.study.read import read_study_file
-    from bristle.study.repeat import repeat_run
     from bristle.study.run import run_study
 
-__all__ = ["Study", "read_study", "read_study_file", "repeat_run", "run_study"]
+__all__ = ["Study", "read_study", "read_study_file", "run_study"]
 
 _FROM = {
     "Study": "plan",
     "read_study": "dataset",
     "read_study_file": "read",
-    "repeat_run": "repeat",
     "run_study": "run",
 }
 

@@ -25,11 +25,11 @@ from typing import Any
 
 from bristle.core.cores import Abreast
 from bristle.core.errors import InputError, InputWarning, said_by_library
+from bristle.core.tabular import library
 from bristle.study.crew import PATIENCE, WorkerError
 from bristle.study.plan import Block, Study
 from bristle.study.remote import UNFIT, described
 from bristle.study.roster import Roster
-from bristle.study.store import library
 
 __all__ = ["Cluster", "checked", "host_and_port"]
 
@@ -72,7 +72,7 @@ def checked(address: str) -> Any:
         If it is none, or the library is not installed.
     """
     host_and_port(address)
-    return library("distributed", FEATURE)
+    return library("distributed", FEATURE, "study")
 
 
 @dataclass(frozen=True)

@@ -79,11 +79,6 @@ class Crew:
             thread.join()
 
     @property
-    def processes(self) -> list[int]:
-        """The workers that run, by the number of their process."""
-        return list(self._processes)
-
-    @property
     def workers(self) -> int:
         """How many workers there are."""
         return len(self._processes)

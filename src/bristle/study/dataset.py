@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.core.tabular import library as any_library
-from bristle.study.store import RUNS, library, study_in
+from bristle.core.tabular import library
+from bristle.study.store import OF_STUDIES, RUNS, study_in
 
 __all__ = ["Runs", "read_study", "runs_in"]
 
@@ -54,7 +54,7 @@ def runs_in(folder: str | Path) -> Runs:
     """
     place = Path(folder)
     described = study_in(place)
-    pyarrow, parquet = library("pyarrow"), library("pyarrow.parquet")
+    pyarrow, parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
     files = sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet"))
     try:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
@@ -104,7 +104,7 @@ def read_study(folder: str | Path) -> Any:
     ``pandas.read_parquet("DIR/runs")`` read them, too.
     """
     runs = runs_in(folder)
-    xarray = any_library("xarray", "read_study()")
+    xarray = library("xarray", "read_study()")
     described = runs.described
     grid: dict[str, list[Any]] = described["grid"]
     attributes = {key: described[key] for key in ("name", "kind", "seed", "sampling") if key in described}

@@ -114,10 +114,6 @@ class Study:
         """The runs in blocks."""
         return tuple(Block(first, min(first + self.block, self.count)) for first in range(0, self.count, self.block))
 
-    def place_of(self, number: int) -> tuple[int, int]:
-        """Return the draw of a run and its point of the grid: neighbours differ by the point."""
-        return divmod(number, len(self.points))
-
     def seeds(self, block: Block) -> list[int]:
         """Return the seeds of the runs of a block."""
         return [seed_of_run(self.seed, number) for number in range(block.first, block.last)]

@@ -12,41 +12,20 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.files.owned import lock
+from bristle.core.errors import InputError
+from bristle.core.tabular import library
+from bristle.files.owned import lock, sync_folder
 from bristle.files.summary import as_json, plain
 from bristle.study.plan import Block
 
-__all__ = ["RUNS", "SCHEMA", "STUDY", "Store", "library", "opened", "refuse_another", "study_in"]
+__all__ = ["OF_STUDIES", "RUNS", "SCHEMA", "STUDY", "Store", "opened", "refuse_another", "study_in"]
 
 STUDY, RUNS = "study.json", "runs"
+OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
 LOCK, PARTIAL = ".lock", ".partial"
 SCHEMA = 1
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO}
 LONGEST = 60
-
-
-def library(name: str, feature: str = "bristle study") -> Any:
-    """Return a library of the extra ``study``.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    feature : str
-        What needs it, for the message.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
-    import importlib
-
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise MissingExtraError.of(feature, "study") from None
 
 
 class Store:
@@ -62,7 +41,7 @@ class Store:
 
     def __init__(self, folder: Path, study: Any) -> None:
         self.folder, self.study = folder, study
-        self.pyarrow, self.parquet = library("pyarrow"), library("pyarrow.parquet")
+        self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
         self.schema = self._schema()
 
     def begin(self, provenance: Mapping[str, str]) -> None:
@@ -119,7 +98,7 @@ class Store:
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(partial, target)
-            _sync(target.parent)
+            sync_folder(target.parent)
         except OSError as error:
             with suppress(OSError):
                 partial.unlink()
@@ -287,13 +266,3 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
 def _quoted(value: Any) -> str:
     text = "not there" if value is None else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
-
-
-def _sync(folder: Path) -> None:
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -42,11 +42,6 @@ class Target:
     is_whole: bool = False
 
     @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys that lead to it."""
-        return tuple(self.path.split("."))
-
-    @property
     def is_discrete(self) -> bool:
         """Whether it takes steps: a whole number, or one of several names."""
         return self.is_whole or bool(self.variable.choices)

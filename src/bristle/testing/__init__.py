@@ -1,9 +1,17 @@
 """Public tests: the contract suites of friction models, laws, sensors, figures and targets, ours or a user's."""
 
-from bristle.testing.admission import admit
+from bristle.testing.admission import admit, admit_friction_of
 from bristle.testing.contract import CHECKS, Check, check_model, example_of
 from bristle.testing.figures import check_figure
-from bristle.testing.kernel_subset import violations_of
 from bristle.testing.targets import check_target
 
-__all__ = ["CHECKS", "Check", "admit", "check_figure", "check_model", "check_target", "example_of", "violations_of"]
+__all__ = [
+    "CHECKS",
+    "Check",
+    "admit",
+    "admit_friction_of",
+    "check_figure",
+    "check_model",
+    "check_target",
+    "example_of",
+]

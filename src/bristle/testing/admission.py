@@ -8,11 +8,12 @@ from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.experiment import Experiment
 from bristle.engine import interpreted
 from bristle.friction import base_of, own_slots_of
 from bristle.testing.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM, check_model
 
-__all__ = ["admit"]
+__all__ = ["admit", "admit_friction_of"]
 
 
 def _quick(checks: Sequence[Any]) -> tuple[Any, ...]:
@@ -61,6 +62,13 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
             InputWarning,
             stacklevel=3,
         )
+
+
+def admit_friction_of(experiment: Experiment) -> None:
+    """Admit all that an experiment takes for friction, on the axis or fed forward: each model once."""
+    used = [model for variant in experiment.variants for model in (variant.friction, variant.feedforward.friction)]
+    for friction in {model for model in used if model}:
+        admit(friction)
 
 
 def _file_of(function: Any, component: Any) -> str:

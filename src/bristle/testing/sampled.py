@@ -95,12 +95,14 @@ def _built(function: Any, types: list[Any]) -> int:
     return len(builder.unit.functions)
 
 
-def _sampled(model: Model, what: str, step: Any, quantity: str) -> Fact:
+def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
     value, after = step()
     if not isinstance(value, (float, int)) or not math.isfinite(value):
-        raise UnmetError(f"the {what} is {type(value).__name__} {value!r:.40}", f"Return ({what}, state), both finite")
+        raise UnmetError(
+            f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state), both finite"
+        )
     if type(after) is not model.component.State:
-        raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({what}, State(...))")
+        raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
     if step() != (value, after):
         raise UnmetError("the same step gave another result later", "Keep no state outside State")
     return Fact(value=float(value), unit=unit_of(quantity, model.kind))

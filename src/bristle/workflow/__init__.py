@@ -3,7 +3,7 @@
 from bristle.workflow.compared import Compared, compare
 from bristle.workflow.identified import Identified, identify
 from bristle.workflow.loaded import Loaded, load
-from bristle.workflow.outcome import Outcome, outcome_of
+from bristle.workflow.outcome import Outcome
 from bristle.workflow.pipeline import Prepared, prepare
 
 __all__ = [
@@ -15,6 +15,5 @@ __all__ = [
     "compare",
     "identify",
     "load",
-    "outcome_of",
     "prepare",
 ]

@@ -17,7 +17,7 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.tabular import library
 from bristle.core.variable import Variable
-from bristle.files.given import axes_for, log_and_axis
+from bristle.files.arguments import axes_for, log_and_axis
 from bristle.files.provenance import provenance
 from bristle.files.results import Results, results_folder
 from bristle.logs.log import Log

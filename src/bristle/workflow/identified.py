@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
 from bristle.core.lazy import cached_property
+from bristle.files.arguments import logs_and_axes
 from bristle.files.axis_text import axis_text
-from bristle.files.given import logs_and_axes
 from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
 from bristle.files.user_model import origins_of_code

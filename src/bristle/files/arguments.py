@@ -1,4 +1,4 @@
-"""What a call from Python may give for an axis, a log or an experiment: the thing, or the file that describes it."""
+"""What a call from Python may hand in as an axis, a log or an experiment: the thing, or the file that describes it."""
 
 from __future__ import annotations
 
