@@ -51,7 +51,7 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
         "bristle.engine.batch._Batch.in_lanes", lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a)
     )
     block = Block(1, 41)
-    assert same(Simulator(study, threads=2).columns(block), Simulator(study, batches=False).columns(block))
+    assert same(Simulator(study).columns(block), Simulator(study, batches=False).columns(block))
     assert len(in_lanes) == 1
 
 

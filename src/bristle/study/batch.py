@@ -49,7 +49,6 @@ def metrics_of_batch(
     variant: Variant,
     changes: Sequence[Mapping[str, Model]],
     metrics: Sequence[Metric],
-    threads: int = 1,
     in_lanes: bool | None = None,
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     """Return the metrics of one variant in several runs, by column, and how each ended.
@@ -62,16 +61,13 @@ def metrics_of_batch(
         Plant and friction of each run, where they are other ones.
     metrics : sequence of Metric
         Those of this variant.
-    threads : int
-        Cores to use.
     in_lanes : bool, optional
         As for `run_batch`.
     """
     count = 0 if variant.effort is None else variant.effort.values.size
     size = max(1, SAMPLES_AT_ONCE // max(count, 1))
     parts = [
-        _of_part(variant, changes[first : first + size], metrics, threads, in_lanes)
-        for first in range(0, len(changes), size)
+        _of_part(variant, changes[first : first + size], metrics, in_lanes) for first in range(0, len(changes), size)
     ]
     columns = {metric.column: np.concatenate([part[0][metric.column] for part in parts]) for metric in metrics}
     return columns, [status for part in parts for status in part[1]]
@@ -81,7 +77,6 @@ def _of_part(
     variant: Variant,
     changes: Sequence[Mapping[str, Model]],
     metrics: Sequence[Metric],
-    threads: int,
     in_lanes: bool | None,
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     run, driven = variant.run, np.zeros(0) if variant.effort is None else variant.effort.values
@@ -89,7 +84,7 @@ def _of_part(
     x, v = _begin(variant)
     trace = run_batch(
         _models("plant", variant, changes), _models("friction", variant, changes), effort, run.sample_time,
-        steps=run.substeps, x=np.full(len(changes), x), v=v, threads=threads, in_lanes=in_lanes,
+        steps=run.substeps, x=np.full(len(changes), x), v=v, threads=1, in_lanes=in_lanes,
     )  # fmt: skip
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]

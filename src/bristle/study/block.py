@@ -17,7 +17,7 @@ from bristle.study.batch import MODELS, fits_a_batch, metrics_of_batch
 from bristle.study.plan import Block, Study, steps_of
 from bristle.study.varied import Varied, row_of
 
-__all__ = ["FAILED", "OK", "Simulator"]
+__all__ = ["FAILED", "OK", "Simulator", "without_warnings"]
 
 OK = "ok"
 REFUSED, RAISED = "refused", "raised"
@@ -40,12 +40,10 @@ class Simulator:
         The study.
     batches : bool
         Whether runs that can be are simulated many in one call; the numbers are the same.
-    threads : int
-        Cores that such a call uses.
     """
 
-    def __init__(self, study: Study, *, batches: bool = True, threads: int = 1) -> None:
-        self.study, self.varied, self.threads = study, Varied(study), threads
+    def __init__(self, study: Study, *, batches: bool = True) -> None:
+        self.study, self.varied = study, Varied(study)
         self._in_lanes = steps_of(study.experiment) * study.count >= WORTH_LANES
         self.in_batches = batches and self.varied.is_direct and fits_a_batch(study.experiment)
 
@@ -53,7 +51,7 @@ class Simulator:
         """Return one run of the study, with its signals."""
         block = Block(number, number + 1)
         values = row_of(self.study.values(block), 0)
-        with _quiet():
+        with without_warnings():
             return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
 
     def columns(self, block: Block) -> dict[str, Any]:
@@ -67,7 +65,7 @@ class Simulator:
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
-        with _quiet():
+        with without_warnings():
             batched = self._batched(values, seeds, metrics) if self.in_batches else set()
             for place in (place for place in range(block.count) if place not in batched):
                 status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
@@ -105,9 +103,7 @@ class Simulator:
         well = np.ones(len(places), dtype=bool)
         for index, variant in enumerate(self.study.experiment.variants if len(places) else ()):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
-            numbers, ends = metrics_of_batch(
-                variant, [changes[place][index] for place in changes], own, self.threads, self._in_lanes
-            )
+            numbers, ends = metrics_of_batch(variant, [changes[place][index] for place in changes], own, self._in_lanes)
             well &= np.array([end is Status.OK for end in ends])
             for name, column in numbers.items():
                 metrics[name][places] = column
@@ -126,7 +122,7 @@ def _flat(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def without_warnings() -> Iterator[None]:
     """Leave out warnings, which a thousand runs would repeat a thousand times."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

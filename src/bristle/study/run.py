@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
@@ -12,7 +13,7 @@ from typing import Any
 
 from bristle.core.cores import Abreast, core_count
 from bristle.core.errors import InputError
-from bristle.study.block import Simulator
+from bristle.study.block import Simulator, without_warnings
 from bristle.study.cluster import Cluster
 from bristle.study.crew import Crew
 from bristle.study.plan import Block, Study
@@ -164,9 +165,9 @@ def _crew(
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
     if workers is None and simulator is Simulator and missing:
-        threaded = Simulator(study, threads=core_count())
-        if threaded.in_batches:  # its threads have begun before another process has
-            return nullcontext(_Threads(threaded))
+        simulated = Simulator(study)
+        if simulated.in_batches:  # threads have begun before another process has
+            return nullcontext(_Threads(simulated, core_count()))
     count = min(workers or core_count(), max(missing, 1))
     return Crew(study, count, simulator) if count > 1 else nullcontext(_ThisProcess(study, simulator))
 
@@ -192,25 +193,23 @@ class _ThisProcess:
 
 @dataclass(frozen=True)
 class _Threads:
-    """What simulates blocks many runs in one call, one block while the one before is written."""
+    """What simulates blocks many runs in one call, several of them at once, while one before is written."""
 
     simulator: Simulator
+    workers: int
     lost: tuple[tuple[Block, int | None], ...] = ()
 
-    @property
-    def workers(self) -> int:
-        return self.simulator.threads
-
     def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-        with Abreast(1) as ahead:
-            under_way: list[tuple[Block, Future[dict[str, Any]]]] = []
+        # Around all threads: what each restores of its own would otherwise be what another one had set.
+        with without_warnings(), Abreast(self.workers) as threads:
+            under_way = deque[tuple[Block, Future[dict[str, Any]]]]()
             for block in blocks:
-                under_way.append((block, ahead.submit(self.simulator.columns, block)))
-                if len(under_way) > 1:
-                    block, columns = under_way.pop(0)
-                    yield block, columns.result()
-            for block, columns in under_way:
-                yield block, columns.result()
+                under_way.append((block, threads.submit(self.simulator.columns, block)))
+                if len(under_way) > self.workers:
+                    first, columns = under_way.popleft()
+                    yield first, columns.result()
+            for first, columns in under_way:
+                yield first, columns.result()
 
 
 class _Tally:
