@@ -7,6 +7,7 @@ import pytest
 
 import bristle as br
 from bristle.engine.steady import steady_force
+from bristle.exports.drive import side_of
 
 AXIS = {
     "schema": 1, "kind": "rotational", "columns": {
@@ -98,3 +99,15 @@ def test_the_speed_must_be_known(model, tmp_path):
         br.export(model, "table", tmp_path / "out")
     with pytest.raises(br.core.InputError, match="changed at run time"):
         br.export(model, "table", tmp_path / "out", speed=1.0, tunable=True)
+
+
+@pytest.mark.parametrize("points", [4, 20, 100])
+@pytest.mark.parametrize("v_S", [2e-3, 0.0873])
+def test_the_deviation_that_is_told_holds_between_the_points_too(points, v_S):
+    model = br.friction.lugre(F_C=65.0, F_S=85.0, v_S=v_S, sigma_0=1.5e5, sigma_1=150.0, sigma_2=4.0)
+    side = side_of(model, 1.0, 4.0, points)
+    speeds = np.union1d(np.geomspace(1e-5, 4.0, 1500), np.linspace(1e-5, 4.0, 1500))
+    steady = np.array([steady_force(model, v) for v in speeds])
+    off = np.max(np.abs(np.interp(speeds, *side.entries.T) - steady))
+    assert off <= 1.01 * side.deviation
+    assert side.deviation < 1.2 * off + 1e-4 * 85.0

@@ -24,7 +24,7 @@ from bristle.identification.roles import Role, acts_in_sliding, offset_of
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
 from bristle.prediction.reversal import reversal_distance
-from bristle.prediction.steady_side import placed, steady_side
+from bristle.prediction.steady_side import placed, resolved_side
 
 if TYPE_CHECKING:
     from bristle.exports.target import Request
@@ -47,7 +47,6 @@ __all__ = [
 FEWEST, MOST = 2, 1000
 ROUNDING = 1e-9  # of the largest force: a difference that is none
 SEEN = ("identified", "held")
-FINE = 48  # points of the steady curve on each side
 
 
 @dataclass(frozen=True)
@@ -60,21 +59,24 @@ class Side:
         Speed [m/s or rad/s], ascending from 0, and force along the motion [N or N*m].
     entries : ndarray, shape (entry, 2)
         Some of them.
+    unresolved : float
+        How far the steady friction may be off straight lines between the points of the curve [N or N*m].
     """
 
     curve: np.ndarray
     entries: np.ndarray
+    unresolved: float = 0.0
 
     @property
     def deviation(self) -> float:
-        """The largest difference between the curve and straight lines between the entries [N or N*m]."""
+        """The largest difference between steady friction and straight lines between the entries [N or N*m]."""
         straight = np.interp(self.curve[:, 0], self.entries[:, 0], self.entries[:, 1])
-        largest = float(np.max(np.abs(straight - self.curve[:, 1])))
+        largest = float(np.max(np.abs(straight - self.curve[:, 1]))) + self.unresolved
         return largest if largest > ROUNDING * float(np.max(np.abs(self.curve[:, 1]))) else 0.0
 
 
 def curve_of(model: Model, direction: float, fastest: float) -> np.ndarray:
-    """Return the steady friction in one direction, as `steady_side` does.
+    """Return the steady friction in one direction: speed and force, shape (point, 2), as close as straight lines need.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def curve_of(model: Model, direction: float, fastest: float) -> np.ndarray:
     if not 0.0 < fastest < math.inf:
         raise InputError("is needed: how fast the axis moves", path="speed", value=fastest, allowed="> 0",
                          mend='Give it, as in --speed "200 mm/s"')  # fmt: skip
-    return steady_side(model, direction, fastest, FINE)
+    return resolved_side(model, direction, fastest)[0]
 
 
 def side_of(model: Model, direction: float, fastest: float, points: int) -> Side:
@@ -98,13 +100,15 @@ def side_of(model: Model, direction: float, fastest: float, points: int) -> Side
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
     curve = curve_of(model, direction, fastest)
-    return Side(curve, curve[placed(curve, points)])
+    return Side(curve, curve[placed(curve, points)], resolved_side(model, direction, fastest)[1])
 
 
 def mean_side(forward: Side, backward: Side, points: int) -> Side:
     """Return the mean of both directions."""
-    curve = 0.5 * (forward.curve + backward.curve)
-    return Side(curve, curve[placed(curve, points)])
+    speeds = np.union1d(forward.curve[:, 0], backward.curve[:, 0])
+    forces = [np.interp(speeds, side.curve[:, 0], side.curve[:, 1]) for side in (forward, backward)]
+    curve = np.column_stack([speeds, 0.5 * (forces[0] + forces[1])])
+    return Side(curve, curve[placed(curve, points)], 0.5 * (forward.unresolved + backward.unresolved))
 
 
 def levels_unseen(model: Model, source: Source) -> tuple[str, ...]:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.engine.steady import steady_force
 
-__all__ = ["placed", "steady_side"]
+__all__ = ["placed", "resolved_side", "steady_side"]
 
 NEAREST = 1e-6  # of the largest speed: the first of the points after rest
 SLOWEST = 1e-9  # of the largest speed: what stands for rest
 CURVES = 16  # to be remembered: a report asks for the same ones again and again
 HALVINGS = 40
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
+COARSE, FINEST = 48, 800  # points before any is put between them, and with all of those
+RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
+BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
 
 
 @lru_cache(maxsize=CURVES)
@@ -38,6 +42,34 @@ def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np
     curve = np.column_stack([speeds, forces])
     curve.setflags(write=False)
     return curve
+
+
+@lru_cache(maxsize=CURVES)
+def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
+    """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most.
+
+    Parameters
+    ----------
+    model, direction, fastest
+        As of `steady_side`.
+    """
+    forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
+    allowed = RESOLVED * max(map(abs, forces.values()))
+    speeds = sorted(forces)
+    apart = list(pairwise(speeds))
+    off = 0.0
+    while apart:
+        low, high = apart.pop(0)
+        v = low + BETWEEN * (high - low)
+        forces[v] = direction * steady_force(model, direction * max(v, SLOWEST * fastest))
+        deviation = abs(forces[v] - forces[low] - BETWEEN * (forces[high] - forces[low]))
+        if deviation > allowed and len(forces) < FINEST:
+            apart += [(low, v), (v, high)]
+        else:
+            off = max(off, deviation)
+    curve = np.array(sorted(forces.items()))
+    curve.setflags(write=False)
+    return curve, off
 
 
 def placed(curve: np.ndarray, count: int) -> list[int]:
