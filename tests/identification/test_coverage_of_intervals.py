@@ -16,9 +16,10 @@ from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines
 from tests.identification.test_intervals import coloured
 from tests.identification.test_preprocessing import trapezoids
 
+import bristle as br
 from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
-from bristle.engine import run_closed_loop
+from bristle.engine import run_closed_loop, run_open_loop
 from bristle.identification import Fit, identify
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
@@ -397,3 +398,17 @@ def test_in_a_loop_bands_hold_what_is_rare_and_large():
     one = looped(6, spot=4.0)
     found = predict(one.fit.plant, one.fit.friction, one.log, one.axis, "closed-loop", bands=one.fit.resampling.bands)
     assert 94.0 < found.inside_percent < 98.5
+
+
+@pytest.mark.parametrize(("sample_time", "names"), [(4e-3, ("F_C",)), (1e-3, ())])
+def test_a_value_outside_its_interval_is_told(sample_time, names):
+    # At 250 Hz and 35 rad/s the filter rounds the corners of the friction, of the log and of its replicates alike.
+    t = sample_time * np.arange(round(9.0 / sample_time))
+    effort = 30.0 * np.sin(12.0 * t) + 12.0 * np.sin(34.8 * t) + 8.0 * np.sin(0.7 * t)
+    truth = friction.coulomb_viscous(F_C=8.0, F_v=40.0)
+    position = run_open_loop(plants.inertia(M=40.0), truth, effort, sample_time, steps=4).position
+    fit = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=100)
+    told = [one.numbers["names"] for one in fit.diagnostics if one.code == "shifted"]
+    assert told == ([names] if names else [])
+    estimate = fit.parameters["F_C"]
+    assert (estimate.interval[0] <= estimate.value <= estimate.interval[1]) == (not names)

@@ -66,6 +66,7 @@ def with_uncertainty(
             *fit.diagnostics,
             *reasons.values(),
             *_at_odds(estimates, replicates.std, resampling.jackknife, settings),
+            *_shifted(estimates),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
@@ -136,6 +137,16 @@ def _at_odds(
         and jackknife.get(estimate.name, 0.0) > settings.at_odds * std.get(estimate.name, np.inf)
     )
     return (Diagnostic("half_cycles_differ", numbers={"names": names}),) if names else ()
+
+
+def _shifted(estimates: Sequence[Estimate]) -> tuple[Diagnostic, ...]:
+    """Return a note on what lies outside its own interval: fits to replicates err the same way again."""
+    names = tuple(
+        estimate.name
+        for estimate in estimates
+        if estimate.interval is not None and not estimate.interval[0] <= estimate.value <= estimate.interval[1]
+    )
+    return (Diagnostic("shifted", severity="note", numbers={"names": names}),) if names else ()
 
 
 def _how_sure(problem: Problem, fit: Fit, resampling: Resampling, unexplained: float) -> Diagnostic:

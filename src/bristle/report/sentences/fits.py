@@ -78,6 +78,13 @@ FITS: dict[str, Sentence] = {
         "parameters change from half-cycle to half-cycle",
         "look for what differs: position, load, temperature",
     ),
+    "shifted": says(
+        "fits to records that were made with this model come out beside it in {names:list}, and so may the fit to "
+        "the log: the interval takes that back and does not hold the value, nor do draws of the fit. Where it lies is "
+        "the better guess",
+        "a value lies outside its interval",
+        "take the middle of the interval, or record at a higher rate",
+    ),
     # What the motion cannot tell, and what was held out.
     "one_amplitude": says(
         "all {half_cycles} half-cycles go the same way of {amplitude:length}: a log of one amplitude holds no "
