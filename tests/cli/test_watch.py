@@ -95,7 +95,7 @@ def test_a_dry_run_tells_what_there_is_and_writes_nothing(at, capsys):
     [
         (EACH, "needs a folder to write into"),
         ((*EACH, "--out", "x", "--force"), "is gone on with, never replaced"),
-        ((*EACH, "--out", "x", "--format", "svg"), "has no figures as files"),
+        ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
         (("identify", "logs/left/left_2026-03-01.csv", "--dry-run"), "is for many logs, each by itself"),
         (("watch", "."), "holds no fleet"),

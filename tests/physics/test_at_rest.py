@@ -46,7 +46,7 @@ def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(nam
         for contact, zero in ((one, 0.0), (other, -0.0)):
             contact._follow(contact._part.state, contact._memory, np.full(2, zero), np.full(2, contact.x), DT)
         np.testing.assert_allclose(one.state, other.state, rtol=1e-14, atol=1e-14)
-        np.testing.assert_allclose(one.memory, other.memory, rtol=1e-14, atol=1e-14 * largest)
+        np.testing.assert_allclose(one._memory, other._memory, rtol=1e-14, atol=1e-14 * largest)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if "scatter" not in name and "+" not in name])

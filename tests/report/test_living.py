@@ -216,7 +216,7 @@ def test_a_loop_that_a_page_cannot_compute_says_why(stage):
 
 def test_what_varies_with_the_load_is_not_moved(stage):
     best = stage.identified.best
-    component = replace(best.friction.component, name="stribeck+load")
+    component = friction.with_slots(friction.stribeck, ["load", "asymmetry"])
     loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
     assert fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
 

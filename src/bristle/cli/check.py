@@ -40,7 +40,7 @@ def check(
     allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
-    """Check whether a model, or what else you wrote, is fit to be used.
+    """Check whether a model, or what else you wrote, is fit.
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.

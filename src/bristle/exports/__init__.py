@@ -1,8 +1,24 @@
 """What was identified, out of Python: the same kernels in other languages, to the bit, and tables for drives."""
 
-from bristle.exports.face import Exported, export
-from bristle.exports.own import load_target_file
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from bristle.exports.target import Product, Request, Target
 from bristle.exports.targets import TARGETS
 
+if TYPE_CHECKING:
+    from bristle.exports.face import Exported, export
+    from bristle.exports.own import load_target_file
+
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
+
+_FROM = {"Exported": "face", "export": "face", "load_target_file": "own"}
+
+
+def __getattr__(name: str) -> Any:
+    # Whoever lists the targets waits for nothing that computes.
+    if name in _FROM:
+        return getattr(importlib.import_module(f"{__name__}.{_FROM[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,17 +6,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.exports.described import Source
-
 if TYPE_CHECKING:
+    import numpy as np
+
+    from bristle.core.axis import Axis
+    from bristle.core.contracts import Model
+    from bristle.exports.described import Source
     from bristle.exports.law import Law
     from bristle.logs.log import Log
 
 __all__ = ["Product", "Request", "Target"]
+
+
+def _no_source() -> Source:
+    from bristle.exports.described import Source  # whoever asks for help waits for nothing that computes
+
+    return Source()
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ class Request:
     model: Model
     name: str
     dt: float
-    source: Source = field(default_factory=Source)
+    source: Source = field(default_factory=_no_source)
     tunable: bool = False
     single: bool = False
     axis: Axis | None = None

@@ -21,7 +21,7 @@ from bristle.files.fill_in import refuse_open
 from bristle.files.kind import with_kind
 from bristle.files.plant_terms import terms_of
 from bristle.files.schema import validated
-from bristle.files.surroundings import surroundings_of
+from bristle.files.surroundings import refuse_misspelt, surroundings_of
 from bristle.files.toml import read_toml
 
 __all__ = ["axis_from", "read_axis"]
@@ -74,6 +74,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     """
     check_schema(data)
     refuse_open(data)
+    refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
     drive = _drive_of(file)
     columns = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from bristle.core import units
 from bristle.core.axis import COLUMNS, Column
@@ -11,7 +11,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Variable
 from bristle.files.axis_schema import AxisFile, ColumnEntry
 
-__all__ = ["surroundings_of"]
+__all__ = ["refuse_misspelt", "surroundings_of"]
 
 LOAD = Variable("force", "nominal load")
 CELSIUS = ("degC", "°C", "celsius")
@@ -33,11 +33,28 @@ def surroundings_of(file: AxisFile) -> dict[str, Column]:
     }
 
 
+def refuse_misspelt(columns: object) -> None:
+    """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing.
+
+    Raises
+    ------
+    InputError
+        With the name that was meant.
+    """
+    for name in columns if isinstance(columns, Mapping) else ():
+        if name not in COLUMNS and _is_misspelt(name):
+            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS),
+                             mend=did_you_mean(name, COLUMNS))  # fmt: skip
+
+
+def _is_misspelt(name: str) -> bool:
+    return bool(did_you_mean(name, COLUMNS)) and not any(channel in name for channel in COLUMNS)
+
+
 def _further(name: str, entry: ColumnEntry) -> Column:
     """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
     path, close = f"columns.{name}", did_you_mean(name, COLUMNS)
-    misspelt = bool(close) and not any(known_name in name for known_name in COLUMNS)
-    if entry.unit is None or misspelt or not name.isidentifier():
+    if entry.unit is None or _is_misspelt(name) or not name.isidentifier():
         raise InputError(
             "unknown key", path=path, allowed=", ".join(COLUMNS),
             mend=close or f'A further channel, for a slot of your own, has its unit: {name} = {{ column = "'

@@ -15,6 +15,7 @@ from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TR
 from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.once import once
+from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit
 
@@ -56,6 +57,11 @@ class SurroundedModel(EnclosingModel):
     coefficients = Surroundings
     of_slot = MappingProxyType({"around": Surroundings._fields})
     without_default = ()
+
+    @property
+    def surroundings(self) -> tuple[Surrounding, ...]:
+        """What of its surroundings no parameter tells."""
+        return tuple(item for item in self.inner.surroundings if f"around_{item.name}" not in Surroundings._fields)
 
     @property
     def defaults(self) -> dict[str, Any]:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from bristle.core.errors import InputError
 from bristle.exports.target import Product, Request, Target
 
 __all__ = ["TARGET"]
@@ -14,6 +11,7 @@ VALUES, FEWEST = 3, 4  # points that are gravity and two levels; the fewest of a
 
 def write(request: Request) -> Product:
     """Return a curve, or gravity, two levels and the inertia."""
+    from bristle.core.errors import InputError
     from bristle.exports.drive import error_on_log, levels_unseen, losses, said_of_units, side_of, table_text
     from bristle.prediction.drive_units import table_units
 
@@ -38,6 +36,8 @@ def write(request: Request) -> Product:
 
 def _values(request: Request) -> Product:
     """Return gravity, one level for each direction, and the inertia."""
+    import numpy as np
+
     from bristle.exports.drive import curve_of, error_on_log, level_losses, levels_unseen, said_of_units, values_text
     from bristle.prediction.drive_table import levels_of
     from bristle.prediction.drive_units import table_units

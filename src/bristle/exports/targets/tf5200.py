@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from bristle.exports.target import Product, Request, Target
 
 __all__ = ["TARGET"]
@@ -11,6 +9,8 @@ __all__ = ["TARGET"]
 
 def write(request: Request) -> Product:
     """Return the list of compensation values."""
+    import numpy as np
+
     from bristle.exports.drive import error_on_log, levels_unseen, losses, mean_side, said_of_units, side_of
     from bristle.exports.tf5200 import as_written, current_unit, rounding_lost, tf5200_text
     from bristle.identification.roles import offset_of

@@ -9,7 +9,6 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.motion import RECORDED
 from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, model_with
@@ -24,7 +23,7 @@ CODES = {
     "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
     "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
     "gravity": "missing_gravity", "transmitted": "missing_transmitted",
-    **{name: f"missing_{name}" for name in RECORDED},
+    "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
 """The code of each cause."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
