@@ -6,11 +6,10 @@ import subprocess
 
 import pytest
 from tests.lab.browser import browser
+from tests.lab.proved import GIVEN, blocks_with_given
 
-from bristle.friction import MODELS
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
-from bristle.lab.switches import offered
 from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.setting import read_setting
 
@@ -20,7 +19,7 @@ pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("lab") / "lab.html"
-    own = example_named("gms+asymmetry")
+    own = example_named(GIVEN)
     file.write_text(lab_page(own, source="model.toml"), encoding="utf-8")
     return file
 
@@ -32,9 +31,7 @@ def test_a_browser_computes_the_bits_of_python(page, tmp_path):
         check=True, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     told = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
-    # Of every set of slots sixteen are one block; of the given model, each slot and all of them are.
-    blocks = [21 + 2 ** len(offered(example_named(name))) // 16 + 1 for name in MODELS] + [5 + 1 + 1]
-    assert told[1] == f"0 of {sum(blocks)} differ"
+    assert told[1] == f"0 of {blocks_with_given()} differ"
 
 
 DRAWN = """

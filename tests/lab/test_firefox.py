@@ -4,8 +4,8 @@ import shutil
 
 import pytest
 from tests.lab.firefox import firefox
+from tests.lab.proved import GIVEN, blocks_with_given
 
-from bristle.friction import MODELS
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
 
@@ -21,12 +21,12 @@ return (async () => {
 
 def test_firefox_computes_the_bits_of_python_and_complains_of_nothing(tmp_path):
     page = tmp_path / "lab.html"
-    page.write_text(lab_page(example_named("gms"), source="model.toml"), encoding="utf-8")
+    page.write_text(lab_page(example_named(GIVEN), source="model.toml"), encoding="utf-8")
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
         assert tab.run(WAIT % "/differ/.test(document.getElementById('selftest').textContent)")
         told = tab.run("return document.getElementById('selftest').textContent;")
-        assert told == f"0 of {21 * len(MODELS) + 5} differ"
+        assert told == f"0 of {blocks_with_given()} differ"
         assert tab.run(WAIT % "/peak to peak/.test(document.getElementById('track-reading').textContent)")
         assert tab.run("return document.getElementById('verdicts').children.length;") == 3
         assert tab.complaints("lab.html") == []
