@@ -423,8 +423,9 @@ def equations() -> str:
         "Equations of the source paper",
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
         "(1) to (23) as printed, as they are computed here, by which file, which test holds them, and a line to run. "
-        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Lines of Python "
-        "build on",
+        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Along a position "
+        "`br.response` returns the mean force of each step, not that at its end; `contact_equations` returns force and "
+        "rates of (position, deflection) at one instant. Lines of Python build on",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
         table(("Equation", "What", "As printed", "Here", "Computed by", "Tested by", "Run"), rows),
         "Below (17) stand $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$: here with "
