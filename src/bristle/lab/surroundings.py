@@ -56,6 +56,7 @@ class SurroundedModel(EnclosingModel):
     coefficients = Surroundings
     of_slot = MappingProxyType({"around": Surroundings._fields})
     without_default = ()
+    depends_on = MappingProxyType({})
 
     @property
     def defaults(self) -> dict[str, Any]:
