@@ -180,6 +180,43 @@ def symbols() -> str:
                 ("ζ", "deflection over its value in sliding, −1 to 1", "1"),
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
+                ("r", "beside Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
+                ("Φ", "share of the travel that bristles slip, a function of the ratio r", "1"),
+                ("ρ", "ratio up to which the gate lets nothing slip", "1"),
+                ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
+                ("ξ", "place along the axis, −1 to 1 over its range", "1"),
+                ("φ", "angle of a screw, 2π x/pitch", "rad"),
+                ("α, β", "inputs at which a relay of the Preisach plane goes up and down, α ≥ β", "m or rad"),
+                ("μ", "measure of the Preisach plane over α and β", "N/m^2 or N*m/rad^2"),
+                (
+                    "E, F(α, β)",
+                    "Everett function, integral of μ over a triangle; F as the source paper writes it",
+                    "N or N*m",
+                ),
+                ("τ", "effort that passes on to the load", "N or N*m"),
+            ),
+        ),
+        "## The same letter",
+        "What a letter means is told by where it stands:",
+        table(
+            ("Letter", "Here", "There"),
+            (
+                (
+                    "r",
+                    "reference, in control",
+                    "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl",
+                ),
+                ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; s of Laplace"),
+                ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
+                ("G", "Stribeck curve, a force", "g(v) of others, with σ₀ g(v) = G(v)"),
+                ("φ", "angle of a screw", "`phi`: boundary layer of a control law"),
+                (
+                    "α, β",
+                    "thresholds of a relay",
+                    "`alpha`, `beta`: shape of Bouc-Wen; β: limit of the surface, in the bound of sampled time",
+                ),
+                ("τ", "effort that passes on to the load", "age of what acts, in the bound of sampled time"),
+                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen, `exponent`; of a hardening spring"),
             ),
         ),
     )
@@ -423,8 +460,9 @@ def equations() -> str:
         "Equations of the source paper",
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
         "(1) to (23) as printed, as they are computed here, by which file, which test holds them, and a line to run. "
-        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Lines of Python "
-        "build on",
+        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Along a position "
+        "`br.response` returns the mean force of each step, not that at its end; `contact_equations` returns force and "
+        "rates of (position, deflection) at one instant. Lines of Python build on",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
         table(("Equation", "What", "As printed", "Here", "Computed by", "Tested by", "Run"), rows),
         "Below (17) stand $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$: here with "

@@ -133,7 +133,7 @@ def test_signals_have_names_and_units():
     ("name", "reason"),
     [
         ("coulomb", "jumps at rest"), ("stribeck", "jumps at rest"), ("maxwell_slip", "remembers in jumps"),
-        ("preisach_lugre", "remembers in jumps"), ("reformed_dahl", "remembers in jumps"),
+        ("preisach_lugre", "remembers in jumps"), ("reformed_dahl", "has no `rate`"), ("gap_slider", "has no `rate`"),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("plant", [PLANT, None])

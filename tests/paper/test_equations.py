@@ -15,7 +15,7 @@ from bristle.paper.equations import EQUATIONS, SETUP
 
 ROOT = Path(__file__).parents[2]
 GROUP = typer.main.get_command(app)
-CHEAP = ("bristle models", "bristle paper --figure 4")  # the others take seconds to minutes, and have their own tests
+CHEAP = "bristle models"  # the others take seconds to minutes, and have their own tests
 each = pytest.mark.parametrize("one", EQUATIONS, ids=lambda one: str(one.number))
 
 

@@ -124,14 +124,16 @@ def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(d
     assert found == pytest.approx((delay + 1) * T * (K_2 + D), rel=0.15)
 
 
-@pytest.mark.parametrize(("D", "phi", "delay"), [(9.5, 0.02, 1), (30.0, 0.1, 1)])
-def test_a_boundary_layer_lets_the_state_as_far_as_it_is_wide(D, phi, delay):
+@pytest.mark.parametrize(
+    ("D", "phi", "delay"), [(9.5, 0.02, 1), (30.0, 0.1, 1), (5.0, 0.5, 0), (5.0, 0.5, 3), (2.0, 0.1, 1), (20.0, 0.4, 2)]
+)
+def test_with_a_boundary_layer_the_state_stays_as_far_as_the_layer_lets_it(D, phi, delay):
     T, K_2 = 1e-4, 10.0
     bound = sampled_bound(
         lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi
     )
     found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
-    assert found <= bound <= 1.5 * found
+    assert found <= bound <= 1.3 * found
 
 
 @pytest.mark.parametrize(("T", "count"), [(1e-3, 2e-6), (5e-4, 5e-6)])
@@ -145,7 +147,7 @@ def test_with_the_velocity_from_counts_of_an_encoder(T, count):
 
 
 def test_the_band_goes_over_into_the_bound_of_continuous_time():
-    for K_2, D, phi in ((10.0, 30.0, 0.0), (10.0, 5.0, 0.0)):
+    for K_2, D, phi in ((10.0, 30.0, 0.0), (10.0, 5.0, 0.0), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4), (10.0, 30.0, 0.1)):
         band = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=1e-9, phi=phi)
         assert band == pytest.approx(ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi), rel=1e-5, abs=1e-6)
 

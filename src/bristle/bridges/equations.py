@@ -68,6 +68,11 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
     if friction.component.rate is not None:
         return friction_rate
     if not is_static(friction):
+        if not friction.component.memory_size(friction.parameters):
+            raise InputError(
+                "has no `rate`, so it is no differential equation", path="friction", value=friction.name,
+                mend=f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`",
+            )  # fmt: skip
         raise InputError(
             "remembers in jumps, where its motion turns or an element slips, so it is no differential equation",
             path="friction", value=friction.name, mend=SAMPLED,

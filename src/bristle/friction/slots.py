@@ -38,7 +38,7 @@ from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction.level import LEVELS, RISES_WITH, Rise, Risen
 from bristle.friction.own_slot import OwnSlotModel, own_slots_of
-from bristle.friction.variation import VARIATIONS, VARIES_WITH, Place, Varied
+from bristle.friction.variation import ADDS, VARIATIONS, VARIES_WITH, Place, Varied
 
 __all__ = [
     "OFFSET",
@@ -59,6 +59,7 @@ __all__ = [
 SLOTS = (*VARIATIONS, *LEVELS, "asymmetry")
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
+    | ADDS
     | {name: f"a level of dry friction that rises with {cause}" for name, cause in RISES_WITH.items()}
     | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
 )

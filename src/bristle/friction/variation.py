@@ -28,6 +28,7 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, commit, relations_of
 
 __all__ = [
+    "ADDS",
     "HALF_RANGE",
     "MIDDLE",
     "PITCH",
@@ -88,7 +89,9 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
-VARIES_WITH = {"periodic": "the angle of the screw"} | {name: name for name in VARIATIONS if name != "periodic"}
+ADDS = {"periodic": "an additive force that depends on the angle of the screw, alike in both directions"}
+"""What a slot adds to friction, in words."""
+VARIES_WITH = {name: name for name in VARIATIONS if name not in ADDS}
 """What friction varies with, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._field_defaults}
 """What a slot depends on, where that is no more than the angle of the screw."""
@@ -178,7 +181,7 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     return VariedModel(
         name="+".join((model.name, *slots)),
-        description=f"{model.description}, varying with {' and '.join(VARIES_WITH[slot] for slot in slots)}",
+        description=", ".join((model.description, *_in_words(slots))),
         Parameters=Varied,
         State=model.State,
         trial=trial,
@@ -194,6 +197,15 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
         inner=model,
         slots=slots,
     )
+
+
+def _in_words(slots: tuple[str, ...]) -> list[str]:
+    """Return what slots do to a model, in words."""
+    causes = [VARIES_WITH[slot] for slot in slots if slot in VARIES_WITH]
+    return [
+        *([f"varying with {' and '.join(causes)}"] if causes else []),
+        *(f"beside it {ADDS[slot]}" for slot in slots if slot in ADDS),
+    ]
 
 
 _EXAMPLE = {

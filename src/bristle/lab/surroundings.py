@@ -57,6 +57,7 @@ class SurroundedModel(EnclosingModel):
     coefficients = Surroundings
     of_slot = MappingProxyType({"around": Surroundings._fields})
     without_default = ()
+    depends_on = MappingProxyType({})
 
     @property
     def surroundings(self) -> tuple[Surrounding, ...]:

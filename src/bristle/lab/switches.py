@@ -21,8 +21,8 @@ from bristle.exports.wasm import Module, module_of
 from bristle.friction import MODELS, base_of, with_slots
 from bristle.friction.level import LEVELS, Rise, has_level
 from bristle.friction.level import RISES_WITH as RISING
-from bristle.friction.slots import by_direction
-from bristle.friction.variation import SMALLEST_FACTOR, VARIATIONS, Place
+from bristle.friction.slots import WHAT_SLOTS_DO, by_direction
+from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
 from bristle.lab.described import described, example_named, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
@@ -167,10 +167,10 @@ def slots_described(kind: Kind) -> dict[str, Any]:
         if start.ends is not None:
             rows[name]["sliders"] = [Slider(*start.ends, logarithmic=False)._asdict()]
         rows[name] |= {"slot": True, "symbol": SYMBOLS.get(name, rows[name]["symbol"]), "nothing": NEUTRAL[name]}
-    slots: dict[str, Any] = {"asymmetry": {"cause": "direction"}}
+    slots: dict[str, Any] = {"asymmetry": {"cause": "direction", "does": WHAT_SLOTS_DO["asymmetry"]}}
     for slot, names in {**LEVELS, **VARIATIONS}.items():
-        cause = (RISING | VARYING)[slot]
-        slots[slot] = {"cause": cause, "rows": [rows[name] for name in names]}
+        cause = (RISING | VARYING | ADDS)[slot]
+        slots[slot] = {"cause": cause, "does": WHAT_SLOTS_DO[slot], "rows": [rows[name] for name in names]}
         if slot in AROUND:
             slots[slot]["around"] = rows[AROUND[slot]]
     (relation,) = with_slots(MODELS["viscous"], ["position"]).relations

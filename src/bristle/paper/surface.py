@@ -65,7 +65,8 @@ def sampled_bound(
 ) -> float:  # fmt: skip
     """Return how far [m/s or rad/s] the state stays from the surface in the end at most, in sampled time.
 
-    Infinite where the sample time and the delay are too long for the bound to be had.
+    Infinite where the sample time and the delay are too long for the bound to be had. As sample time and errors go to
+    zero it goes over into `ultimate_bound`.
 
     An encoder of the count c has a position error of c/2. The velocity from the difference of two samples has a lag of
     T/2, and an error of c/T and T/2 times the largest acceleration of the command.
@@ -104,7 +105,7 @@ def sampled_bound(
         velocity_off = velocity_error + lag * acceleration
         surface_off = velocity_off + lambda_ * position_error
         push = residual + oldest * (jerk + lambda_ * acceleration) + lambda_ * velocity_off
-        excess = phi + surface_off + max(push - K_2, 0.0) / K_1
+        excess = surface_off + ultimate_bound(K_1=K_1, K_2=K_2, residual=push, phi=phi)
         before, bound = bound, (excess + oldest * (K_2 + push + K_1 * surface_off)) / margin
         if bound - before <= 1e-12 * bound:
             return bound

@@ -218,7 +218,7 @@ function buildSlots() {
   group.replaceChildren(...offered.map((slot) => element("label", {},
     element("input", { type: "checkbox", name: `slot-${slot}`, checked: slots.includes(slot),
       onchange: () => putSlots(offered.filter((each) => group.querySelector(`[name="slot-${each}"]`).checked)) }),
-    element("span", { text: slot, title: `varies with ${data.slots[plain.kind][slot].cause}` }))));
+    element("span", { text: slot, title: data.slots[plain.kind][slot].does }))));
   group.querySelector(`[name="${focused}"]`)?.focus();
 }
 

@@ -53,7 +53,7 @@ function elementsWith(elements, directional) {
 
 function describedWith(model, on, offers) {
   const causes = (names) => names.map((slot) => offers[slot].cause).join(" and "), parts = [model.description];
-  for (const [words, names] of [["its level rising with", RISING], ["varying with", ["position", "periodic", "load", "temperature"]]]) {
+  for (const [words, names] of [["its level rising with", RISING], ["varying with", ["position", "load", "temperature"]], ["beside it", ["periodic"]]]) {
     const causing = on.filter((slot) => names.includes(slot));
     if (causing.length) parts.push(`${words} ${causes(causing)}`);
   }
