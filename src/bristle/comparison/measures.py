@@ -153,7 +153,7 @@ class SlidingRows:
             if compared.size == self.kinds.size:
                 break
             self.kinds = compared
-        self.weights = sum(count.sum(axis=(0, 1)) for count in counts)
+        self.weights = np.sum([count.sum(axis=(0, 1)) for count in counts], axis=0)
 
     def _cycles(self, side: Side) -> list[Cycle]:
         return [cycle for cycle in side.cycles if cycle.kind in self.kinds]
