@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
@@ -18,6 +20,7 @@ from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
+from bristle.logs.channel import quantisation
 from bristle.logs.likeness import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
@@ -42,6 +45,13 @@ HINTS = {
     'or write counts_per_rev = 8192 and side = "motor" for it',
     "timing.sample_time": 'time between samples, such as "1 ms"',
 }
+# Of an axis that turns, a torque is what a data sheet gives.
+HINTS_OF_TURNING = {
+    "effort.rated": 'what 100 % are, such as "1.3 N*m"',
+    "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
+}
+FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
+OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 TOLD_BY = {
     "name": "unit from its name", "its name": "unit assumed from its name", "velocity": "unit from the velocity",
@@ -333,11 +343,36 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
+    lines += _encoder_lines(table, tables)
     used = {entry["column"] for entry in tables["columns"].values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
     if left:
         lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
     return "\n".join(lines) + "\n"
+
+
+def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
+    """Return what the steps of the position speak of, as a comment: digits of the file look like an encoder."""
+    entry = tables["columns"]["position"]
+    if "encoder" in tables or entry["unit"] == FILL_IN:
+        return []
+    step = _step_of(np.asarray(table.columns[entry["column"]], dtype=float))
+    if not step:
+        return []
+    remark = "the position moves in such steps: of the encoder, or of the digits of the file"
+    return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
+
+
+def _step_of(values: np.ndarray) -> float:
+    """Return the step that all values are multiples of, clearly seen; 0 where there is none."""
+    values = values[np.isfinite(values)]
+    step = quantisation(values)
+    if not step:
+        return 0.0
+    multiples = (values - values.min()) / step
+    moves = np.abs(np.diff(multiples))
+    clear = np.median(moves[moves > 0.5]) <= FEW_STEPS
+    return step if clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
@@ -368,7 +403,8 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
             ),
             "A",
         )
-        hint = f"  # {HINTS[key].format(drive=drive)}"
+        turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
+        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
     return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"
 
 
