@@ -48,6 +48,12 @@ FEWEST, MOST = 2, 1000
 ROUNDING = 1e-9  # of the largest force: a difference that is none
 SEEN = ("identified", "held")
 FINE = 48  # points of the steady curve on each side
+MEANINGS = {
+    "gravity": "constant force",
+    "F+": "forward sliding takes gravity + F+",
+    "F-": "backward sliding takes gravity - F-",
+    "inertia": "effort for one unit of acceleration",
+}
 
 
 @dataclass(frozen=True)
@@ -210,4 +216,5 @@ def values_text(levels: LevelValues, units: TableUnits, *, inertia: bool) -> str
     ]  # fmt: skip
     if inertia:
         rows += [("inertia", unit.of(levels.inertia), unit.name) for unit in units.inertias]
-    return "\n".join(["value,amount,unit", *(f"{name},{amount:.9g},{unit}" for name, amount, unit in rows), ""])
+    lines = (f"{name},{amount:.9g},{unit},{MEANINGS[name]}" for name, amount, unit in rows)
+    return "\n".join(["value,amount,unit,meaning", *lines, ""])
