@@ -50,11 +50,11 @@ def merged(side: Side, current: DriveUnit, kind: str) -> Side:
     written = [(_whole(v, unit), _out(f, current)) for v, f in side.entries.tolist()]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
-    kept = [
+    numbers = [
         k for k, low, high in neighbours
         if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]
     ]  # fmt: skip
-    return replace(side, entries=side.entries[kept])
+    return replace(side, entries=side.entries[numbers])
 
 
 def delay_lost(model: Model, side: Side) -> tuple[str, ...]:

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
@@ -20,7 +18,7 @@ from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.channel import quantisation
+from bristle.logs.channel import clear_step
 from bristle.logs.likeness import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
@@ -50,8 +48,6 @@ HINTS_OF_TURNING = {
     "effort.rated": 'what 100 % are, such as "1.3 N*m"',
     "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
 }
-FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
-OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 TOLD_BY = {
     "name": "unit from its name", "its name": "unit assumed from its name", "velocity": "unit from the velocity",
@@ -356,23 +352,11 @@ def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
     entry = tables["columns"]["position"]
     if "encoder" in tables or entry["unit"] == FILL_IN:
         return []
-    step = _step_of(np.asarray(table.columns[entry["column"]], dtype=float))
+    step = clear_step(table.columns[entry["column"]])
     if not step:
         return []
     remark = "the position moves in such steps: of the encoder, or of the digits of the file"
     return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
-
-
-def _step_of(values: np.ndarray) -> float:
-    """Return the step that all values are multiples of, clearly seen; 0 where there is none."""
-    values = values[np.isfinite(values)]
-    step = quantisation(values)
-    if not step:
-        return 0.0
-    multiples = (values - values.min()) / step
-    moves = np.abs(np.diff(multiples))
-    clear = np.median(moves[moves > 0.5]) <= FEW_STEPS
-    return step if clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
