@@ -282,15 +282,20 @@ def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
     Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
     found = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run")
-    assert "fill in controller.k_p and controller.k_v in" in found.err
+    assert "write controller.k_p and controller.k_v into the axis file" in found.err
+    assert "--force then no longer writes over run)" in found.err
     command = next_command(found)
     refused = bristle(*command)
     assert refused.code == 2
     assert "controller.k_p: is still to be filled in" in refused.err
     file = Path("run/experiment.toml")
     filled = re.sub(r'"\?"( +# [^\n]*such as )("[^"]+")', r"\2\1\2", file.read_text())
+    filled, hints = re.subn(r"(?m)^# (T_n|k_ff)", r"\1", filled)
+    assert hints == 2
     file.write_text(filled)
     ran = bristle(*command, "--json")
     assert ran.code == 0, ran.err
     errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
     assert errors["compensated"] < errors["as_it_is"]
+    again = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run", "--force")
+    assert again.code == 2

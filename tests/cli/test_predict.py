@@ -33,6 +33,7 @@ def test_a_wrong_model_predicts_worse(bristle, place):
 def test_results_and_words(bristle, place):
     found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
     assert found.code == 0
+    assert found.out.startswith("The model holds")
     assert "Effort error" in found.out
     assert written_in("run") == {"summary.json", "report.html"}
     assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"

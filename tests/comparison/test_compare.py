@@ -180,6 +180,26 @@ def test_neither_gravity_nor_mass_counts_as_friction():
     assert abs(found.changes["friction.level"].change + 1.0) < 0.3
 
 
+def strokes(*amplitudes):
+    """A reference of one stroke after another, each a second long and with a standstill at both ends."""
+    phase = 2.0 * np.pi * STEP * np.arange(round(1.0 / STEP))
+    w, amplitude = 2.0 * np.pi, np.concatenate([np.full(phase.size, own) for own in amplitudes])
+    phase = np.tile(phase, len(amplitudes))
+    return amplitude * (1.0 - np.cos(phase)), amplitude * w * np.sin(phase), amplitude * w * w * np.cos(phase)
+
+
+@pytest.mark.parametrize("fast_after", [1, 2])
+def test_friction_is_told_at_no_speed_that_the_compared_strokes_lack(fast_after):
+    tiny = np.repeat([0.001, 0.0014, 0.002, 0.0028], 2)  # below a tenth of the speed of the fast ones: near a reversal
+    before = log(1, strokes(*tiny, 0.02, 0.02, 0.05))
+    found = br.compare(before, log(2, strokes(*tiny, 0.02, 0.02, *fast_after * [0.05])))
+    assert found.friction_curve
+    for speed, change in found.friction_curve:
+        assert speed < 0.02 * 2.0 * np.pi * 1.01
+        assert change.before == pytest.approx(8.0 + 20.0 * speed, rel=0.15)
+    assert found.changes["friction.level"].before == pytest.approx(9.0, rel=0.15)
+
+
 def test_several_logs_of_a_side_are_taken_together():
     found = br.compare([log(1, sine(5)), log(2, sine(6))], [log(3, sine(5)), log(4, sine(5))])
     assert (found.shared.cycles_before, found.shared.cycles_after) == (9, 8)

@@ -31,8 +31,9 @@ LOOP = {"controller": {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "
 
 def values_in(folder):
     head, *rows = (folder / "axis_x.csv").read_text().splitlines()
-    assert head == "value,amount,unit"
-    return {(name, unit): float(amount) for name, amount, unit in (row.split(",") for row in rows)}
+    assert head == "value,amount,unit,meaning"
+    assert "gravity - F-" in next(row for row in rows if row.startswith("F-,"))
+    return {(name, unit): float(amount) for name, amount, unit, _ in (row.split(",") for row in rows)}
 
 
 def numbers_in(path):
@@ -106,6 +107,20 @@ def test_currents_are_per_mille_of_rated_wherever_that_is_known(tmp_path):
     force = 0.5 * (steady_force(STRIBECK, 0.2) - steady_force(STRIBECK, -0.2))
     assert values["table[1].out"] == pytest.approx(1000.0 * force * 0.01 / (4.0 * np.pi) / 2.0, abs=0.5)
     assert any(re.search(r"the constant force, 2\.5 N, is not in it", note) for note in found.notes)
+
+
+def test_entries_that_rounding_makes_equal_are_one_and_a_delay_out_of_range_is_told(tmp_path):
+    flat = br.friction.lugre(F_C=90.0, F_S=91.0, v_S=0.02, sigma_0=1e6)  # falls by less than half a per mille of rated
+    found = br.export(flat, "tf5200", tmp_path / "out", speed=0.2, points=20, axis=br.read_axis(SCREW))
+    values = listed(tmp_path / "out" / "axis_x.txt")
+    assert values["table_entries"] == 2
+    assert (values["table[0].in"], values["table[1].in"]) == (0, 2e5)
+    assert values["table[0].out"] == values["table[1].out"] > 0
+    assert "table[2].in" not in values
+    assert values["position_delay"] == 10
+    assert any(note.startswith("position_delay is 10, where its range ends") for note in found.notes)
+    soon = br.export(STRIBECK, "tf5200", tmp_path / "soon", speed=0.2, axis=br.read_axis(SCREW))
+    assert not any("position_delay" in note for note in soon.notes)
 
 
 def machine_data(path):

@@ -1,5 +1,7 @@
 """What is by direction is what ``+asymmetry`` made so: the ending of a name tells nothing."""
 
+import re
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import pytest
@@ -64,3 +66,18 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]
+
+
+@pytest.mark.parametrize(("offset", "told"), [(1.5, True), (0.0, False)])
+def test_a_constant_force_that_another_model_found_is_named(offset, told):
+    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=10.0)
+    split, plain = "coulomb_viscous+asymmetry", "coulomb_viscous"
+    found = identify(log, [split, plain], blocks=0, draws=0)
+    fits = {fit.name: fit for fit in found.fits}
+    notes = replace(found, fits=(fits[split], fits[plain])).notes
+    named = [note for note in notes if "holds offset at 0" in note]
+    assert bool(named) is told
+    if told:
+        assert re.search(r'coulomb_viscous found 1\.[45].*offset = "1\.[45]\d* N" under \[plant\]', named[0])
+    assert not [note for note in replace(found, fits=(fits[plain], fits[split])).notes if "offset" in note]
+    assert not [note for note in replace(found, fits=(fits[split],)).notes if "offset" in note]

@@ -113,6 +113,29 @@ def test_a_reference_is_known_by_the_name_of_the_position_however_far_it_is():
     assert "reference" not in propose_axis(lagging("Sollhub")).text
 
 
+def turning_log(step):
+    """A rotary table in degrees whose encoder has such a step, written with four digits, or none that shows."""
+    digits = 4 if step else 7
+    t = 1e-3 * np.arange(3000)
+    angle = 0.3 * np.sin(2.0 * t)
+    angle = step * np.round(angle / step) if step else angle + 1e-3 * np.random.default_rng(1).normal(size=t.size)
+    rows = [
+        f"{a:.3f};{b:.{digits}f};{c:.2f}" for a, b, c in zip(t, angle, 40.0 * np.sign(np.cos(2.0 * t)), strict=True)
+    ]
+    return "\n".join(["t [s];Angle [deg];Torque [%]", *rows]).encode()
+
+
+@pytest.mark.parametrize(("step", "says"), [(5e-4, True), (3.333e-4, False), (0.0, False)])
+def test_of_an_axis_that_turns_a_torque_is_asked_for_and_clear_steps_are_named(step, says):
+    text = propose_axis(turning_log(step)).text
+    assert 'rated = "?"  # what 100 % are, such as "1.3 N*m"\n' in text
+    assert ('\n# [encoder]\n# resolution = "0.0005 deg"  # ' in text) is says
+    assert ("resolution" in text) is says
+    if says:  # as it would be without the marks of a comment
+        told = text.replace("# [encoder]", "[encoder]").replace("# resolution", "resolution").replace('"?"', '"1 N*m"')
+        assert read_axis(told.encode()).resolution == pytest.approx(np.deg2rad(step))
+
+
 def test_what_is_to_be_filled_in_says_where(tmp_path):
     rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
     counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()

@@ -99,6 +99,18 @@ def test_the_budget_holds_its_numbers(designed):
     assert "the law itself" in budget_table(late, designed).rows[-1][3]
 
 
+def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
+    assert any("No cause weighs more" in line for line in design_sentences(designed))
+    whole = designed.budget.all_causes
+    large = replace(whole, peak_to_peak=5.0 * whole.peak_to_peak)
+    causes = tuple(replace(one, without=whole, alone=large if one.cause == "shape" else whole)
+                   for one in designed.budget.entries)  # fmt: skip
+    told = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
+    assert "weighs more" not in told
+    assert "causes cancel each other" in told
+    assert "Alone, shape makes the most" in told
+
+
 @pytest.mark.parametrize(
     "law",
     [

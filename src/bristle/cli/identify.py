@@ -213,8 +213,13 @@ def _next_step(missing: tuple[str, ...], file: Path) -> str:
     """Return what to type next, where the loop is known, or what to fill in first."""
     loop = file.parent.with_name(f"{file.parent.name}_loop")
     command = shlex.join(["bristle", "run", str(file), "--out", str(loop)])
-    first = f"fill in {' and '.join(missing)} in {file}, then " if missing else ""
-    return f"next: {first}{command}"
+    if not missing:
+        return f"next: {command}"
+    gains = " and ".join(missing)
+    return (
+        f"next: write {gains} into the axis file, as {file} shows, and identify again: that judges the loop by the "
+        f"log too. Or fill in {gains} in {file} (--force then no longer writes over {file.parent}), then {command}"
+    )
 
 
 def _models(text: str) -> list[Any]:

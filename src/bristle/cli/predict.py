@@ -149,17 +149,20 @@ def _predict_friction(
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        _show(prediction, recorded.notes)
+        _show(prediction, recorded.notes, own_log=own_log)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if summary["completed"] else NO
 
 
-def _show(prediction: Prediction, log_notes: tuple[str, ...]) -> None:
+def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:
     from bristle.core.status import Status
+    from bristle.report.fronts.prediction import prediction_ruling
     from bristle.report.messages import message
     from bristle.report.prediction import metrics_in_words
 
+    ruling = prediction_ruling(prediction, own_log=own_log)
+    say(f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.")
     for word, value in metrics_in_words(prediction):
         say(f"{word}: {value}")
     for note in log_notes:

@@ -4,20 +4,22 @@ Every quantity is a function of sums over cycles, so that any choice of cycles h
 squares, of peaks their sum and their number, of friction the normal equations.
 
 The friction level comes from :math:`u = M a + c + \sum_b F_b\, \mathrm{sign}(v)\, [|v| \in b]` by least squares, `b`
-being ranges of speed that both logs have in both directions: each :math:`F_b` is half the difference between the
-directions at one speed. Inertia hardly counts, because a stroke passes each speed once speeding up and once slowing
-down; `M` takes what is left of it. The level is the mean of :math:`F_b` with the same weights in both logs.
+being ranges of speed that both logs have in both directions, in what is compared of them: each :math:`F_b` is half the
+difference between the directions at one speed. Inertia hardly counts, because a stroke passes each speed once speeding
+up and once slowing down; `M` takes what is left of it. The level is the mean of :math:`F_b` with the same weights in
+both logs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.comparison.cycles import Cycle
 from bristle.comparison.recording import Recording
+from bristle.comparison.resampling import plan_of
 from bristle.comparison.sides import Side
 from bristle.core.lazy import cached_property
 
@@ -26,6 +28,8 @@ __all__ = ["Measure", "SlidingRows", "effort_measures", "error_measures", "turn_
 RANGES = 4  # of speed
 SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
 FEWEST = 20  # rows of a range, in each direction of each log
+FEWEST_BLOCKS = 2  # that are drawn anew and have rows of a range, in each direction of each log
+ROUNDING = 1e-9  # of a number of rows
 SMALL = 1e-10  # of the diagonal of normal equations, added to it: a mass that no acceleration tells is 0 then
 
 Sums = np.ndarray
@@ -130,19 +134,39 @@ def turn_measures(window: int) -> list[Measure]:
 
 
 class SlidingRows:
-    """Rows of sliding of two sides, in ranges of speed that both have in both directions."""
+    """Rows of sliding of two sides, in ranges of speed that both have in both directions.
+
+    A cycle without a row in any range tells no friction, and without it a motion may come too seldom to be compared:
+    only motions whose rows enter the sums choose the ranges and their weights.
+    """
 
     def __init__(self, before: Side, after: Side) -> None:
-        sides = [np.concatenate([_rows(side, cycle)[0] for cycle in side.cycles]) for side in (before, after)]
-        pooled = np.abs(np.concatenate(sides))
+        self.kinds = np.intersect1d(before.kinds, after.kinds)
+        sides = before, after
+        while True:
+            kinds = [np.array([cycle.kind for cycle in self._cycles(side)], dtype=int) for side in sides]
+            counts = self._counts([[_rows(side, cycle)[0] for cycle in self._cycles(side)] for side in sides])
+            self.ranges = _serving(counts, kinds)
+            counts = [count[..., self.ranges] for count in counts]
+            tells = [own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)]
+            compared = np.unique(plan_of(*tells).kinds_before)
+            if compared.size == self.kinds.size:
+                break
+            self.kinds = compared
+        self.weights = np.sum([count.sum(axis=(0, 1)) for count in counts], axis=0)
+
+    def _cycles(self, side: Side) -> list[Cycle]:
+        return [cycle for cycle in side.cycles if cycle.kind in self.kinds]
+
+    def _counts(self, sides: Sequence[Sequence[np.ndarray]]) -> list[np.ndarray]:
+        """Cut speeds into ranges; return the rows in each, of each side, shape (cycle, direction, range)."""
+        pooled = np.abs(np.concatenate([np.empty(0), *sides[0], *sides[1]]))
         top = float(np.quantile(pooled, 0.95)) if pooled.size else 0.0
-        sliding = pooled[pooled > SLOWEST * top]
-        fastest = float(np.max(sliding, initial=0.0)) * (1.0 + 1e-9)
+        self._speeds = pooled[pooled > SLOWEST * top]
+        fastest = float(np.max(self._speeds, initial=0.0)) * (1.0 + 1e-9)
         self.edges = np.linspace(SLOWEST * top, fastest, RANGES + 1)
-        counts = np.array([[np.histogram(side * v, self.edges)[0] for v in (1.0, -1.0)] for side in sides])
-        self.ranges = np.flatnonzero(counts.min(axis=(0, 1)) >= FEWEST)
-        self.weights = counts.sum(axis=(0, 1))[self.ranges]
-        self._speeds = sliding
+        counts = ([[np.histogram(sign * v, self.edges)[0] for sign in (1, -1)] for v in side] for side in sides)
+        return [np.reshape(count, (-1, 2, RANGES)).astype(int) for count in counts]
 
     @cached_property
     def speeds(self) -> list[float]:
@@ -166,7 +190,7 @@ class SlidingRows:
         """Return the normal equations of each cycle, their matrix behind their right side."""
         equations = []
         for cycle in side.cycles:
-            v, a, u = _rows(side, cycle)
+            v, a, u = _rows(side, cycle) if cycle.kind in self.kinds else np.empty((3, 0))
             place = np.searchsorted(self.edges, np.abs(v), side="right") - 1
             member = place == self.ranges[:, None]
             used = member.any(axis=0)
@@ -175,13 +199,29 @@ class SlidingRows:
         return np.array(equations)
 
     def _friction(self, sums: Sums) -> np.ndarray:
-        """Return friction in each range, shape (..., range)."""
+        """Return friction in each range, shape (..., range); NaN where a range lacks a direction."""
         size = self.ranges.size + 2
         right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
         scaled = matrix / (scale[..., :, None] * scale[..., None, :])
         solved = np.linalg.solve(scaled + SMALL * np.eye(size), (right / scale)[..., None])
-        return (solved[..., 0] / scale)[..., 1 : 1 + self.ranges.size]
+        friction = (solved[..., 0] / scale)[..., 1:-1]
+        rows = np.diagonal(matrix, axis1=-2, axis2=-1)[..., 1:-1]
+        # Forward less backward is the whole of a range in one direction: offset and friction are one number there.
+        both = np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - ROUNDING)
+        return np.where(both, friction, np.nan)
+
+
+def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the ranges with enough rows of each side in each direction, from more than one block that is drawn."""
+    paired = plan_of(*kinds).paired
+    is_served = []
+    for count, own in zip(counts, kinds, strict=True):
+        blocks = [count[own == kind].sum(axis=0) for kind in np.unique(own)] if paired else count
+        blocks = np.reshape(blocks, (-1, *count.shape[1:]))
+        # What rests on one block shows no scatter where blocks are drawn anew.
+        is_served.append((blocks.sum(axis=0) >= FEWEST) & (np.sum(blocks > 0, axis=0) >= FEWEST_BLOCKS))
+    return np.flatnonzero(np.all(is_served, axis=(0, 1)))
 
 
 def _rows(side: Side, cycle: Cycle) -> np.ndarray:

@@ -157,8 +157,9 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
     influences = _influence(value, low, even, alike), _influence(value, high, even, alike)
     as_one = _as_one(first * influences[1] - second * influences[0])  # that of the ratio
     drawn = _draws(kinds.size, np.random.default_rng(SEED))
-    draws = value(drawn @ low), value(drawn @ high)
-    if not min(first, second, *map(np.min, draws)) > 0.0:  # no factor leads from one to the other
+    draws = np.stack([value(drawn @ low), value(drawn @ high)])
+    draws = draws[:, np.isfinite(draws).all(axis=0)]  # a draw may lack what a quantity rests on
+    if not min(first, second, np.min(draws, initial=math.inf)) > 0.0:  # no factor leads from one to the other
         interval = _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one))
         return Changed(first, second, interval, as_one)
     ratio = _interval(math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one))

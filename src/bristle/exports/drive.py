@@ -47,6 +47,12 @@ __all__ = [
 FEWEST, MOST = 2, 1000
 ROUNDING = 1e-9  # of the largest force: a difference that is none
 SEEN = ("identified", "held")
+MEANINGS = {
+    "gravity": "constant force",
+    "F+": "forward sliding takes gravity + F+",
+    "F-": "backward sliding takes gravity - F-",
+    "inertia": "effort for one unit of acceleration",
+}
 
 
 @dataclass(frozen=True)
@@ -214,4 +220,5 @@ def values_text(levels: LevelValues, units: TableUnits, *, inertia: bool) -> str
     ]  # fmt: skip
     if inertia:
         rows += [("inertia", unit.of(levels.inertia), unit.name) for unit in units.inertias]
-    return "\n".join(["value,amount,unit", *(f"{name},{amount:.9g},{unit}" for name, amount, unit in rows), ""])
+    lines = (f"{name},{amount:.9g},{unit},{MEANINGS[name]}" for name, amount, unit in rows)
+    return "\n".join(["value,amount,unit,meaning", *lines, ""])

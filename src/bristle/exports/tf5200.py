@@ -12,6 +12,7 @@ References
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from bristle.exports.drive import Side
 from bristle.prediction.drive_units import DriveUnit
 from bristle.prediction.reversal import reversal_distance
 
-__all__ = ["as_written", "current_unit", "rounding_lost", "tf5200_text"]
+__all__ = ["as_written", "current_unit", "delay_lost", "merged", "rounding_lost", "tf5200_text"]
 
 MOST, SCALE_OF_ONE, LONGEST_DELAY = 20, 1000, 10
 DELAY_UNIT = {"translational": 1e-7, "rotational": math.radians(1e-4)}
@@ -43,6 +44,32 @@ def rounding_lost(current: DriveUnit) -> tuple[str, ...]:
     return (f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",) if _is_whole(current) else ()
 
 
+def merged(side: Side, current: DriveUnit, kind: str) -> Side:
+    """Return a side without the entries that rounding makes equal to both of their neighbours, or puts at one speed."""
+    unit = SPEED_UNIT[kind][1]
+    written = [(_whole(v, unit), _out(f, current)) for v, f in side.entries.tolist()]
+    apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
+    neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
+    numbers = [
+        k for k, low, high in neighbours
+        if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]
+    ]  # fmt: skip
+    return replace(side, entries=side.entries[numbers])
+
+
+def delay_lost(model: Model, side: Side) -> tuple[str, ...]:
+    """Return how far the delay is from what the model asks for, in a sentence; none where its range holds it."""
+    delay = _delay(model, side)
+    if delay <= LONGEST_DELAY:
+        return ()
+    unit = _unit_of_delay(model.kind)
+    return (f"position_delay is {LONGEST_DELAY}, where its range ends: friction takes {delay} x {unit} to turn",)
+
+
+def _delay(model: Model, side: Side) -> int:
+    return round(reversal_distance(model, float(side.curve[-1, 0])) / DELAY_UNIT[model.kind])
+
+
 def as_written(entries: np.ndarray, current: DriveUnit, kind: str) -> np.ndarray:
     """Return entries as the list has them, rounded, in SI."""
     unit = SPEED_UNIT[kind][1]
@@ -55,7 +82,7 @@ def tf5200_text(model: Model, side: Side, current: DriveUnit, notes: tuple[str, 
         raise InputError("are more entries than the list takes", path="points", value=len(side.entries),
                          allowed=f"{MOST} or fewer")  # fmt: skip
     unit, unit_si = SPEED_UNIT[model.kind]
-    delay = round(reversal_distance(model, float(side.curve[-1, 0])) / DELAY_UNIT[model.kind])
+    delay = _delay(model, side)
     effort = f"{PER_MILLE}, as CANopen drives report their torque" if _is_whole(current) else current.name
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.", *facts, *notes,

@@ -78,6 +78,8 @@ def _open_loop(plant: Model, log: Log) -> str:
         '[controller]\nmodel = "cascade"\n'
         f'k_p = "{FILL_IN}"                     # gain of the position loop, such as "{k_p:.3g} 1/s"\n'
         f'k_v = "{FILL_IN}"                     # gain of the velocity loop, such as "{k_v:.3g} {unit}"\n'
+        '# T_n = "10 ms"                # integral time of the velocity loop, where the drive has one\n'
+        "# k_ff = 1.0                   # share of the reference velocity that the drive feeds forward\n"
     )
 
 

@@ -18,6 +18,7 @@ from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
+from bristle.logs.channel import clear_step
 from bristle.logs.likeness import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
@@ -41,6 +42,11 @@ HINTS = {
     "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
     'or write counts_per_rev = 8192 and side = "motor" for it',
     "timing.sample_time": 'time between samples, such as "1 ms"',
+}
+# Of an axis that turns, a torque is what a data sheet gives.
+HINTS_OF_TURNING = {
+    "effort.rated": 'what 100 % are, such as "1.3 N*m"',
+    "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
 }
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 TOLD_BY = {
@@ -333,11 +339,24 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
+    lines += _encoder_lines(table, tables)
     used = {entry["column"] for entry in tables["columns"].values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
     if left:
         lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
     return "\n".join(lines) + "\n"
+
+
+def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
+    """Return what the steps of the position speak of, as a comment: digits of the file look like an encoder."""
+    entry = tables["columns"]["position"]
+    if "encoder" in tables or entry["unit"] == FILL_IN:
+        return []
+    step = clear_step(table.columns[entry["column"]])
+    if not step:
+        return []
+    remark = "the position moves in such steps: of the encoder, or of the digits of the file"
+    return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
@@ -368,7 +387,8 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
             ),
             "A",
         )
-        hint = f"  # {HINTS[key].format(drive=drive)}"
+        turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
+        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
     return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"
 
 

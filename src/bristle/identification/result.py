@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
+from bristle.core.typography import with_unit
 from bristle.identification.roles import constant_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
@@ -26,6 +27,7 @@ __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resam
 TRADED_IN = ("half_cycles_differ", "one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters whose intervals are not to be relied on."""
 CONSTANT_HELD = ("held_levels", "held_constant")
+LARGE_OFFSET, SURE_OFFSET = 0.05, 3.0  # of the level by direction, and standard errors: a constant force that is told
 LACKING = ("structure", "clipped", "saturates")
 """Codes that a force is missing, in the model or in the effort of a log: their `names` make up for it."""
 
@@ -340,14 +342,38 @@ class Identification:
     def notes(self) -> tuple[str, ...]:
         """What was found while reading, each once, with the logs that it is said of unless it is said of all.
 
-        After that the models that were left out.
+        After that the constant force that the best model holds at 0 and another one found, and the models left out.
         """
         logs, logs_by_note = (self.log, *self.further_logs), dict[str, list[str]]()
         for log in logs:
             for note in log.notes:
                 logs_by_note.setdefault(note, []).append(log.source.name)
         remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
-        return (*remarks, *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
+        return (
+            *remarks,
+            *self._offset_elsewhere(),
+            *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()),
+        )
+
+    def _offset_elsewhere(self) -> tuple[str, ...]:
+        """Return which model found the constant force that the best one puts into its two directions."""
+        reasons = {estimate.name: estimate.reason for estimate in self.best.estimates if estimate.reason is not None}
+        name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), None)
+        if name is None:
+            return ()
+        level = max(abs(self.best.parameters[level].value) for level in self.best.with_constant)
+        for fit in self.fits:
+            estimate = fit.parameters.get(name)
+            if estimate is None or estimate.status != "identified" or estimate.std is None:
+                continue
+            error = estimate.std if estimate.robust_std is None else estimate.robust_std
+            if abs(estimate.value) > max(LARGE_OFFSET * level, SURE_OFFSET * error):
+                return (
+                    f"{self.best.name} holds {name} at 0, as +asymmetry does; {fit.name} found "
+                    f"{with_unit(estimate.value, estimate.unit)}: if a constant force acts, such as a weight, write "
+                    f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file',
+                )
+        return ()
 
     @property
     def best(self) -> Fit:

@@ -14,10 +14,12 @@ from bristle.core.edge import TEXT, Converter, array, guarded
 from bristle.core.tabular import ranged
 from bristle.core.variable import KINDS, Kind, unit_of
 
-__all__ = ["CHANNELS", "Channel", "channel", "quantisation"]
+__all__ = ["CHANNELS", "Channel", "channel", "clear_step", "quantisation"]
 
 
 ROUNDING = 1e-12  # of the largest value: less is no step
+FEW_STEPS = 20  # between samples that differ: half of them are no farther apart where steps are clear
+OFF_STEP = 0.01  # of a step: how far a multiple of it may be off
 
 
 def quantisation(values: np.ndarray) -> float:
@@ -25,6 +27,18 @@ def quantisation(values: np.ndarray) -> float:
     steps = np.diff(np.unique(values))
     steps = steps[steps > ROUNDING * np.max(np.abs(values), initial=0.0)]
     return float(steps.min()) if steps.size else 0.0
+
+
+def clear_step(values: np.ndarray) -> float:
+    """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
+    finite = np.asarray(values, dtype=float)[np.isfinite(values)]
+    step = quantisation(finite)
+    if not step:
+        return 0.0
+    multiples = (finite - finite.min()) / step
+    moves = np.abs(np.diff(multiples))
+    is_clear = np.median(moves[moves > OFF_STEP]) <= FEW_STEPS
+    return step if is_clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
 
 COLUMN = array(finite=False)  # what a file holds is looked at, and its place told, before it becomes a log

@@ -25,9 +25,12 @@ from bristle.report.page import Picture, picture, render
 from bristle.stability import PHASE_ENOUGH, doubts_of, verdict_of
 
 if TYPE_CHECKING:
-    from bristle.loop_design import Design, Proposal
+    from bristle.core.variable import Kind
+    from bristle.loop_design import Budget, Design, Proposal
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
+
+NO_LESS = 0.05  # of an error: what a cause takes away from it that is as good as nothing
 
 
 def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -73,12 +76,23 @@ def design_sentences(design: Design) -> list[str]:
     )
     lines += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
-        first, kind = design.budget.entries[0], design.experiment.kind
-        lines.append(
-            f"It errs by {length_text(design.budget.all_causes.peak_to_peak, kind)} peak to peak. No cause weighs more "
-            f"than this one, {first.cause}: without it, that is {length_text(first.without.peak_to_peak, kind)}."
-        )
+        lines.append(_about_causes(design.budget, design.experiment.kind))
     return lines + _advice(design)
+
+
+def _about_causes(budget: Budget, kind: Kind) -> str:
+    """Return what a loop errs by and the cause without which it errs least, where one stands out."""
+    first, whole = budget.entries[0], budget.all_causes.peak_to_peak
+    total = f"It errs by {length_text(whole, kind)} peak to peak."
+    if first.without.peak_to_peak < (1.0 - NO_LESS) * whole:
+        without = length_text(first.without.peak_to_peak, kind)
+        return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
+    largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
+    alone = length_text(largest.alone.peak_to_peak, kind)
+    return (
+        f"{total} To take a single cause away makes that no smaller: causes cancel each other, or several make the "
+        f"same error. Alone, {largest.cause} makes the most of all, {alone}."
+    )
 
 
 def _about_a_count(design: Design) -> list[str]:

@@ -12,21 +12,21 @@ def write(request: Request) -> Product:
     import numpy as np
 
     from bristle.exports.drive import error_on_log, levels_unseen, losses, mean_side, said_of_units, side_of
-    from bristle.exports.tf5200 import as_written, current_unit, rounding_lost, tf5200_text
+    from bristle.exports.tf5200 import as_written, current_unit, delay_lost, merged, rounding_lost, tf5200_text
     from bristle.identification.roles import offset_of
     from bristle.prediction.drive_units import table_units
 
     forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
-    mean = mean_side(forward, backward, request.points)
     effort = table_units(request.axis, request.model.kind).efforts[0]
     constant = offset_of(request.model.component.variables, request.model.values)
     current = current_unit(request.axis, effort)
+    mean = merged(mean_side(forward, backward, request.points), current, request.model.kind)
     written = as_written(mean.entries, current, request.model.kind)
     entries = {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
     notes = (
         *levels_unseen(request.model, request.source),
         *losses(request.model, forward, backward, effort, symmetric=True), *rounding_lost(current),
-        *error_on_log(request, entries), *said_of_units(request.axis, effort),
+        *delay_lost(request.model, mean), *error_on_log(request, entries), *said_of_units(request.axis, effort),
     )  # fmt: skip
     text = tf5200_text(request.model, mean, current, notes, request.source.lines)
     return Product({f"{request.name}.txt": text}, notes)

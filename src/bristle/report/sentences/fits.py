@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from bristle.report.sentences.sentence import Sentence, plural, says
 
 __all__ = ["FITS"]
@@ -15,6 +18,16 @@ _INTERVALS = (
     "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles; {left} of the residual (root mean square) is "
     "none of these, and comes back block by block with a sign drawn by chance"
 )
+
+
+HALF_SAMPLE = 0.1  # so many samples from half of one are as good as half
+
+
+def _lead(numbers: Mapping[str, Any]) -> int:
+    """Return 0 where the effort lags, 1 where it leads, 2 where it leads by half a sample."""
+    if numbers["delay"] >= 0.0:
+        return 0
+    return 2 if abs(numbers["samples"] + 0.5) <= HALF_SAMPLE else 1
 
 
 FITS: dict[str, Sentence] = {
@@ -147,10 +160,13 @@ FITS: dict[str, Sentence] = {
             "found in this log together with the inertia, and taken out",
             "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples; 95 % interval "
             "±{half_width:time}), found in this log together with the inertia, and taken out",
+            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples, as where a controller "
+            "holds its output; 95 % interval ±{half_width:time}), found in this log together with the inertia, and "
+            "taken out",
         ),
         "a delay between the channels was found and taken out",
         "nothing",
-        choose=lambda texts, numbers: texts[numbers["delay"] < 0.0],
+        choose=lambda texts, numbers: texts[_lead(numbers)],
     ),
     "delay_unknown": says(
         "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "

@@ -164,6 +164,7 @@ PARAMETERS: dict[str, Sentence] = {
     "held_levels": held(
         "it cannot be told from the difference between {levels[0]} and {levels[1]}",
         "the offset is the difference of friction by direction",
+        "write `offset` under [plant] of the axis file where it is known",
     ),
     "held_constant": held(
         "half of what the effort of both directions differs by, as of a weight: {levels[0]} and {levels[1]} cannot be "
