@@ -68,7 +68,7 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]
 
 
-@pytest.mark.parametrize(("offset", "told"), [(1.5, True), (0.0, False)])
+@pytest.mark.parametrize(("offset", "told"), [(3.0, True), (0.6, False), (0.0, False)])
 def test_a_constant_force_that_another_model_found_is_named(offset, told):
     log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=10.0)
     split, plain = "coulomb_viscous+asymmetry", "coulomb_viscous"
@@ -78,6 +78,6 @@ def test_a_constant_force_that_another_model_found_is_named(offset, told):
     named = [note for note in notes if "holds offset at 0" in note]
     assert bool(named) is told
     if told:
-        assert re.search(r'coulomb_viscous found 1\.[45].*offset = "1\.[45]\d* N" under \[plant\]', named[0])
+        assert re.search(r'coulomb_viscous found (3|2\.9).*offset = "(3|2\.9)\d*\.?\d* N" under \[plant\]', named[0])
     assert not [note for note in replace(found, fits=(fits[plain], fits[split])).notes if "offset" in note]
     assert not [note for note in replace(found, fits=(fits[split],)).notes if "offset" in note]
