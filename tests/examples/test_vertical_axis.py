@@ -94,7 +94,7 @@ def exported(found, folder, points):
 def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):
     exported(found, tmp_path / "out", 3)
     rows = [row.split(",") for row in (tmp_path / "out" / "axis_x.csv").read_text().splitlines()[1:]]
-    told = {(name, unit): float(amount) for name, amount, unit in rows}
+    told = {(name, unit): float(amount) for name, amount, unit, _ in rows}
     middle = LEVEL + 0.5 * VISCOUS * found.treatment["velocity_max"]
     assert told["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
     assert told["F+", "%"] == pytest.approx(middle / PERCENT, rel=0.03)
