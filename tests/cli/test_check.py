@@ -156,6 +156,7 @@ def test_a_quantity_that_is_none_is_bad_input_with_its_line(bristle, place, comm
         assert "allowed" in found.err
 
 
+@pytest.mark.slow
 def test_a_product_of_quantities_is_described_checked_and_identified(bristle, place):
     for header in ("", "from __future__ import annotations\n"):
         own = header + EXAMPLE.read_text()

@@ -145,6 +145,7 @@ def test_a_users_model_that_is_gone_harms_no_later_process(probe, tmp_path):
     assert probe()[1] == 0
 
 
+@pytest.mark.slow
 def test_a_damaged_or_unwritable_cache_only_costs_time(probe, tmp_path):
     good, _ = probe()
     for file in (tmp_path / "cache").rglob("*.bin"):

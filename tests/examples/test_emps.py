@@ -33,6 +33,7 @@ def identified(bristle, tmp_path):  # noqa: F811
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.measured
 def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
     found = identified(emps, "coulomb_viscous")

@@ -78,6 +78,7 @@ def test_a_larger_sample_holds_a_smaller_one_and_lines_that_move_stay_in_it():
     assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
 
 
+@pytest.mark.slow
 def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
     assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"

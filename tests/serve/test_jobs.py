@@ -110,6 +110,7 @@ def test_it_ends_at_once_where_that_is_asked_for(server, client, case, work):
         os.kill(process.pid, 0)
 
 
+@pytest.mark.slow
 def test_after_its_time_it_is_asked_to_end_and_then_ended(server, client, case, work):
     work(KEEPS_THE_BEST)
     begin = time.monotonic()

@@ -36,6 +36,7 @@ def dask(tmp_path_factory):
         yield cluster
 
 
+@pytest.mark.slow
 def test_killed_workers_and_a_killed_command_lose_and_double_nothing(slow_bench, dask):
     bench = slow_bench
     study = bench.study(runs=("runs = 12", "runs = 64"))
