@@ -33,6 +33,7 @@ __all__ = [
     "lane_packer",
     "lane_unpacker",
     "motion_reader",
+    "number_count",
     "pack",
     "packer",
     "structure_of",
@@ -149,7 +150,7 @@ def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple
     """Yield the places of each part that is the same as one beside it, and those in that one."""
     before: list[tuple[Structure, int]] = []
     for part in structure[1]:
-        size = _size(part)
+        size = number_count(part)
         if isinstance(part, tuple):
             numbers = rows[:, first : first + size].tobytes()
             before_it = [at for kind, at in before if kind == part and rows[:, at : at + size].tobytes() == numbers]
@@ -161,8 +162,9 @@ def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple
         first += size
 
 
-def _size(part: Any) -> int:
-    return sum(map(_size, part[1])) if isinstance(part, tuple) else 1
+def number_count(part: Any) -> int:
+    """Return how many numbers a part of a structure of scalars has."""
+    return sum(map(number_count, part[1])) if isinstance(part, tuple) else 1
 
 
 @cache

@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
 from bristle.core.errors import InputError, InputWarning
-from bristle.core.packing import pack, structure_of, unpacker
+from bristle.core.packing import number_count, pack, structure_of, unpacker
 from bristle.core.surroundings import motion_with
 
 __all__ = ["Instance", "memory_of", "warn_of_lost"]
@@ -92,12 +92,8 @@ def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
             places += _places_of(field, part, at)
         elif name == field:
             places.append(at)
-        at += _count(part)
+        at += number_count(part)
     return tuple(places)
-
-
-def _count(part: Any) -> int:
-    return sum(map(_count, part[1])) if isinstance(part, tuple) else 1
 
 
 def warn_of_lost(part: Instance) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from bristle.core.errors import told_by
 from bristle.core.own_code import place_in_own_code
 
-__all__ = ["Check", "Demand", "Fact", "UnmetError", "outcome"]
+__all__ = ["Check", "Demand", "Fact", "UnmetError", "outcomes"]
 
 Demand = Callable[[Any], Any]
 
@@ -67,7 +67,7 @@ class UnmetError(Exception):
         super().__init__(self.fact.detail)
 
 
-def outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
+def _outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
     """Return what became of a demand on a model, or what else has a contract; what to do where its code stops."""
     name = check.__name__.replace("_", " ")
     try:
@@ -80,6 +80,18 @@ def outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never ra
         return Check(
             name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops
         )
+
+
+def outcomes(
+    checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise"
+) -> list[Check]:
+    """Return what became of several demands, in order; after one of `form` that is not met the others are not tried."""
+    results: list[Check] = []
+    for check in checks:
+        results.append(_outcome(check, subject, where_it_stops))
+        if not results[-1].passed and check in form:
+            break
+    return results
 
 
 def _told_place(error: BaseException) -> str:

@@ -18,14 +18,15 @@ from bristle.core.kernel import kernels
 from bristle.core.slot import Slot
 from bristle.core.status import Status
 from bristle.core.variable import unit_of, variables_of
-from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.engine import force_along, run_open_loop, settled
 from bristle.exports.proof import compiler, proved
 from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
 from bristle.testing import slot
-from bristle.testing.check import Check, Demand, Fact, UnmetError, outcome
+from bristle.testing.bits import compiled_as_plain
+from bristle.testing.check import Check, Demand, Fact, UnmetError, outcomes
 from bristle.testing.sampled import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
 __all__ = ["CHECKS", "COMPILED", "OF_SLOT", "SLOT_FORM", "Check", "check_model", "example_of"]
@@ -51,7 +52,6 @@ def check_model(
     list of Check
         One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
     """
-    results: list[Check] = []
     resolved = find(model, "model") if isinstance(model, str) else model
     demands = next((checks_of for family, checks_of in DEMANDS.items()
                     if isinstance(getattr(resolved, "component", resolved), family)), None)  # fmt: skip
@@ -64,11 +64,7 @@ def check_model(
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
-    for check in demands if checks is None else checks:
-        results.append(outcome(check, bound))
-        if not results[-1].passed and check in FORM_OF_ALL:
-            break
-    return results
+    return outcomes(demands if checks is None else checks, bound, FORM_OF_ALL)
 
 
 def example_of(component: Component) -> Model:
@@ -287,14 +283,7 @@ def same_bits_compiled(model: Model) -> Fact:
     """Plain Python and compiled code agree to the bit."""
     x = np.cumsum(np.random.default_rng(SEED).standard_normal(400)) * 1e-6
     v = np.diff(x) / 1e-3
-    fast = force_along(model, v, 1e-3, x[1:])
-    with interpreted():
-        slow = force_along(model, v, 1e-3, x[1:])
-    worst = float(np.max(np.abs(fast - slow)))
-    fact = Fact(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
-    if not np.array_equal(fast, slow):
-        raise UnmetError(fact, "Use bristle.core.mathematics, not math or **")
-    return fact
+    return compiled_as_plain(lambda: force_along(model, v, 1e-3, x[1:]), model.kind)
 
 
 def same_bits_exported(model: Model) -> Fact:

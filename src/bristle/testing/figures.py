@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.variable import KINDS, Kind
-from bristle.testing.check import Check, Fact, UnmetError, outcome
+from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,13 +85,7 @@ def check_figure(figure: ReportFigure) -> list[Check]:
     list of Check
         One for each demand, in order; where nothing is drawn, the others are not tried.
     """
-    results: list[Check] = []
-    trial = _Trial(figure)
-    for check in FIGURE_CHECKS:
-        results.append(outcome(check, trial, ADVICE))
-        if not results[-1].passed and check in FORM:
-            break
-    return results
+    return outcomes(FIGURE_CHECKS, _Trial(figure), FORM, ADVICE)
 
 
 class _Trial:

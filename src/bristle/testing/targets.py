@@ -19,7 +19,7 @@ from bristle.exports.writing import checked_product
 from bristle.files.axis import axis_from
 from bristle.plants import inertia
 from bristle.plants.terms import with_terms
-from bristle.testing.check import Check, Fact, UnmetError, outcome
+from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 __all__ = ["TARGET_CHECKS", "check_target", "example_requests"]
 
@@ -92,13 +92,7 @@ def check_target(target: Target) -> list[Check]:
     list of Check
         One for each demand, in order; where nothing is written, the others are not tried.
     """
-    results: list[Check] = []
-    trial = _Trial(target)
-    for check in TARGET_CHECKS:
-        results.append(outcome(check, trial, REFUSE))
-        if not results[-1].passed and check in FORM:
-            break
-    return results
+    return outcomes(TARGET_CHECKS, _Trial(target), FORM, REFUSE)
 
 
 def described_target(trial: _Trial) -> Fact:

@@ -1,26 +1,32 @@
-"""FMUs for FMI 2.0."""
+"""FMUs for FMI 2.0, and what makes the target of either version."""
 
 from __future__ import annotations
 
+from functools import partial
+
 from bristle.exports.target import Product, Request, Target
 
-__all__ = ["TARGET"]
+__all__ = ["TARGET", "target_of"]
 
 
-def write(request: Request) -> Product:
+def write(request: Request, *, fmi: int) -> Product:
     """Return one FMU of the friction, and another one of friction and plant."""
     from bristle.exports.fmu import Setting, fmu_files
 
-    setting = Setting(request.name, request.source, request.dt, fmi=2)
-    return Product(*fmu_files(request.model, request.plant, setting))
+    return Product(*fmu_files(request.model, request.plant, Setting(request.name, request.source, request.dt, fmi)))
 
 
-TARGET = Target(
-    name="fmu2",
-    title="FMU 2",
-    write=write,
-    tunable=True,
-    needs="a compiler",
-    description="FMUs for FMI 2.0, of the friction and, where the model file has a plant, of both, with a library for "
-    "each platform that there is a compiler for",
-)
+def target_of(fmi: int) -> Target:
+    """Return the target of a version of FMI."""
+    return Target(
+        name=f"fmu{fmi}",
+        title=f"FMU {fmi}",
+        write=partial(write, fmi=fmi),
+        tunable=True,
+        needs="a compiler",
+        description=f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, with a "
+        "library for each platform that there is a compiler for",
+    )
+
+
+TARGET = target_of(2)
