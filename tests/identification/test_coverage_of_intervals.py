@@ -35,6 +35,7 @@ FEW = (4, 5, 6)  # half-cycles
 HALF_CYCLE = 0.4  # s
 MOTION, NAMES = sines(4.0), tuple(TRUTH)
 LASTING, SIZE = 0.02, 0.5  # s, N: noise of first order
+ROUNDED = {"F_C": 8.0, "F_S": 10.0, "v_S": 5e-3, "sigma_0": 1e6, "sigma_1": 3795.0, "sigma_2": 40.0}
 LAW, WAVE = controllers.cascade(k_p=80.0, k_v=3000.0), 0.27  # of the loops; a period [s]
 
 
@@ -256,10 +257,10 @@ def test_errors_of_a_stiffness_are_factors():
     log = slow_log(friction.dahl(F_C=LEVEL, sigma_0=4e4), duration=3.0, noise=20.0)
     fit = identify(log, "dahl", mass=MASS, offset=0.0, blocks=0, draws=20).best
     one, draws = fit.parameters["sigma_0"], fit.resampling.bands.draws["sigma_0"]
-    assert one.interval[1] > 1.5 * one.value
-    # As many times as replicates come out above the truth that they were made with, so many times it may lie lower.
-    for end, tail in zip(one.interval, (97.5, 2.5), strict=True):
-        assert one.value / end == pytest.approx(np.percentile(draws, tail) / one.value, rel=0.01)
+    assert one.interval[1] > 1.3 * one.value
+    # Replicates come out above the truth that they were made with, and so may the value: by factors, never below zero.
+    assert one.interval[1] - one.value > 1.5 * (one.value - one.interval[0])
+    assert one.interval == pytest.approx(tuple(np.percentile(draws, [2.5, 97.5])))
 
 
 def replicates() -> RowReplicates:
@@ -400,15 +401,37 @@ def test_in_a_loop_bands_hold_what_is_rare_and_large():
     assert 94.0 < found.inside_percent < 98.5
 
 
-@pytest.mark.parametrize(("sample_time", "names"), [(4e-3, ("F_C",)), (1e-3, ())])
-def test_a_value_outside_its_interval_is_told(sample_time, names):
-    # At 250 Hz and 35 rad/s the filter rounds the corners of the friction, of the log and of its replicates alike.
-    t = sample_time * np.arange(round(9.0 / sample_time))
+@cache
+def rounded(name: str):
+    """A fit to an axis in open loop, whose filter rounds what friction does at reversals."""
+    t = DT * np.arange(9000)
     effort = 30.0 * np.sin(12.0 * t) + 12.0 * np.sin(34.8 * t) + 8.0 * np.sin(0.7 * t)
-    truth = friction.coulomb_viscous(F_C=8.0, F_v=40.0)
-    position = run_open_loop(plants.inertia(M=40.0), truth, effort, sample_time, steps=4).position
-    fit = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=100)
-    told = [one.numbers["names"] for one in fit.diagnostics if one.code == "shifted"]
-    assert told == ([names] if names else [])
-    estimate = fit.parameters["F_C"]
-    assert (estimate.interval[0] <= estimate.value <= estimate.interval[1]) == (not names)
+    law = ROUNDED if name == "lugre" else {"F_C": 8.0, "F_v": 40.0}
+    truth = friction.find(name)(**law)
+    position = run_open_loop(plants.inertia(M=40.0), truth, effort, DT, steps=20).position
+    return br.identify({"time": t, "position": position, "effort": effort}, name, draws=40, blocks=0)
+
+
+def test_a_value_outside_its_interval_is_told():
+    fit = rounded("lugre")
+    (told,) = (one.numbers["names"] for one in fit.diagnostics if one.code == "shifted")
+    inside = {name for name, one in fit.parameters.items()
+              if one.interval and one.interval[0] <= one.value <= one.interval[1]}  # fmt: skip
+    assert "F_S" in told
+    assert not inside.intersection(told)
+    assert not any(one.code == "shifted" for one in rounded("coulomb_viscous").diagnostics)
+
+
+def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
+    fit = rounded("lugre")
+    for name, truth in ROUNDED.items():
+        one = fit.parameters[name]
+        assert one.interval[0] < truth < one.interval[1]
+        # The middle of the draws is closer than the value, which misses by more than noise.
+        draws = fit.best.resampling.bands.draws[name]
+        assert abs(np.mean(draws) / truth - 1.0) < 2.5e-3
+    assert abs(fit.parameters["sigma_1"].value / ROUNDED["sigma_1"] - 1.0) > 0.01
+
+
+def test_a_right_model_does_not_differ_between_half_cycles():
+    assert not any(one.code == "half_cycles_differ" for one in rounded("lugre").diagnostics)

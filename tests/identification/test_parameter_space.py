@@ -72,6 +72,22 @@ def test_a_derivative_is_the_limit_of_differences(case):
         np.testing.assert_allclose(space.derivative(theta) / size, 0.5e6 * differences / size, rtol=1e-5, atol=1e-6)
 
 
+def test_the_other_side_is_as_far_and_keeps_what_a_model_allows():
+    space, rng = space_of("excess over another"), np.random.default_rng(6)
+    best, names = 0.5 * (anywhere(space, rng) + anywhere(space, rng)), space.names
+    near = best + 0.01 * rng.standard_normal(best.size)
+    there, middle, here = (dict(zip(names, one, strict=True)) for one in (
+        space.turned(near, best).numbers, space.numbers(best), space.numbers(near)))  # fmt: skip
+    for name in set(names) - {"F_S"}:
+        side = middle[name] ** 2 / here[name] if name in space.logarithmic else 2.0 * middle[name] - here[name]
+        assert there[name] == pytest.approx(side)
+    # Farther than the excess reaches down, F_S is F_C.
+    excess = list(names).index("F_S")
+    far = space.turned(np.where(np.arange(best.size) == excess, 3.0 * best, best), best)
+    assert far.values["F_S"] == far.values["F_C"]
+    assert far.numbers.tolist() == list(far.values.values())
+
+
 class State(NamedTuple):
     pass
 

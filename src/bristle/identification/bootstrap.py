@@ -1,10 +1,12 @@
 """Parametric bootstrap: intervals from fits to logs that the fitted model made.
 
 The error of a fit is that of the same fit to a log that the fitted model made, a replicate. Errors are turned around:
-where the fits to replicates come out high, so did the first one (basic interval [1]_); those of a parameter that is
-sought in its logarithm are factors. A parameter on an edge of its range has the percentiles themselves. Replicates come
-in pairs, the second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the
-middle of a few hundred fits then cancels, and the bias is left.
+where the fits to replicates come out high, so did the first one. Parameters that lie as far on the other side of the
+estimate as the fit to a replicate does on its own are a draw of what the log allows, and intervals are percentiles of
+the draws (basic interval [1]_); errors of a parameter that is sought in its logarithm are factors. Replicates come in
+pairs, the second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the
+middle of a few hundred fits then cancels, and the bias is left. A parameter on an edge of its range is not turned
+around, for there is nothing on the other side: it takes the value of the other replicate of the pair.
 
 The scatter that replicates show, over the one that they were made with, gives the interval of the scatter, and how far
 that of a replicate may be from the estimate.
@@ -20,7 +22,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -28,19 +30,24 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.identification.covariance import Jackknife
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
-from bristle.identification.parameter_space import Solution
+from bristle.identification.parameter_space import Solution, Turned
+from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Problem, Replicates
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
 
-__all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "basic_interval", "bootstrap"]
+__all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "bootstrap", "turned"]
 
+QUIET = 8  # draws without scatter, by which what looks like it is known
 PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
 FEWEST_CYCLES = 4  # for a scatter
+CENTRING, ROUNDS = 8, 4  # pairs of replicates that tell where fits come out, and how often they are asked
+OFF = 0.5  # standard deviations by which fits may come out beside
 EDGE = 3.0  # standard deviations beyond which an estimated square went astray
 
 
@@ -51,13 +58,16 @@ class Bootstrap:
     Parameters
     ----------
     draws : ndarray, shape (draw, reported and curve)
-        What was fitted to each replicate, as the space reports it [SI]; `members` is the same as the model takes it.
+        Parameters that the log allows, as the space reports them [SI]; `members` is the same as the model takes it.
     scatter : Scatter
         From reversal to reversal.
     unexplained : float
         Root mean square of the part of the residual that neither noise, encoder nor scatter explain.
     residual, slope : ndarray, shape (row,)
         What the fit left over of the signal, and by how much that rises with the level of friction.
+    jackknife, usual_jackknife : mapping of str to float
+        Standard error of parameters [SI] by leaving out half-cycles, of the log, and of the replicates in the root mean
+        square; empty with too few half-cycles.
     """
 
     solution: Solution
@@ -68,6 +78,8 @@ class Bootstrap:
     unexplained: float
     residual: np.ndarray
     slope: np.ndarray
+    jackknife: Mapping[str, float]
+    usual_jackknife: Mapping[str, float]
 
     @property
     def reported(self) -> tuple[str, ...]:
@@ -81,11 +93,7 @@ class Bootstrap:
 
     def interval(self, name: str) -> tuple[float, float]:
         """Return the 95 % interval of a parameter [SI]."""
-        column, space = self.reported.index(name), self.solution.space
-        if name in self.solution.at_edge:
-            return _percentiles(self.draws[:, column])
-        estimate = space.numbers(self.solution.theta)[column]
-        return basic_interval(self.draws[:, column], estimate, logarithmic=name in space.logarithmic)
+        return _percentiles(self.draws[:, self.reported.index(name)])
 
     @property
     def curve(self) -> tuple[tuple[float, float, float, float], ...]:
@@ -93,8 +101,7 @@ class Bootstrap:
         first, space = len(self.reported), self.solution.space
         forces, draws = space.numbers(self.solution.theta)[first:], self.draws[:, first:].T
         return tuple(
-            (x, float(force), *basic_interval(drawn, force, logarithmic=False))
-            for x, force, drawn in zip(space.curve, forces, draws, strict=True)
+            (x, float(force), *_percentiles(drawn)) for x, force, drawn in zip(space.curve, forces, draws, strict=True)
         )
 
 
@@ -103,13 +110,23 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> tuple[float, float]:
-    """Return the 95 % interval of an estimate from estimates of replicates, shape (draw,), whose truth it is."""
-    if logarithmic:
-        low, high = basic_interval(np.log(draws), float(np.log(estimate)), logarithmic=False)
-        return float(np.exp(low)), float(np.exp(high))
-    low, high = _percentiles(draws)
-    return float(2.0 * estimate - high), float(2.0 * estimate - low)
+def turned(solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0) -> list[Turned]:
+    """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
+
+    The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
+    what fits are off in the mean a share is in `doubt`, as one standard error.
+    """
+    pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
+    middle = 0.5 * (solution.theta + centre)
+    off = doubt * (np.mean(thetas, axis=0) - centre)
+    spread = np.random.default_rng(SEED).standard_normal(len(thetas) // 2 + 1)
+    drawn = thetas + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[: len(thetas)]
+    drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn)
+    return [solution.space.turned(theta, middle) for theta in drawn]
+
+
+def _on_edge(solution: Solution) -> np.ndarray:
+    return np.array([name in solution.at_edge for name in solution.space.names])
 
 
 def bootstrap(
@@ -125,26 +142,49 @@ def bootstrap(
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     visible = scatter_in(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
     fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
-                 Refit(solution, free, linear=linear), cycles, slope)  # fmt: skip
+                 Refit(solution, free, linear=linear), cycles, slope, solution.theta, problem.parameters,
+                 Jackknife.of(solution, cycles))  # fmt: skip
     rng = np.random.SeedSequence(SEED)
+    first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
-        # A fit takes part of the scatter into its parameters: what is visible of it is less than there is.
-        pilot = _squares(pool.map(fits.fit, rng.spawn(PILOT)))
-        scatter = visible * visible / pilot.mean**0.5 if pilot.mean > 0.0 else 0.0
-        fits = fits.disturbed(scatter=scatter)
-        square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, rng.spawn(PILOT))
+        # Noise and the treatment look like scatter, too, and a fit takes part of it into its parameters: what is
+        # visible of it is not what there is.
+        quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
+        pilot = _squares(pool.map(fits.fit, first)).above(quiet)
+        scatter = visible * (max(visible**2 - quiet, 0.0) / pilot.mean) ** 0.5 if pilot.mean > 0.0 else 0.0
+        fits = _centred(fits.disturbed(scatter=scatter), pool, pairs[:CENTRING])
+        square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, second)
         lacking = max(square - float(np.mean([fit.square for fit in pilots])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
         fits, drawn = replace(fits, squares=pilot), []
-        for pair in pool.map(fits.pair, rng.spawn(-(-count // 2))):
+        for pair in pool.map(fits.pair, pairs):
             drawn += pair
             report(min(len(drawn) / count, 1.0))
-    squares, drawn = _squares(drawn), drawn[:count]
+    thetas = np.array([fit.theta for fit in drawn[:count]])
+    squares, draws = _squares(drawn).above(quiet), turned(solution, thetas, fits.centre, fits.replicates.doubt)
     low, high = (scatter / squares.deviation(share) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
-        solution, np.array([fit.numbers for fit in drawn]), tuple(fit.values for fit in drawn), fits.disturbance,
-        Scatter(scatter, low, high), lacking**0.5, residual, slope,
+        solution, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws), fits.disturbance,
+        Scatter(scatter, low, high), lacking**0.5, residual, slope, *fits.jackknifed(residual, drawn),
     )  # fmt: skip
+
+
+def _centred(fits: _Fits, pool: Abreast, seeds: Sequence[np.random.SeedSequence]) -> _Fits:
+    """Return the same with replicates of those parameters to which fits come out where that to the log did.
+
+    The error of a fit to what the first one found is that of the truth only where both are close together.
+    """
+    solution = fits.refit.solution
+    if fits.refit.linear or solution.space.linear:
+        return fits
+    for _ in range(ROUNDS):
+        thetas = np.array([fit.theta for pair in pool.map(fits.pair, seeds) for fit in pair])
+        off = np.where(_on_edge(solution), 0.0, np.mean(thetas, axis=0) - solution.theta)
+        centre = np.clip(fits.centre - off, solution.space.low, solution.space.high)
+        if np.all(np.abs(centre - fits.centre) <= OFF * np.std(thetas, axis=0, ddof=1)):
+            break
+        fits = fits.around(centre)
+    return fits
 
 
 class ChiSquare(NamedTuple):
@@ -178,6 +218,13 @@ class ChiSquare(NamedTuple):
         half = (1.0 + (1.0 + 2.0 * variance) ** 0.5) / (2.0 * variance)
         return cls(half * math.exp(middle - float(psi(half))), 2.0 * half)
 
+    def above(self, least: float) -> ChiSquare:
+        """Return the distribution of what squares have above the `least` that is none of it."""
+        if self.mean <= least:
+            return CERTAIN
+        share = 1.0 - least / self.mean
+        return ChiSquare(share * self.mean, self.freedom)
+
     def deviation(self, share: float) -> float:
         """Return below which ratio to the true one a share of the estimated standard deviations lies."""
         from scipy.special import chdtri
@@ -189,13 +236,13 @@ CERTAIN = ChiSquare(0.0, math.inf)
 
 
 class _Drawn(NamedTuple):
-    """A fit to one replicate: parameters as reported and as the model takes them, and the mean square of the residual.
+    """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
 
     The scatter is the one that is visible, in units of the estimated one.
     """
 
-    numbers: np.ndarray
-    values: dict[str, Any]
+    theta: np.ndarray
+    jackknife: np.ndarray
     scatter: float
     square: float
 
@@ -209,6 +256,7 @@ class _Fits:
     """What fits a model to its replicates.
 
     Nobody knows the scatter exactly: that of a replicate is as far from the estimate as `squares` of others are.
+    Replicates are those of the coordinates `centre`.
     """
 
     replicates: Replicates
@@ -216,11 +264,24 @@ class _Fits:
     refit: Refit
     cycles: Groups
     slope: np.ndarray
+    centre: np.ndarray
+    parameters: ParameterSet
+    jackknife: Jackknife
     squares: ChiSquare = CERTAIN
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
         return replace(self, disturbance=self.disturbance._replace(**changes))
+
+    def around(self, centre: np.ndarray) -> _Fits:
+        """Return the same with replicates of other coordinates."""
+        values = self.parameters.complete(self.refit.solution.space.values(centre))
+        return replace(self, replicates=self.replicates.made_with(values), centre=centre)
+
+    def jackknifed(self, residual: np.ndarray, drawn: Sequence[_Drawn]) -> tuple[dict[str, float], dict[str, float]]:
+        """Return what leaving out half-cycles changes by the residual of the log, and by those of replicates."""
+        usual = np.sqrt(np.mean([fit.jackknife**2 for fit in drawn], axis=0))
+        return self.jackknife.named(self.jackknife.std(residual)), self.jackknife.named(usual)
 
     def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:
         """Fit the model to a replicate and to its mirror image."""
@@ -236,8 +297,8 @@ class _Fits:
         replicate = self.replicates.draw(self.disturbance._replace(scatter=ratio * scatter), rng, side)
         theta, residual = self.refit.solve(replicate, solution.theta)
         return _Drawn(
-            solution.space.numbers(theta),
-            solution.space.values(theta),
-            scatter_in(self.cycles, self.slope, residual) / ratio if scatter > 0.0 else 0.0,
+            theta,
+            self.jackknife.std(residual),
+            scatter_in(self.cycles, self.slope, residual) / ratio if self.cycles.count >= FEWEST_CYCLES else 0.0,
             float(np.mean(residual**2)),
         )

@@ -21,15 +21,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.least_squares import unbounded
 from bristle.identification.half_cycles import Groups
 from bristle.identification.parameter_space import Solution
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["Covariance", "covariance_of", "is_white", "jackknife_std"]
+__all__ = ["Covariance", "Jackknife", "covariance_of", "is_white"]
 
 CLUSTERS = 40
 FEWEST_CYCLES = 5  # half-cycles of a jackknife
+RANK = 1e-12  # of the largest singular value of its equations
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 
 
@@ -106,31 +106,54 @@ def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
     return factor * (sums.T @ sums)
 
 
-def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> dict[str, float]:
-    r"""Return the standard error of each parameter [SI] by leaving out one half-cycle after the other.
+@dataclass(frozen=True)
+class Jackknife:
+    r"""Standard errors of parameters by leaving out one half-cycle after the other.
 
-    Without half-cycle `k` the solution moves, to first order, by
+    Without half-cycle `k` a solution moves, to first order, by
 
     .. math:: \delta_k = -\left(J^T J - J_k^T J_k\right)^{-1} J_k^T r_k
 
     and :math:`\tfrac{n - 1}{n} \sum_k (\delta_k - \bar\delta)^2` is the variance. What is common to all half-cycles, as
-    the error of the encoder is, it does not see. With fewer than five there is none.
+    the error of the encoder is, it does not see. It takes any residual of all rows. With fewer than five half-cycles
+    it tells nothing, and of `names` of reported parameters nothing where they are on an edge.
     """
-    if cycles.count < FEWEST_CYCLES:
-        return {}
-    space, theta, jacobian = solution.space, solution.theta, solution.jacobian
-    inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
-    columns = jacobian[:, inner]
-    scale = np.linalg.norm(columns, axis=0)
-    columns = columns / scale
-    parts = np.stack([part.T @ part for part in cycles.split(columns)])
-    pulls = cycles.summed(columns * residual[:, None])
-    total = np.sum(parts, axis=0)
-    moved = np.stack([-unbounded(total - part, pull, rcond=1e-12) for part, pull in zip(parts, pulls, strict=True)])
-    changes = moved @ (solution.derivative[:, inner] / scale).T
-    count = len(moved)
-    std = np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
-    return {name: float(s) for name, s in zip(space.reported, std, strict=True) if name not in solution.at_edge}
+
+    names: tuple[str, ...]
+    on_edge: frozenset[str]
+    cycles: Groups
+    columns: np.ndarray
+    moved: np.ndarray
+
+    @classmethod
+    def of(cls, solution: Solution, cycles: Groups) -> Jackknife:
+        """Return the jackknife of a solution."""
+        space, theta, jacobian = solution.space, solution.theta, solution.jacobian
+        inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
+        scale = np.linalg.norm(jacobian[:, inner], axis=0)
+        columns = jacobian[:, inner] / scale
+        if cycles.count < FEWEST_CYCLES:
+            return cls((), frozenset(), cycles, columns, np.zeros((cycles.count, 0, columns.shape[1])))
+        parts = np.stack([part.T @ part for part in cycles.split(columns)])
+        inverse = np.linalg.pinv(np.sum(parts, axis=0) - parts, rcond=RANK, hermitian=True)
+        return cls(
+            space.reported,
+            frozenset(solution.at_edge),
+            cycles,
+            columns,
+            -(solution.derivative[:, inner] / scale) @ inverse,
+        )
+
+    def named(self, std: np.ndarray) -> dict[str, float]:
+        """Return standard errors by the name of the parameter."""
+        return {name: s for name, s in zip(self.names, std.tolist(), strict=True) if name not in self.on_edge}
+
+    def std(self, residual: np.ndarray) -> np.ndarray:
+        """Return the standard error of each parameter [SI], of a residual of all rows."""
+        pulls = self.cycles.summed(self.columns * residual[:, None])
+        changes = np.einsum("krc,kc->kr", self.moved, pulls)
+        count = len(changes)
+        return np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
 
 
 def is_white(residual: np.ndarray, settings: Settings = DEFAULT) -> bool:

@@ -107,7 +107,8 @@ class Segment:
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
-    through the samples of `first_cycle` before: the motion repeats. Columns of `regressors` are filtered as position
+    through the samples of `first_cycle` before: the motion repeats. The position as it was `recorded` [m or rad] is not
+    filtered. Columns of `regressors` are filtered as position
     and effort are; a coefficient makes efforts of them. `surroundings` are those that were recorded, by name [SI].
     """
 
@@ -116,6 +117,7 @@ class Segment:
     velocity: np.ndarray
     acceleration: np.ndarray
     effort: np.ndarray
+    recorded: np.ndarray
     log: int = 0
     surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)
     first_cycle: int = 0

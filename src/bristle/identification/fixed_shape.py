@@ -16,7 +16,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
-from bristle.identification.parameter_space import ParameterSpace
+from bristle.identification.parameter_space import ParameterSpace, Turned
 
 __all__ = [
     "DIFFERENCE",
@@ -32,6 +32,7 @@ ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
 CURVE = 12  # displacements at which the virgin curve has intervals
+LEAST = 0.05  # of level and stiffness: both stay positive, however far a draw is off
 DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 STIFFNESS = Variable(
     "force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding"
@@ -188,3 +189,16 @@ class ElementSpace(ParameterSpace):
         """Return what is reported [SI], and the virgin curve."""
         reach = np.minimum.outer(np.array(self.curve), self.thresholds)
         return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
+
+    def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
+        """Return what lies as far on the other side of the `best` coordinates as others do: level, stiffness, the rest.
+
+        Between level and stiffness, elements have the shape of the others: without force, one has no other side.
+        """
+        other, count = 2.0 * best - theta, self.thresholds.size
+        other[count:] = np.clip(other[count:], self.low[count:], self.high[count:])
+        numbers, values, shape = self.numbers(other), self.values(theta), slice(len(self.levels) + 1)
+        numbers[shape] = np.maximum(numbers[shape], LEAST * self.numbers(best)[shape])
+        values |= {name: float(number) for name, number in zip(self.reported, numbers, strict=False)}
+        values[ARRAYS[0]] *= values.pop(TOTAL) / np.sum(values[ARRAYS[0]])
+        return Turned(numbers, values)

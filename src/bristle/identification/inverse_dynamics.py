@@ -27,13 +27,14 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
-from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical, transmitted_by
+from bristle.identification.dataset import Dataset, Segment, derivative, mechanical, transmitted_by
 from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
 from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import Fold
+from bristle.identification.recovered_motion import FINER, Recovered, between_samples, recovered
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
 from bristle.logs.log import Channel, Log
@@ -41,6 +42,8 @@ from bristle.plants.terms import TURN
 
 __all__ = ["InverseDynamics", "RowReplicates"]
 
+HOLD = 0.5  # samples: an effort that is held acts so much earlier or later
+DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -136,9 +139,13 @@ class InverseDynamics:
 
     @cached_property
     def delay_std(self) -> float:
-        """Standard error of the delay that was taken out of the log [s]."""
+        """Standard error of the delay that was taken out of the log [s]; of one that nobody knows, that of a hold."""
         alignment = self.dataset.alignment
-        return (alignment.delay_half_width or 0.0) / NORMAL_95 if alignment else 0.0
+        if alignment is None or not alignment.sought:
+            return 0.0
+        if alignment.delay is None:
+            return HOLD * self.dataset.sample_time
+        return (alignment.delay_half_width or 0.0) / NORMAL_95
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return nothing: the error of the effort along the motion is known of every fit."""
@@ -234,6 +241,17 @@ class RowReplicates:
 
     problem: InverseDynamics
     values: Mapping[str, float]
+    left: tuple[np.ndarray, ...] | None = None
+
+    @property
+    def doubt(self) -> float:
+        """The more, the less the position shows of what the filter takes from its reversals."""
+        seen = [one.seen[list(starts)] for one, starts in zip(self._recovered, self._starts, strict=True)]
+        return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate(seen))))
+
+    def made_with(self, values: Mapping[str, float]) -> RowReplicates:
+        """Return what draws logs of the same model with other parameters."""
+        return replace(self, values=values, left=self._residual)
 
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
         """Return the same problem on a log drawn anew."""
@@ -259,12 +277,14 @@ class RowReplicates:
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
         late, plant = self._wrong(rng, side)
-        for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
-            transmitted = transmitted_by(self._friction, self._plant, segment)
-            pure = force_with_scatter(
-                self._friction, segment, starts, dataset.sample_time, scatter, rng, transmitted=transmitted
-            )
-            pure += mechanical(plant, segment)
+        motions = zip(self._motion, self._between, self._starts, self._residual, strict=True)
+        for segment, between, starts, residual in motions:
+            transmitted = transmitted_by(self._friction, self._plant, between)
+            fine = force_with_scatter(
+                self._friction, between, [FINER * start for start in starts], dataset.sample_time / FINER, scatter, rng,
+                transmitted=transmitted,
+            )  # fmt: skip
+            pure = fine[::FINER] + mechanical(plant, segment)
             pure -= late * derivative(pure, dataset.sample_time)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
@@ -291,7 +311,8 @@ class RowReplicates:
         widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
         if not widths and not self.problem.delay_std:
             return 0.0, self._plant
-        late, *errors = side * rng.standard_normal(1 + len(widths))
+        # With numbers of its own, whatever else is drawn.
+        late, *errors = side * rng.spawn(1)[0].standard_normal(1 + len(widths))
         drawn = {
             name: self.values[name] + error / NORMAL_95 * width
             for (name, width), error in zip(widths.items(), errors, strict=True)
@@ -317,27 +338,23 @@ class RowReplicates:
 
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
-        """The motion of the log, with what the filter took from its corners put back once."""
-        return tuple(
-            _sharpened(segment, self.problem.dataset, finely=self._finely) for segment in self.problem.dataset.segments
-        )
+        """The motion of the log, before its filter."""
+        return tuple(one.segment for one in self._recovered)
+
+    @cached_property
+    def _recovered(self) -> tuple[Recovered, ...]:
+        return tuple(recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
+
+    @cached_property
+    def _between(self) -> tuple[Segment, ...]:
+        """The same between its samples."""
+        return tuple(between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:
-        """What the model leaves over along each segment [N or N*m]."""
+        """What the fitted model leaves over along each segment [N or N*m]."""
+        if self.left is not None:
+            return self.left
         dataset = self.problem.dataset
         explained = dataset.explained(self._plant, self._friction)
         return tuple(segment.effort - effort for segment, effort in zip(dataset.segments, explained, strict=True))
-
-
-def _sharpened(segment: Segment, dataset: Dataset, *, finely: bool) -> Segment:
-    dt, origin = dataset.sample_time, segment.position[0]
-    lost = segment.position - origin - low_passed(segment.position - origin, dataset.cutoff, dt)
-    position = segment.position + lost
-    slope = derivative if finely else np.gradient
-    velocity = slope(position - origin, dt)
-    at_rest = segment.velocity == 0.0
-    return replace(
-        segment, position=position, velocity=np.where(at_rest, segment.velocity, velocity),
-        acceleration=slope(velocity, dt),
-    )  # fmt: skip

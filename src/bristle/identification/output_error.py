@@ -244,6 +244,8 @@ class SignalReplicates:
     slope: np.ndarray
     left: np.ndarray
 
+    doubt = 0.0
+
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Changed:
         """Return the same fit to a log drawn anew."""
         cycles = self.error.half_cycles
@@ -256,6 +258,10 @@ class SignalReplicates:
             lacking = disturbance.unexplained * signs(signal.size, rng) * left
             changes.append(np.nan_to_num(change) + lacking)
         return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
+
+    def made_with(self, values: Mapping[str, float]) -> SignalReplicates:
+        """Return what draws logs of the same model with other parameters."""
+        return replace(self, values=values)
 
     @cached_property
     def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:

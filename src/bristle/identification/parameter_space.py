@@ -23,13 +23,20 @@ from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.scales import Scales
 
-__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace"]
+__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace", "Turned"]
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
 SHARE_MOST = 0.95  # of what a multiple must stay below: at 1 a gate would be a jump
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
 BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
+
+
+class Turned(NamedTuple):
+    """Parameters on the other side of the best ones: `numbers` as they are reported [SI], `values` for the model."""
+
+    numbers: np.ndarray
+    values: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -70,6 +77,11 @@ class ParameterSpace:
     def derivative(self, theta: np.ndarray) -> np.ndarray:
         """Return the derivative of what is reported, shape (reported, coordinate)."""
         return np.eye(len(self.names))
+
+    def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
+        """Return what lies as far on the other side of the `best` coordinates as others do, within the bounds."""
+        other = np.clip(2.0 * best - theta, self.low, self.high)
+        return Turned(self.numbers(other), self.values(other))
 
 
 class Ceiling(NamedTuple):

@@ -227,6 +227,7 @@ def segment_of(
         velocity=with_sides(velocity, rest),
         acceleration=np.gradient(velocity, dt),
         effort=smooth_effort,
+        recorded=position,
         surroundings={name: low_passed(values.values[part], cutoff, dt) for name, values in log.surroundings.items()},
         regressors=tuple(low_passed(column.values[part], cutoff, dt) for column in log.regressors),
     )

@@ -44,8 +44,17 @@ class Fold(NamedTuple):
 class Replicates(Protocol):
     """What the same axis would have recorded, had the fitted model been the truth."""
 
+    @property
+    def doubt(self) -> float:
+        """Share, as one standard error, by which fits to the log may be off otherwise than those to replicates are."""
+        ...
+
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Residual:
         """Return the same problem on a log drawn anew, or on its mirror image, all disturbances reversed (-1)."""
+        ...
+
+    def made_with(self, values: Mapping[str, float]) -> Replicates:
+        """Return what draws logs of the same model with other parameters; what the fit left over stays what it is."""
         ...
 
 

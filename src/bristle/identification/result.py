@@ -111,7 +111,7 @@ class Resampling:
     Parameters
     ----------
     bands : Bands
-        Each free parameter as fitted to the replicates, and what else makes up a band around a prediction.
+        Sets of the free parameters that the log allows, and what else makes up a band around a prediction.
     scatter : Scatter
         Of the level of friction from reversal to reversal.
     half_cycles : int

@@ -5,15 +5,14 @@ It is the same for every problem, whatever the signal that it makes small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.variable import Variable
 from bristle.identification.bootstrap import Bootstrap, bootstrap
-from bristle.identification.covariance import is_white, jackknife_std
+from bristle.identification.covariance import is_white
 from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import within_cycles
@@ -49,23 +48,22 @@ def with_uncertainty(
         half_cycles=cycles.count,
         resolution=replicates.disturbance.resolution,
         white=is_white(residual, settings),
-        jackknife=jackknife_std(solution, cycles, residual),
+        jackknife=replicates.jackknife,
         curve=replicates.curve,
         curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
     )
-    variables = problem.parameters.variables
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
     judged = (
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
         for name, estimate in fit.parameters.items()
     )
-    estimates = tuple(_with_interval(estimate, replicates, variables.get(estimate.name)) for estimate in judged)
+    estimates = tuple(_with_interval(estimate, replicates) for estimate in judged)
     return replace(
         fit, estimates=estimates, resampling=resampling,
         diagnostics=(
             *fit.diagnostics,
             *reasons.values(),
-            *_at_odds(estimates, replicates.std, resampling.jackknife, settings),
+            *_at_odds(estimates, replicates, settings),
             *_shifted(estimates),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
@@ -115,26 +113,22 @@ def _is_clear(estimate: Estimate, most: float) -> bool:
     return estimate.status == "identified" and std is not None and std <= most * abs(estimate.value)
 
 
-def _with_interval(estimate: Estimate, replicates: Bootstrap, variable: Variable | None) -> Estimate:
-    """Return an estimate with its 95 % interval, where it was fitted to replicates, within what is allowed."""
+def _with_interval(estimate: Estimate, replicates: Bootstrap) -> Estimate:
+    """Return an estimate with its 95 % interval, where it was fitted to replicates."""
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
-    if low == high:
-        # All replicates end on the edge where the fit ended: that is no interval.
-        return estimate
-    # Errors that are turned around may reach beyond what the model allows.
-    least, most = (variable.min, variable.max) if variable else (-np.inf, np.inf)
-    return replace(estimate, interval=(min(max(low, least), most), min(max(high, least), most)))
+    # Where all replicates end on the edge where the fit ended, there is no interval.
+    return estimate if low == high else replace(estimate, interval=(low, high))
 
 
-def _at_odds(
-    estimates: Sequence[Estimate], std: Mapping[str, float], jackknife: Mapping[str, float], settings: Settings
-) -> tuple[Diagnostic, ...]:
-    """Return a warning for what scatters more from half-cycle to half-cycle than the replicates do."""
+def _at_odds(estimates: Sequence[Estimate], replicates: Bootstrap, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning for what scatters more from half-cycle to half-cycle than replicates do, or theirs do."""
+    std, usual = replicates.std, replicates.usual_jackknife
     names = tuple(
         estimate.name
         for estimate in estimates
         if estimate.status == "identified"
-        and jackknife.get(estimate.name, 0.0) > settings.at_odds * std.get(estimate.name, np.inf)
+        and replicates.jackknife.get(estimate.name, 0.0)
+        > settings.at_odds * max(std.get(estimate.name, np.inf), usual.get(estimate.name, 0.0))
     )
     return (Diagnostic("half_cycles_differ", numbers={"names": names}),) if names else ()
 

@@ -150,7 +150,7 @@ class Identified(ModelInHand, Identification):
         folder : path-like
             A new folder: ``model.toml``, ``axis.toml`` as used, ``drive_table.csv``, ``friction_curve.csv``,
             ``summary.json``, ``report.html``, and as Parquet, or NPZ without pyarrow, ``draws`` (the parameters as
-            fitted to simulated logs, one row a log) and ``traces`` (measured and predicted effort).
+            that the log allows, one row a simulated log) and ``traces`` (measured and predicted effort).
         force : bool
             Whether results that are there already are replaced.
 

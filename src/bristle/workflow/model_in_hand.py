@@ -115,7 +115,7 @@ class ModelInHand(WithCard):
 
     @property
     def draws(self) -> dict[str, np.ndarray]:
-        """The parameters as fitted to simulated logs, one entry a log; empty where there were none."""
+        """Parameters that the log allows, as simulated logs tell, one entry a log; empty where there were none."""
         resampling = self.best.resampling
         return (
             {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}

@@ -9,12 +9,16 @@ from tests.identification.known_logs import STATED, TRUTH, log_of, sines, slidin
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.bootstrap import basic_interval, bootstrap
+from bristle.identification.bootstrap import bootstrap, turned
 from bristle.identification.disturbance import Disturbance
+from bristle.identification.element_models import Elements
+from bristle.identification.fixed_shape import shaped
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.least_squares import linear
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
+from bristle.identification.request import prior_knowledge_of
 from bristle.prediction import predict
 
 PAIRS = 15
@@ -97,9 +101,15 @@ def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
     assert unidentifiable.half_width.shape == unidentifiable.effort.shape
 
 
-def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve():
+@pytest.fixture(scope="module")
+def slipping():
+    """A fit of elements that slip, to friction of such elements."""
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=3)
-    fit = identify(log, "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
+    return identify(log, "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
+
+
+def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve(slipping):
+    fit = slipping
     level = fit.parameters["F_C"]
     assert level.interval[0] < MAXWELL.values["F_C"] < level.interval[1]
     x, force, low, high = np.array(fit.resampling.curve).T
@@ -119,13 +129,50 @@ def test_white_noise_alone_gives_what_least_squares_does():
         assert abs(one.value - truth) < 2.5 * half
 
 
-def test_errors_of_a_logarithmic_parameter_are_factors():
-    draws = np.exp(np.linspace(-1.0, 2.0, 101))
-    low, high = basic_interval(draws, 1.0, logarithmic=True)
-    assert low == pytest.approx(np.exp(-1.925))
-    assert high == pytest.approx(np.exp(0.925))
-    low, high = basic_interval(np.linspace(-1.0, 2.0, 101), 0.0, logarithmic=False)
-    assert (low, high) == pytest.approx((-1.925, 0.925))
+def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl, slipping):
+    for fit in (dahl, slipping):
+        draws = dict(fit.resampling.bands.draws)
+        if "k_i" in draws:
+            draws["s"] = np.sum(draws.pop("k_i"), axis=1)
+        for name in fit.parameters.keys() & draws.keys():
+            low, high = np.percentile(draws[name], [2.5, 97.5])
+            assert fit.parameters[name].interval == pytest.approx((low, high), rel=1e-9)
+            assert low < high
+
+
+def test_of_elements_the_shape_is_that_of_the_fit_to_a_twin():
+    log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
+    component, known = friction.find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
+    dataset = treat(log, AXIS)
+    held = parameters_of(shaped(component, np.ones(1), np.ones(1)), known, dataset)
+    _, solution = Elements(dataset, component, held).all_elements()
+    space, best = solution.space, solution.theta
+    other = best * (1.0 + 0.1 * np.sin(np.arange(best.size)))
+    draw, before = space.turned(other, best), space.values(other)
+    level, stiffness = draw.values["F_C"], np.sum(draw.values["k_i"])
+    np.testing.assert_allclose(draw.numbers[:2], (level, stiffness))
+    np.testing.assert_allclose(draw.numbers, 2.0 * space.numbers(best) - space.numbers(other))
+    for name in ("k_i", "nu_i"):
+        np.testing.assert_allclose(draw.values[name] / draw.values[name].sum(), before[name] / before[name].sum())
+    far = space.turned(50.0 * best, best)
+    assert far.values["F_C"] > 0.0
+    assert np.all(far.values["k_i"] >= 0.0)
+    assert far.values["sigma_2"] >= 0.0
+
+
+def test_replicates_that_err_alike_are_turned_around_and_pairs_share_an_edge():
+    space = ParameterSpace(("level", "damping"), np.array([-np.inf, 0.0]), np.full(2, np.inf))
+    thetas = np.array([[12.0, 0.0], [13.0, 0.4], [11.0, 0.2]])
+    solution = Solution(space, np.array([10.0, 0.0]), np.zeros((1, 2)), {"damping": "smallest"})
+    drawn = np.array([draw.numbers for draw in turned(solution, thetas, solution.theta)])
+    # What one of a pair has above the edge, its mirror image has not.
+    np.testing.assert_allclose(drawn, [[8.0, 0.4], [7.0, 0.0], [9.0, 0.2]])
+    assert [draw.values["level"] for draw in turned(solution, thetas, solution.theta)] == [8.0, 7.0, 9.0]
+    # Replicates of a level of 9 that come out at 12 in the mean leave 7 for one of 10.
+    drawn = turned(solution, np.repeat(thetas, 40, axis=0), np.array([9.0, 0.0]), doubt=0.3)
+    levels = np.array([draw.numbers[0] for draw in drawn])
+    assert np.mean(levels) == pytest.approx(7.0, abs=0.01)
+    assert np.std(levels) == pytest.approx(np.hypot(np.std(thetas[:, 0]), 0.3 * 3.0), rel=0.2)
 
 
 def test_too_few_draws_are_refused():
