@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.bootstrap import bootstrap
 from benchmarks.cluster import cluster
 from benchmarks.composite import composite
+from benchmarks.corners import corners
 from benchmarks.coverage import Share, coverage
 from benchmarks.fits import fits
 from benchmarks.lanes import lanes
@@ -173,7 +174,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
-    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies, structures, watch)
+    one.__name__: one for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch)
 }
 
 

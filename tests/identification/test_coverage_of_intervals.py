@@ -402,7 +402,7 @@ def test_in_a_loop_bands_hold_what_is_rare_and_large():
 
 
 @cache
-def rounded(name: str):
+def cornered(name: str):
     """A fit to an axis in open loop, whose filter rounds what friction does at reversals."""
     t = DT * np.arange(9000)
     effort = 30.0 * np.sin(12.0 * t) + 12.0 * np.sin(34.8 * t) + 8.0 * np.sin(0.7 * t)
@@ -413,17 +413,17 @@ def rounded(name: str):
 
 
 def test_a_value_outside_its_interval_is_told():
-    fit = rounded("lugre")
+    fit = cornered("lugre")
     (told,) = (one.numbers["names"] for one in fit.diagnostics if one.code == "shifted")
     inside = {name for name, one in fit.parameters.items()
               if one.interval and one.interval[0] <= one.value <= one.interval[1]}  # fmt: skip
     assert "F_S" in told
     assert not inside.intersection(told)
-    assert not any(one.code == "shifted" for one in rounded("coulomb_viscous").diagnostics)
+    assert not any(one.code == "shifted" for one in cornered("coulomb_viscous").diagnostics)
 
 
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
-    fit = rounded("lugre")
+    fit = cornered("lugre")
     for name, truth in ROUNDED.items():
         one = fit.parameters[name]
         assert one.interval[0] < truth < one.interval[1]
@@ -434,4 +434,4 @@ def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():
 
 
 def test_a_right_model_does_not_differ_between_half_cycles():
-    assert not any(one.code == "half_cycles_differ" for one in rounded("lugre").diagnostics)
+    assert not any(one.code == "half_cycles_differ" for one in cornered("lugre").diagnostics)

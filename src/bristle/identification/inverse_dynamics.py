@@ -42,7 +42,7 @@ from bristle.plants.terms import TURN
 
 __all__ = ["InverseDynamics", "RowReplicates"]
 
-HOLD = 0.5  # samples: an effort that is held acts so much earlier or later
+HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
