@@ -1,8 +1,8 @@
 """Do intervals hold the truth where the filter of the treatment rounds what friction does? LuGre in a loop, by RK4.
 
-No code of the package makes these logs: a mass with LuGre friction is integrated by a Runge-Kutta method of fourth order
-within each tick of a cascade that holds its effort. Pre-sliding is crossed within a few samples at each reversal, and a
-contact rings as fast as the filter lets it; most encoders are nearly free of noise, as those of simulations are.
+No code of the package makes these logs: a mass with LuGre friction is integrated by a Runge-Kutta method of fourth
+order within each tick of a cascade that holds its effort. Pre-sliding is crossed within a few samples at each reversal,
+and a contact rings as fast as the filter lets it; most encoders are nearly free of noise, as those of simulations are.
 """
 
 from __future__ import annotations

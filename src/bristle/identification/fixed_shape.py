@@ -195,9 +195,9 @@ class ElementSpace(ParameterSpace):
 
         Between level and stiffness, elements have the shape of the others: without force, one has no other side.
         """
-        other, count = 2.0 * best - theta, self.thresholds.size
-        other[count:] = np.clip(other[count:], self.low[count:], self.high[count:])
-        numbers, values, shape = self.numbers(other), self.values(theta), slice(len(self.levels) + 1)
+        opposite, count = 2.0 * best - theta, self.thresholds.size
+        opposite[count:] = np.clip(opposite[count:], self.low[count:], self.high[count:])
+        numbers, values, shape = self.numbers(opposite), self.values(theta), slice(len(self.levels) + 1)
         numbers[shape] = np.maximum(numbers[shape], LEAST * self.numbers(best)[shape])
         values |= {name: float(number) for name, number in zip(self.reported, numbers, strict=False)}
         values[ARRAYS[0]] *= values.pop(TOTAL) / np.sum(values[ARRAYS[0]])

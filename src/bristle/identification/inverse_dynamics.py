@@ -139,12 +139,12 @@ class InverseDynamics:
 
     @cached_property
     def delay_std(self) -> float:
-        """Standard error of the delay that was taken out of the log [s]; of one that nobody knows, that of a hold."""
+        """Standard error of the delay that was taken out of the log [s]; that of a hold where neither is known."""
         alignment = self.dataset.alignment
         if alignment is None or not alignment.sought:
             return 0.0
         if alignment.delay is None:
-            return HOLD * self.dataset.sample_time
+            return HOLD * self.dataset.sample_time if self.dataset.held is None else 0.0
         return (alignment.delay_half_width or 0.0) / NORMAL_95
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
@@ -246,8 +246,9 @@ class RowReplicates:
     @property
     def doubt(self) -> float:
         """The more, the less the position shows of what the filter takes from its reversals."""
-        seen = [one.seen[list(starts)] for one, starts in zip(self._recovered, self._starts, strict=True)]
-        return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate(seen))))
+        pairs = zip(self._recovered, self._starts, strict=True)
+        corners = np.concatenate([motion.visible[list(starts)] for motion, starts in pairs])
+        return DOUBT + UNSEEN * (1.0 - float(np.mean(corners)))
 
     def made_with(self, values: Mapping[str, float]) -> RowReplicates:
         """Return what draws logs of the same model with other parameters."""
@@ -339,7 +340,7 @@ class RowReplicates:
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
         """The motion of the log, before its filter."""
-        return tuple(one.segment for one in self._recovered)
+        return tuple(motion.segment for motion in self._recovered)
 
     @cached_property
     def _recovered(self) -> tuple[Recovered, ...]:

@@ -80,8 +80,8 @@ class ParameterSpace:
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
         """Return what lies as far on the other side of the `best` coordinates as others do, within the bounds."""
-        other = np.clip(2.0 * best - theta, self.low, self.high)
-        return Turned(self.numbers(other), self.values(other))
+        opposite = np.clip(2.0 * best - theta, self.low, self.high)
+        return Turned(self.numbers(opposite), self.values(opposite))
 
 
 class Ceiling(NamedTuple):

@@ -29,10 +29,10 @@ WINDOW = 512  # samples
 
 
 class Recovered(NamedTuple):
-    """A segment along the motion before the filter, and how much of its corners is seen, shape (sample,), 0 to 1."""
+    """A segment along the motion before the filter, and how much of its corners is visible, shape (sample,), 0 to 1."""
 
     segment: Segment
-    seen: np.ndarray
+    visible: np.ndarray
 
 
 def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
@@ -40,7 +40,7 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
     from scipy.signal import welch
 
     bent = np.diff(position, 2)
-    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(WINDOW, bent.size), detrend=False)
+    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(WINDOW, bent.size), detrend="constant")
     top = frequencies >= FLOOR / dt
     of_second_difference = (2.0 * np.sin(np.pi * frequencies[top] * dt)) ** 4
     return max(float(np.median(density[top] / of_second_difference)), 2.0 * dt * resolution**2 / 12.0)
@@ -51,26 +51,26 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     dt, origin, cutoff = dataset.sample_time, segment.position[0], dataset.cutoff
     raw, smooth = segment.recorded - origin, segment.position - origin
     density = noise_density(raw, dataset.resolution, dt)
-    position, below, seen = smooth, low_passed(raw, cutoff, dt), np.zeros(0)
+    position, below, visible = smooth, low_passed(raw, cutoff, dt), np.zeros(0)
     while below is not raw:
         wide = 2.0 * cutoff
         above = raw if wide >= FLOOR / dt else low_passed(raw, wide, dt)
         noise = (density * (min(wide, 0.5 / dt) - cutoff)) ** 0.5
-        share = _where(np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1))
+        share = _prominent(np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1))
         position = position + share * (above - below)
-        seen = share if not seen.size else seen
+        visible = share if not visible.size else visible
         cutoff, below = wide, above
-    position = position + (1.0 - seen) * (smooth - low_passed(smooth, dataset.cutoff, dt))
+    position = position + (1.0 - visible) * (smooth - low_passed(smooth, dataset.cutoff, dt))
     velocity = derivative(position, dt)
     at_rest = segment.velocity == 0.0
     moved = replace(
         segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity),
         acceleration=derivative(velocity, dt),
     )  # fmt: skip
-    return Recovered(moved, seen)
+    return Recovered(moved, visible)
 
 
-def _where(stands_out: np.ndarray, reach: int) -> np.ndarray:
+def _prominent(stands_out: np.ndarray, reach: int) -> np.ndarray:
     """Return 1 where something stands out within so many samples, and less beside it, shape (sample,)."""
     from scipy.ndimage import maximum_filter1d, uniform_filter1d
 

@@ -120,7 +120,9 @@ class Settings(CheckThresholds):
 
     # Resampling.
     at_odds: float = _set(
-        3.0, "ratio of the jackknife over half-cycles to the bootstrap from which intervals are told to be too narrow"
+        3.0,
+        "ratio of the jackknife over half-cycles to the bootstrap, and to that of replicates, from which intervals "
+        "are told to be too narrow",
     )
     white_lags: float = _set(
         20.0, "lags of the autocorrelation that tell whether a residual is white", "rows", least=1.0,
