@@ -312,8 +312,10 @@ class RowReplicates:
         widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
         if not widths and not self.problem.delay_std:
             return 0.0, self._plant
-        # With numbers of its own, whatever else is drawn.
-        late, *errors = side * rng.spawn(1)[0].standard_normal(1 + len(widths))
+        # With numbers of its own, whatever else is drawn, and the same in the mirror image.
+        assert isinstance(rng.bit_generator, np.random.PCG64)
+        apart = np.random.Generator(rng.bit_generator.jumped())
+        late, *errors = side * apart.standard_normal(1 + len(widths))
         drawn = {
             name: self.values[name] + error / NORMAL_95 * width
             for (name, width), error in zip(widths.items(), errors, strict=True)
