@@ -10,8 +10,6 @@ import ctypes
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
-
 from bristle.core.errors import InputError
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
@@ -78,8 +76,7 @@ def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[
 
 
 def _columns(tuned: Tunable) -> Iterable[str]:
-    for name, value in tuned.values.items():
-        yield from [f"{name}[{i}]" for i in range(value.size)] if isinstance(value, np.ndarray) else [name]
+    return (name if place is None else f"{name}[{place}]" for name, place, _ in tuned.numbers())
 
 
 def _layout(kind: Type, integer: type) -> Any:

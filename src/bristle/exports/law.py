@@ -32,6 +32,7 @@ from bristle.exports.build import Builder
 from bristle.exports.law_load import loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
+from bristle.exports.single import CONSTANTS
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
 from bristle.plants.terms import effort_at, gravity_at
@@ -171,6 +172,10 @@ class Law:
         What lasts before the first sample, and the parameters.
     memory : ndarray
         Memory of the compensator before the first sample.
+    tunable : bool
+        Whether its parameters may be changed at run time.
+    single : bool
+        Whether numbers are of single precision.
     """
 
     variant: Variant
@@ -184,6 +189,8 @@ class Law:
     lasting: Lasting
     p: Parameters | PlacedParameters
     memory: np.ndarray
+    tunable: bool = False
+    single: bool = False
 
     @property
     def types(self) -> tuple[Struct, Struct]:
@@ -210,8 +217,17 @@ class Law:
         return efforts
 
 
-def law_of(variant: Variant) -> Law:
+def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller with all that is fed forward, along either motion.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop.
+    tunable : bool
+        Whether parameters of its controller and of what it feeds forward may be changed at run time.
+    single : bool
+        Whether numbers are of single precision; what runs here stays as it is.
 
     Raises
     ------
@@ -253,7 +269,7 @@ def law_of(variant: Variant) -> Law:
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
              "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
-    builder = Builder()
+    builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
     return Law(
         variant,
@@ -267,6 +283,8 @@ def law_of(variant: Variant) -> Law:
         lasting,
         p,
         memory,
+        tunable,
+        single,
     )
 
 
