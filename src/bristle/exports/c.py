@@ -18,7 +18,7 @@ from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE, checkpoints
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
 from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import Struct
@@ -206,7 +206,9 @@ def c_files(
     subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
 ) -> dict[str, str]:
     """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
-    return CFiles(subject, name, source, dt, tunable, "float" if single else "double").files()
+    places = tunable_of(subject.model).places if tunable else ()
+    left = settled_subject(subject, places, single=single)
+    return CFiles(left, name, source, dt, tunable, "float" if single else "double").files()
 
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:

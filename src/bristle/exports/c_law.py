@@ -24,7 +24,7 @@ from bristle.exports.law import Law
 from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
 from bristle.exports.rendering import rendered
 from bristle.exports.single import TOLERANCE, checkpoints
-from bristle.exports.tunable import Tunable, tunable_law
+from bristle.exports.tunable import Tunable, settled_law, tunable_law
 from bristle.exports.types import Struct, Type
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of
 
@@ -170,7 +170,7 @@ class LawFiles:
 
 def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in C, text by name."""
-    return LawFiles(law, name, source).files()
+    return LawFiles(settled_law(law), name, source).files()
 
 
 def _leaves(value: Any, kind: Struct, path: tuple[str, ...]) -> Iterator[Leaf]:

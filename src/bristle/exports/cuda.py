@@ -15,13 +15,13 @@ from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
 from bristle.exports.described import Source
 from bristle.exports.rendering import rendered
-from bristle.exports.subject import Subject
+from bristle.exports.subject import Subject, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
 
 __all__ = ["cuda_files"]
 
-HEAD = [("position", ctypes.c_double), ("force", ctypes.c_double), ("begun", ctypes.c_int32), ("flags", ctypes.c_int32)]
+HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
 INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
 
 
@@ -69,10 +69,11 @@ def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[
     """Return the files of a model in CUDA C++, text by name, and what is to be known of them."""
     notes = ("compile with --fmad=false: contracted products and sums give other bits",)
     try:
-        tunable_of(subject.model)
+        places = tunable_of(subject.model).places
     except InputError:
-        return CudaFiles(subject, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
-    return CudaFiles(subject, name, source, dt, tunable=True).files(), notes
+        left = settled_subject(subject)
+        return CudaFiles(left, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
+    return CudaFiles(settled_subject(subject, places), name, source, dt, tunable=True).files(), notes
 
 
 def _columns(tuned: Tunable) -> Iterable[str]:

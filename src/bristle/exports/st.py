@@ -33,7 +33,7 @@ from bristle.exports.st_project import (
     walk_facts,
 )
 from bristle.exports.st_tuned import Tuned
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT, Walk, walk_of
@@ -216,4 +216,5 @@ def st_files(
     subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
 ) -> dict[str, str]:
     """Return the files of a model in Structured Text; in single precision, of a subject with its constants."""
-    return StFiles(subject, name, source, dt, tunable, single).files()
+    places = tunable_of(subject.model).places if tunable else ()
+    return StFiles(settled_subject(subject, places, single=single), name, source, dt, tunable, single).files()

@@ -28,7 +28,7 @@ from bristle.exports.st_project import (
     walk_facts,
 )
 from bristle.exports.st_tuned import Tuned
-from bristle.exports.tunable import tunable_law
+from bristle.exports.tunable import settled_law, tunable_law
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT
 
@@ -143,4 +143,4 @@ class StLawFiles:
 
 def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in Structured Text, text by name."""
-    return StLawFiles(law, name, source).files()
+    return StLawFiles(settled_law(law), name, source).files()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +12,12 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD
 from bristle.core.variable import Kind, Variable
+from bristle.exports.settled import known_of, settled
 
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
-__all__ = ["Tunable", "tunable_law", "tunable_of"]
+__all__ = ["Tunable", "settled_law", "tunable_law", "tunable_of"]
 
 MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive
 FED = "feedforward"
@@ -118,6 +119,14 @@ def tunable_law(law: Law) -> Tunable:
         values[name], variables[name], places[path] = value, FEEDFORWARD[path[-1]], name
     fixed = {path: value for path, value in _leaves(law.p, ()) if path not in places}
     return Tunable(law.controller.kind, variables, values, places, fixed)
+
+
+def settled_law(law: Law) -> Law:
+    """Return a law with all left out that its parameters decide, but for those that may be changed."""
+    places = tunable_law(law).places if law.tunable else ()
+    known = known_of(law.p, law.types[1], places)
+    unit, (entry,) = settled(law.unit, [law.entry], {"p": known}, single=law.single)
+    return replace(law, unit=unit, entry=entry)
 
 
 def _bits(value: Any) -> bytes:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
-from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip, slip_slope, slip_weight
+from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip, slip_point, slip_slope, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
 
 __all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
@@ -171,8 +171,9 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branc
         after, k = branch_point(branch, u, q)
         mean = r + theta * (inverse * after - r)
         steepest = max(steepest, k)
-        residual = search.x - way * dx * (1.0 - slip(mean, law))
-        search = newton_next(search, residual, 1.0 + travel * theta * k * slip_slope(mean, law))
+        slipped, slope = slip_point(mean, law)
+        residual = search.x - way * dx * (1.0 - slipped)
+        search = newton_next(search, residual, 1.0 + travel * theta * k * slope)
         # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
         if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
             break
