@@ -8,12 +8,11 @@ what it is called with. Only whole numbers and truths are put in; numbers stay w
 from __future__ import annotations
 
 import math
+import struct
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from bristle.exports.expressions import COMPUTED
 from bristle.exports.prune import pruned
@@ -93,7 +92,8 @@ def settled(
         Whether numbers are of single precision, where a comparison may come out otherwise.
     """
     settling = _Settling(single=single)
-    written = [settling.function(root, [known.get(p.name) for p in root.parameters])[0] for root in roots]
+    taken = {name: _narrowed(one) if single else one for name, one in known.items()}
+    written = [settling.function(root, [taken.get(p.name) for p in root.parameters])[0] for root in roots]
     names: set[str] = set()
     left = pruned(Unit(settling.functions), written)
     for function in left.functions:
@@ -292,7 +292,7 @@ class _Body:
     def _written(self, kind: Type, value: Any) -> Known:
         if kind != REAL:
             return int(value)
-        return float(np.float32(value)).hex() if self.settling.single and math.isfinite(value) else float(value).hex()
+        return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
 
     def _computed(self, kind: Type, by: Callable[..., Any], kinds: Sequence[Type], known: Sequence[Known]) -> Known:
         """Return what an operation gives that every target rounds alike; nothing where Python raises."""
@@ -303,6 +303,19 @@ class _Body:
             return self._written(kind, by(*values))
         except (ArithmeticError, ValueError):
             return None
+
+
+def _narrowed(known: Known) -> Known:
+    """Return what is known of a value in single precision."""
+    if isinstance(known, tuple):
+        return tuple(_narrowed(field) for field in known)
+    if not isinstance(known, str):
+        return known
+    value = float.fromhex(known)
+    try:
+        return float(struct.unpack("f", struct.pack("f", value))[0]).hex()
+    except OverflowError:
+        return math.copysign(math.inf, value).hex()
 
 
 def _some(fields: Iterable[Known]) -> Known:
