@@ -7,7 +7,7 @@ numbers, is written here.
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -127,7 +127,7 @@ class LawFiles:
         arguments = ", ".join(handed.get(name, f"inputs->{name}") for name in needed)
         assert isinstance(self.law.entry.result, Struct)
         lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if tuned else []
-        lines += self._narrowed() if single else []
+        lines += self._narrowed(needed) if single else []
         if "lasting" in needed:
             lines.append(f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};")
         lines.append(f"const {printer.named(self.law.entry.result, 'now')} = {self.law.entry.name}({arguments});")
@@ -137,9 +137,9 @@ class LawFiles:
         """Return the inputs, and which of them are several numbers."""
         return {name: name.endswith("_ahead") for name in self.law.inputs}
 
-    def _narrowed(self) -> list[str]:
+    def _narrowed(self, needed: Sequence[str]) -> list[str]:
         """Return the lines that make single precision of the inputs that are several numbers."""
-        count, several = self.law.samples_ahead, [name for name, several in self._inputs().items() if several]
+        count, several = self.law.samples_ahead, [name for name in needed if self._inputs().get(name)]
         copies = [f"    {name}[i] = (float)inputs->{name}[i];" for name in several]
         loop = [f"for (int32_t i = 0; i < {count}; ++i) {{", *copies, "}"] if several else []
         return [*(f"float {name}[{count}];" for name in several), *loop]

@@ -32,7 +32,18 @@ from bristle.core.mathematics import (
     smooth_step_point,
 )
 
-__all__ = ["FIRST", "GROWTH", "PARTS", "SlipLaw", "Stretch", "slip", "slip_point", "slip_slope", "slip_weight", "stretch"]
+__all__ = [
+    "FIRST",
+    "GROWTH",
+    "PARTS",
+    "SlipLaw",
+    "Stretch",
+    "slip",
+    "slip_point",
+    "slip_slope",
+    "slip_weight",
+    "stretch",
+]
 
 # Of a long step: the longest first part, over the length in which the contact turns, how parts grow, how many.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
