@@ -125,7 +125,9 @@ def test_the_smooth_step_rises_as_half_a_sine():
     ours = [mathematics.smooth_step(one) for one in y.tolist()]
     assert max(abs(a - b) for a, b in zip(ours, true, strict=True)) < 2 * UNIT
     ours = [mathematics.smooth_step_point(one)[1] for one in y.tolist()]
-    assert [mathematics.smooth_step_point(one)[0] for one in y.tolist()] == [mathematics.smooth_step(one) for one in y.tolist()]
+    assert [mathematics.smooth_step_point(one)[0] for one in y.tolist()] == [
+        mathematics.smooth_step(one) for one in y.tolist()
+    ]
     assert max(abs(a - b) for a, b in zip(ours, slope, strict=True)) < 4 * UNIT
 
 

@@ -75,7 +75,9 @@ def main() -> int:
         for name in sys.argv[1:] or COUNTED:
             with tempfile.TemporaryDirectory() as place:
                 found = counted(example_of(MODELS[name]), core, Path(place) / "out")
-            print(f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os")
+            print(
+                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os"
+            )
     return 0
 
 

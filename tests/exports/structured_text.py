@@ -16,7 +16,14 @@ import tree_sitter_iec61131_3_st as grammar
 from tests.exports.native import COMPILER
 
 FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
-C_TYPES = {"lreal": "double", "real": "float", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
+C_TYPES = {
+    "lreal": "double",
+    "real": "float",
+    "dint": "int32_t",
+    "lint": "int64_t",
+    "bool": "bool",
+    "lword": "uint64_t",
+}
 SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
 CONVERTED = {
     "dint_to_lreal": ("dint", "lreal"), "lint_to_lreal": ("lint", "lreal"), "lreal_to_dint": ("lreal", "dint"),

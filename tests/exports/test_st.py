@@ -245,7 +245,7 @@ def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
     [
         ("sided_lugre", {"f_s_pos": 33.5, "sigma_1": 700.0}, {"F_S_pos": 33.5, "sigma_1": 700.0}),
         ("varied_gms", {"k_i_2": 2e6, "v_c": 1500.0}, {"k_i": [6e6, 2e6, 1e6], "C": 1500.0}),
-        ("varied_preisach_lugre", {"f_p": 15.0}, {"f_p": 15.0}),
+        ("varied_preisach_lugre", {"f_p": 36.0}, {"f_p": 36.0}),
     ],
 )
 def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, values):
@@ -269,7 +269,8 @@ def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name)
     assert not flags.any()
     exact = br.response(example(name), x, DT)
     off = np.max(np.abs(force - exact)) / np.max(np.abs(exact))
-    assert 0.0 < off < OFF.get(name, 1e-6)
+    assert off < 1e-6
+    assert off > 0.0 or name == "plain_coulomb"  # whose numbers have few digits
 
 
 def test_the_self_test_of_single_precision_sees_a_wrong_parameter(otherwise, tmp_path):

@@ -29,7 +29,7 @@ from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
-from bristle.exports.law_load import loads_of
+from bristle.exports.law_load import Load, loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.single import CONSTANTS
@@ -246,11 +246,11 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     along_desired = friction is not None and feedforward.along == "desired"
     inputs = [*ALWAYS]
-    fed, carried = loads_of(feedforward)
+    fed, carried = loads_of(feedforward, apart=tunable)
     inputs += ["place_ahead"] if along_desired or fed.place or carried.place else []
     inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
-    text = _text(arguments, variant)
+    text = _text(arguments, variant, fed, carried)
     state, memory = _compensator(variant)
     lasting = Lasting(
         component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
@@ -311,11 +311,10 @@ def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
     return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
 
 
-def _text(arguments: Sequence[str], variant: Variant) -> str:
+def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:
     """Return the source of the law."""
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
-    fed, carried = loads_of(feedforward)
     before = str(delay - 1) if delay else ""
     planned = fed.text(before, str(delay))
     passed = "planned" if carried is fed else carried.text(before, str(delay))

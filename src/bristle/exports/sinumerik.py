@@ -78,8 +78,8 @@ def sinumerik_text(
         f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
         "it in small steps until the quadrant transitions do not show.",
         _said_of_time(lasts),
-        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles measured "
-        "at several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
+        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
+        "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
     ]  # fmt: skip
     rows = [
         ("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""),

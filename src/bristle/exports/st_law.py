@@ -63,7 +63,7 @@ class StLawFiles:
         """Return the text of each file by its name."""
         law, facts = self.law, law_facts(self.law, self.name, self.source) | {"output": "effort", "operator": False}
         around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
-        facts |= {"allowed": f"{TOLERANCE:g}", "result": "effort", "several_places": True}
+        facts |= {"allowed": f"{TOLERANCE:g}", "result": "effort", "several_places": True, "unit_in": facts["unit_x"]}
         facts |= bounds(single=law.single, farthest=FARTHEST_OF_LAW)
         printer = Printer(law.unit, self.name, around, REAL if law.single else LREAL)
         block = self._block(printer, facts)
