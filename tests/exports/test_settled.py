@@ -112,7 +112,7 @@ def test_what_may_be_changed_is_not_known():
 
 
 def test_a_loop_keeps_what_it_counts():
-    unit, left = left_of(looped)
+    _, left = left_of(looped)
     assert len(parts(left, Compare)) == 1
     assert [part.value for part in parts(left, Constant) if part.type != REAL].count(2) == 2
 
