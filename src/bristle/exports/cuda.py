@@ -28,7 +28,7 @@ INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
 class CudaPrinter(Printer):
     """Prints functions of the device; C++ makes a structure by its name alone."""
 
-    inline = "static __device__ inline"
+    inline = absorbed = "static __device__ inline"
     constant = "static __device__ const"
     cleared = "{}"
 
