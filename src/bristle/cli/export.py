@@ -93,17 +93,21 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    arithmetic = {"tunable": tunable, "float32": float32}
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws}
     _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     target = _target(to)
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
-            exported = _law(context, law, variant, target, name_for(name), allow_code=allow_code, **arithmetic)
+            exported = _law(
+                context, law, variant, target, name_for(name), allow_code=allow_code, tunable=tunable, float32=float32
+            )
         else:
-            options = of_model | arithmetic | {"step": step or STEP, "draws": draws or 0, "points": points}
-            exported = export_model_file(file, target, command=context.obj, name=name, allow_code=allow_code, **options)
+            options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
+            exported = export_model_file(
+                file, target, command=context.obj, name=name, allow_code=allow_code, tunable=tunable, float32=float32,
+                **options,
+            )  # fmt: skip
         exported.write(folder)
     summary = exported.summary
     if as_json:
