@@ -9,7 +9,7 @@ import bristle as br
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import power
 from bristle.exports.build import Builder
-from bristle.exports.settled import known_of, settled
+from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.tree import Binary, Call, Compare, Constant, If, Logic, Return, Variable, walk
 from bristle.exports.tunable import tunable_of
@@ -60,7 +60,7 @@ def looped(x, p):
 def left_of(function, known=None, *, single=False):
     builder, kind = Builder(), type_of(P)
     entry = builder.function(function, [REAL, kind])
-    known = {"p": known_of(P, kind)} if known is None else known
+    known = {"p": fact_of(P, kind)} if known is None else known
     before = list(walk(entry.body))
     unit, (left,) = settled(builder.unit, [entry], known, single=single)
     assert list(walk(entry.body)) == before  # other targets are written of the same tree
@@ -105,7 +105,7 @@ def test_a_function_is_written_for_what_it_is_called_with():
 
 def test_what_may_be_changed_is_not_known():
     kind = type_of(P)
-    _, left = left_of(asked, {"p": known_of(P, kind, [("level",), ("gain",)])})
+    _, left = left_of(asked, {"p": fact_of(P, kind, [("level",), ("gain",)])})
     assert len(parts(left, If)) == 1
     _, nothing = left_of(asked, {})
     assert len(parts(nothing, If)) == 2
@@ -131,5 +131,5 @@ def test_models_keep_what_they_need(name, share):
 
 
 def test_arrays_and_truths():
-    assert known_of(np.ones(3), Array(3)) is None
-    assert known_of(True, TRUTH) == 1
+    assert fact_of(np.ones(3), Array(3)) is None
+    assert fact_of(True, TRUTH) == 1

@@ -121,7 +121,7 @@ class LawFiles:
             "lasting": "lasting", "memory": "axis->memory", "begun": "axis->begun != 0",
             "dt": number(self.law.dt, self._scalar), "p": "p" if tuned else CONSTANT,
         } | {
-            name: name if several else f"(float)inputs->{name}" for name, several in self._inputs().items() if single
+            name: name if is_array else f"(float)inputs->{name}" for name, is_array in self._inputs().items() if single
         }  # fmt: skip
         needed = [argument.name for argument in self.law.entry.parameters]
         arguments = ", ".join(handed.get(name, f"inputs->{name}") for name in needed)
@@ -139,10 +139,10 @@ class LawFiles:
 
     def _narrowed(self, needed: Sequence[str]) -> list[str]:
         """Return the lines that make single precision of the inputs that are several numbers."""
-        count, several = self.law.samples_ahead, [name for name in needed if self._inputs().get(name)]
-        copies = [f"    {name}[i] = (float)inputs->{name}[i];" for name in several]
-        loop = [f"for (int32_t i = 0; i < {count}; ++i) {{", *copies, "}"] if several else []
-        return [*(f"float {name}[{count}];" for name in several), *loop]
+        count, arrays = self.law.samples_ahead, [name for name in needed if self._inputs().get(name)]
+        copies = [f"    {name}[i] = (float)inputs->{name}[i];" for name in arrays]
+        loop = [f"for (int32_t i = 0; i < {count}; ++i) {{", *copies, "}"] if arrays else []
+        return [*(f"float {name}[{count}];" for name in arrays), *loop]
 
     def _after(self, printer: Printer) -> list[str]:
         return [

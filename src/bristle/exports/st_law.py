@@ -78,9 +78,9 @@ class StLawFiles:
         assert isinstance(now, Struct)
         needed = [parameter.name for parameter in law.entry.parameters]
         handed = {"dt": printer.real(law.dt), "p": "parameters"}
-        several = [fed["name"] for fed in facts["inputs"] if fed["several"] and law.single]
+        arrays = [fed["name"] for fed in facts["inputs"] if fed["several"] and law.single]
         handed |= {fed["name"]: printer.narrowed(fed["name"]) for fed in facts["inputs"] if not fed["several"]}
-        handed |= {name: f"narrowed_{name}" for name in several}
+        handed |= {name: f"narrowed_{name}" for name in arrays}
         tuned = Tuned.of(tunable_law(law), Names(OWN)) if law.tunable else None
         memory = law.memory_size if "memory" in needed else 0
         skipped = tuned.tunable.places if tuned else ()
@@ -90,14 +90,14 @@ class StLawFiles:
         body = body_lines("st/law.st", facts | {
             "start": start, "memory": memory, "within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0),
             "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
-            "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in several],
+            "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
             "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],
             "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
             "commanded": printer.widened(f"now.{printer.field(now, '_0')}"), "after": f"now.{printer.field(now, '_1')}",
         })  # fmt: skip
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
-        own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in several]
+        own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
         places = memory or any(fed["several"] for fed in facts["inputs"])
         variables = [
             *self._inputs(printer, facts), *(tuned.inputs(printer) if tuned else []),

@@ -150,11 +150,11 @@ class Judged:
         """Return the variables of a self-test, whatever the block."""
         name, numbers = self.name, ["bits", "walked", "following"]
         gave = "within what single precision explains" if self.single else "to the bit"
-        shown = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
+        worst = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
         return [
             Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
             Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
-            *(shown if self.single else []),
+            *(worst if self.single else []),
             Variable("axis", name), Variable("prepared", "BOOL"), Variable("count", "DINT"), Variable("each", "DINT"),
             *(Variable(number, "LREAL") for number in [*numbers, *([] if self.single else ["total", "lost", "added"])]),
             Variable("scales", f"{name}_Scales"),

@@ -15,7 +15,7 @@ from bristle.core.surroundings import Surrounding, motion_with
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.settled import known_of, settled
+from bristle.exports.settled import fact_of, settled
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
@@ -143,9 +143,9 @@ def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *
     """Return what is exported with all left out that its parameters decide, but for those at some paths."""
     commits = bool(subject.state.fields) or subject.commit.writes
     roots = [subject.trial, subject.commit] if commits else [subject.trial]
-    known = known_of(subject.model.parameters, subject.parameters, unknown)
+    fact = fact_of(subject.model.parameters, subject.parameters, unknown)
     named = {argument_of(subject.trial, TRIAL[subject.is_operator], "p"), argument_of(subject.commit, COMMIT, "p")}
-    unit, written = settled(subject.unit, roots, dict.fromkeys(named, known), single=single)
+    unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
     return replace(subject, unit=unit, trial=written[0], commit=written[1] if commits else subject.commit)
 
 

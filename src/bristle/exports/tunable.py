@@ -12,7 +12,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD
 from bristle.core.variable import Kind, Variable
-from bristle.exports.settled import known_of, settled
+from bristle.exports.settled import fact_of, settled
 
 if TYPE_CHECKING:
     from bristle.exports.law import Law
@@ -124,8 +124,8 @@ def tunable_law(law: Law) -> Tunable:
 def settled_law(law: Law) -> Law:
     """Return a law with all left out that its parameters decide, but for those that may be changed."""
     places = tunable_law(law).places if law.tunable else ()
-    known = known_of(law.p, law.types[1], places)
-    unit, (entry,) = settled(law.unit, [law.entry], {"p": known}, single=law.single)
+    fact = fact_of(law.p, law.types[1], places)
+    unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
     return replace(law, unit=unit, entry=entry)
 
 
