@@ -98,7 +98,7 @@ class Code:
         self.out = bytearray()
         self.locals: list[int] = []
         self.places: dict[str, int] = {}
-        self.taken: list[tuple[tuple[int, ...], int]] = []
+        self.occupied: list[tuple[tuple[int, ...], int]] = []
         self.free: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
         self.depth, self.end = 0, 0
         self.loops: list[tuple[int, int]] = []
@@ -112,9 +112,7 @@ class Code:
         if self.function.result != VOID:
             self.out.append(UNREACHABLE)
         self.out.append(END)
-        own = vector(
-            [leb(len(list(same))) + bytes([kind]) for kind, same in groupby(self.locals[self.argument_count :])]
-        )
+        own = vector([leb(len(list(run))) + bytes([kind]) for kind, run in groupby(self.locals[self.argument_count :])])
         content = own + bytes(self.out)
         return leb(len(content)) + content
 
@@ -128,7 +126,7 @@ class Code:
         first = free.pop() if free else len(self.locals)
         if first == len(self.locals):
             self.locals += kinds
-        self.taken.append((tuple(kinds), first))
+        self.occupied.append((tuple(kinds), first))
         return first
 
     def _emit(self, *codes: int | bytes) -> None:
@@ -340,8 +338,8 @@ class Code:
 
     def _run(self, function: Function) -> None:
         """Run a function here, its arguments being there: its variables are free for others after it."""
-        outside = self.places, self.taken, self.end
-        self.places, self.taken = {}, []
+        outside = self.places, self.occupied, self.end
+        self.places, self.occupied = {}, []
         arguments = [number for parameter in function.parameters for number in self._numbers(parameter)]
         for place in reversed(arguments):
             self._set(place)
@@ -353,9 +351,9 @@ class Code:
             self._emit(UNREACHABLE)
         self.depth -= 1
         self._emit(END)
-        for kinds, place in self.taken:
+        for kinds, place in self.occupied:
             self.free[kinds].append(place)
-        self.places, self.taken, self.end = outside
+        self.places, self.occupied, self.end = outside
 
     def _numbers(self, variable: Variable) -> range:
         first = self._place(variable)
