@@ -64,6 +64,17 @@ def test_a_force_is_reached_where_the_equations_say():
     assert path.x == pytest.approx(until.t_events[0][0], rel=1e-5)
 
 
+def test_a_force_is_reached_too_where_what_is_held_at_rest_is_above_the_means_before():
+    # A kernel that holds more than its surface does: after steps whose mean is below the target, it rests above it.
+    model = friction.find("leuven")(
+        s=1e7, f_p=23.52, F_C=8.4, F_S=8.4, v_S=0.008, sigma_1=1000.0, sigma_2=240.0, kernel="dahl_masing", n=4.0
+    )
+    path = Path(model, holding_of(model))
+    for target in (5.04, 2.52, 5.04, 2.52, 5.04):
+        assert path.to_force(target)
+        assert path.force == pytest.approx(target, abs=1e-9)
+
+
 def test_a_force_that_is_held_at_rest_moves_nothing():
     model = friction.coulomb(F_C=2.0)
     path = Path(model, holding_of(model))

@@ -6,6 +6,7 @@ import pytest
 import bristle.engine.batch
 from bristle import friction
 from bristle.core.errors import InputError
+from bristle.core.packing import flattener, lane_constants, structure_of
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_batch, run_open_loop
 from bristle.plants import inertia
@@ -114,6 +115,18 @@ def test_lanes_that_leave_the_finite_numbers_end_as_serial_runs_do(lanes):
         assert np.array_equal(batch.position[i][: alone.position.size], alone.position, equal_nan=True)
         assert np.all(np.isnan(batch.position[i][alone.position.size :]))
         assert batch.status[i] is alone.status
+
+
+@pytest.mark.parametrize(("factors", "alike"), [((1.0, 1.0), True), ((1.0, 1.1), False), ((1.1, 1.1), False)])
+def test_lanes_take_both_directions_for_one_only_where_they_are_in_every_lane(factors, alike):
+    base = example_of(friction.find("lugre+asymmetry"))
+    both = base.with_values(**{name: base.values[f"{name[:-4]}_pos"] for name in base.values if name.endswith("_neg")})
+    models = [both.with_values(F_C_neg=factor * both.values["F_C_neg"]) for factor in factors]
+    structure = structure_of(both.parameters)
+    rows = np.array([flattener(structure)(model.parameters) for model in models])
+    twins = dict(lane_constants(structure, rows).twins)
+    count = len(both.parameters.forward)
+    assert twins == ({count + place: place for place in range(count)} if alike else {})
 
 
 def test_what_is_one_for_all_is_shared():

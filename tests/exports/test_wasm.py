@@ -159,8 +159,18 @@ def test_counts_are_written_as_the_format_has_them():
 
 
 def test_a_model_is_a_few_kilobytes():
-    assert len(module_of(subject_of(example("sided_lugre"))).binary) < 2_500
-    assert len(module_of(subject_of(example_of(with_slots(MODELS["preisach_lugre"], ())))).binary) < 16_000
+    for name, most in ("sided_lugre", (2_500, 3_500)), ("sided_preisach_lugre", (16_000, 28_000)):
+        subject = subject_of(example(name))
+        assert len(module_of(subject).binary) < most[0]
+        assert len(module_of(subject, inlined=True).binary) < most[1]
+
+
+def test_what_is_exported_runs_its_functions_where_they_are_called(tmp_path):
+    model = example("sided_lugre")
+    br.export(model, "wasm", tmp_path / "out", name="axis_x")
+    subject = subject_of(model)
+    written = (tmp_path / "out" / "axis_x.wasm").read_bytes()
+    assert written == module_of(subject, inlined=True).binary != module_of(subject).binary
 
 
 def test_layers_that_share_a_kernel_leave_together():

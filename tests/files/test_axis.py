@@ -240,6 +240,13 @@ def test_with_a_gear_the_side_must_be_said():
         )
 
 
+def test_a_misspelt_column_is_told_before_the_one_that_is_missing_for_it():
+    data = changed()
+    data["columns"]["positon"] = data["columns"].pop("position")
+    with pytest.raises(InputError, match=r"columns\.positon: unknown key.*Did you mean 'position'"):
+        axis_from(data)
+
+
 @pytest.mark.parametrize("key", ["schema", "kind", "columns"])
 def test_what_is_missing_is_named(key):
     data = {name: value for name, value in LINEAR.items() if name != key}

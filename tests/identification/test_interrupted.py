@@ -1,5 +1,6 @@
 """Ctrl-C in the middle of an identification: the best found until then, marked unfinished."""
 
+import importlib
 import json
 import sys
 
@@ -13,6 +14,7 @@ from bristle.identification import fitting, identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
+request = importlib.import_module("bristle.identification.identify")
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
 
 
@@ -81,6 +83,49 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
     assert len(found.best.friction.values["k_i"]) >= 1
     assert found.unfinished == "interrupted: maxwell_slip is the best found until then; dahl was not fitted"
+
+
+@pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")])
+def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch, draws, said):
+    calls, original = [], request.with_structure
+
+    def interrupted_once(*given):
+        calls.append(given)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return original(*given)
+
+    monkeypatch.setattr(request, "with_structure", interrupted_once)
+    found = identify(log, "coulomb_viscous", blocks=2, draws=draws)
+    assert len(calls) == 2
+    assert (found.best.unfinished, found.unfinished) == (False, said)
+    assert found.best.rank == 1
+
+
+def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(request, "next_models", interrupted)
+    monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    found = identify(log, "all", blocks=2, draws=20)
+    assert {fit.name for fit in found.fits} == {"coulomb", "viscous"}
+    assert found.unfinished == "interrupted: slots were not looked for to the end"
+
+
+def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
+    original, seen = request.fit, []
+
+    def interrupted(context, component, *given):
+        if component.name == "viscous":
+            raise KeyboardInterrupt
+        return original(context, component, *given)
+
+    monkeypatch.setattr(request, "fit", interrupted)
+    monkeypatch.setattr(request, "next_models", lambda *given: seen.append(given) or ())
+    monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    found = identify(log, "all", blocks=2)
+    assert (found.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 
 
 def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):

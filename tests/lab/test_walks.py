@@ -4,6 +4,7 @@ import pytest
 
 from bristle.friction import MODELS
 from bristle.lab.described import example_named, walks_of
+from bristle.lab.switches import all_walks
 from bristle.lab.walks import BLOCK, LONG, PUSHED, stored
 
 
@@ -25,4 +26,4 @@ def test_the_walks_are_up_to_date(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_all_of_the_walks_is_up_to_date(name):
-    assert walks_of(example_named(name)) == stored()[name]
+    assert all_walks(example_named(name)) == stored()[name]

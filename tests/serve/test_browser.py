@@ -124,7 +124,7 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
         assert tab.run("state.files.length") == 0
         assert tab.run("location.href") != address
         tab.session = first
-        person.ticks("model", "coulomb_viscous", "lugre", "maxwell_slip")
+        person.ticks("model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "preisach_lugre")
         person.clicks("#identify")
         person.waits("state.job.task === 'identify' && state.job.share > 0.1")
         tab.session = sessions["same"]

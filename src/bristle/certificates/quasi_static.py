@@ -159,17 +159,28 @@ class Path:
             before, start = self._contact.copy(), self.x
             force = self._contact.move(side * CHUNK * self._step, CREEP, CHUNK)
             beyond = np.flatnonzero(side * (force - target) >= 0.0)
-            if beyond.size:
-                # A mean force beyond the target says that the target was passed in this step or the one before.
-                first = max(int(beyond[0]) - 1, 0)
-                forces = before.move(side * first * self._step, CREEP, first) if first else np.empty(0)
-                self._contact = before
+            if beyond.size or side * (self.force - target) >= 0.0:
+                steps = int(beyond[0]) if beyond.size else CHUNK - 1
+                below, forces = self._below(before, target, steps)
+                self._contact = below
                 self._note(start, forces)
-                self._contact = _stopped_at(before, target, side, (beyond[0] + 1 - first) * self._step)
+                self._contact = _stopped_at(below, target, side, (steps + 1 - forces.size) * self._step)
                 self._note(self.x, np.empty(0))
                 return True
             self._note(start, force)
         return False
+
+    def _below(self, before: Contact, target: float, steps: int) -> tuple[Contact, np.ndarray]:
+        """Return the contact moved on by so many steps, or fewer until its force at rest is below; and mean forces.
+
+        After steps whose mean forces are below the target, what is held at rest may be above it.
+        """
+        for count in range(steps, 0, -1):
+            contact = before.copy()
+            forces = contact.move(self._side * count * self._step, CREEP, count)
+            if self._side * (contact.force(self._side * 0.0) - target) < 0.0:
+                return contact, forces
+        return before, np.empty(0)
 
 
 def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -> Contact:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 
-__all__ = ["UNFINISHED", "BestSoFar", "obey"]
+__all__ = ["UNFINISHED", "BestSoFar", "obey", "to_the_end"]
 
+T = TypeVar("T")
 INTERRUPTED = 130
 NEARNESS = 0.02  # in coordinates: of a typical magnitude, or of a factor e
 UNFINISHED = Diagnostic("unfinished")
@@ -29,6 +31,18 @@ def obey(error: KeyboardInterrupt, *, anything: bool = True) -> None:
     """
     if not anything or getattr(error, "exit_code", INTERRUPTED) != INTERRUPTED:
         raise error
+
+
+def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
+    """Return what short work comes to, and whether a person interrupted it: it is then done again.
+
+    What took long lies before it, and would be lost with it.
+    """
+    try:
+        return work(), False
+    except KeyboardInterrupt as error:
+        obey(error)
+        return work(), True
 
 
 @dataclass

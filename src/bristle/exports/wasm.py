@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import reduce
@@ -26,7 +27,7 @@ from bristle.exports.fmu_core import core_of
 from bristle.exports.prune import pruned
 from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
-from bristle.exports.tree import Function, Unit
+from bristle.exports.tree import Call, Function, Unit, walk
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type, type_of
 from bristle.exports.wasm_binary import (
@@ -51,6 +52,7 @@ from bristle.friction import unvaried
 __all__ = ["Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
 PAGE, FIRST = 65536, 8
+MOST_ADDED = 500  # parts of the tree that running a function where it is called may add
 VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
 TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
@@ -89,8 +91,8 @@ class Module:
 class _Memory:
     """The memory of a module while it is laid out, and what of it the parameters of its entries are."""
 
-    def __init__(self, unit: Unit) -> None:
-        self.unit = unit
+    def __init__(self, unit: Unit, functions: list[Function]) -> None:
+        self.functions = functions
         self.integer = I64 if needs_wide_integers(unit) else I32
         self.numbers: list[float] = [0.0] * (FIRST // 8)
         self.pushed: dict[str, bytes] = {}
@@ -133,7 +135,7 @@ class _Memory:
 
 
 def module_of(
-    subject: Subject, plant: Model | None = None, *, choices: bool = False,
+    subject: Subject, plant: Model | None = None, *, choices: bool = False, inlined: bool = False,
     others: Mapping[str, Callable[[Builder], Function]] | None = None,
 ) -> Module:  # fmt: skip
     """Return a friction model as a module of WebAssembly.
@@ -146,6 +148,9 @@ def module_of(
         A plant that a second function, ``step``, moves against this friction.
     choices : bool
         Whether what is one of several names may be changed as numbers may: to its place among the names.
+    inlined : bool
+        Whether functions run where they are called, which saves the calls and makes the module larger. Modules that are
+        packed together are small by the functions that they share.
     others : mapping of str to callable, optional
         By name, what builds further functions of the contact: their numbers are called ``x`` and ``dt``.
     """
@@ -154,7 +159,7 @@ def module_of(
     roots = {"advance": cycle.entry} if core is None else {"advance": cycle.entry, "step": core.entry}
     roots |= {name: build(builder) for name, build in (others or {}).items()}
     unit = pruned(builder.unit, list(roots.values()))
-    layout = _Memory(unit)
+    layout = _Memory(unit, _called(unit, list(roots.values())) if inlined else unit.functions)
     size = max(subject.memory_size, 1)
     places = {"lasting": layout.add(cycle.begin), "memory": layout.add(np.zeros(size))}
     begins = dict.fromkeys(roots, places)
@@ -167,7 +172,7 @@ def module_of(
     addresses = _places(subject.model, layout.addresses["p"], choices=choices)
     if plant is not None:
         addresses |= _places(plant, layout.addresses["q"])
-    binary = _binary(unit, {name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
+    binary = _binary({name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
     body = begins["step"]["lasting"] if core is not None else 0
     still = _still(subject.model, layout.addresses["p"])
     return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
@@ -191,7 +196,8 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
     parts : mapping of str to Part
         By the name that is exported.
     """
-    layout = _Memory(pruned(builder.unit, [part.entry for part in parts.values()]))
+    unit = pruned(builder.unit, [part.entry for part in parts.values()])
+    layout = _Memory(unit, unit.functions)
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
     entries, addresses = {}, {}
     for name, part in parts.items():
@@ -200,7 +206,7 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
         layout.place("p", part.model, kind)
         entries[name] = _entry(part.entry, layout, begins[name])
         addresses[name] = begins[name] | {"places": _places(part.model, layout.addresses["p"])}
-    return _binary(layout.unit, entries, layout), addresses
+    return _binary(entries, layout), addresses
 
 
 def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[int, float]]:
@@ -212,19 +218,34 @@ def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[in
     ]  # fmt: skip
 
 
-def _binary(unit: Unit, entries: dict[str, bytes], layout: _Memory) -> bytes:
+def _called(unit: Unit, roots: list[Function]) -> list[Function]:
+    """Return the functions that stay functions: the others run where they are called, which adds little."""
+    calls = Counter(id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call))
+    functions, sizes = [], dict[int, int]()
+    for function in unit.functions:
+        parts = list(walk(function.body))
+        size = len(parts) + sum(sizes.get(id(part.function), 0) for part in parts if isinstance(part, Call))
+        if function in roots or (calls[id(function)] - 1) * size > MOST_ADDED:
+            functions.append(function)
+        else:
+            sizes[id(function)] = size
+    return functions
+
+
+def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     """Return the module of some functions, with an exported one for each entry."""
     types, integer = Types(), layout.integer
-    numbers = {id(function): number for number, function in enumerate(unit.functions)}
-    bodies = [Code(function, numbers, types, integer).body() for function in unit.functions]
+    functions = layout.functions
+    numbers = {id(function): number for number, function in enumerate(functions)}
+    bodies = [Code(function, numbers, types, integer).body() for function in functions]
     bodies += entries.values()
     kinds = [
         types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer))
-        for f in unit.functions
+        for f in functions
     ] + [types.index([F64, F64], [F64])] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
-    names = zip(entries, range(len(unit.functions), len(kinds)), strict=True)
+    names = zip(entries, range(len(functions), len(kinds)), strict=True)
     exports = [_export("memory", 2, 0), *(_export(name, 0, number) for name, number in names)]
     return b"".join([
         b"\0asm\1\0\0\0",
@@ -240,7 +261,7 @@ def _binary(unit: Unit, entries: dict[str, bytes], layout: _Memory) -> bytes:
 
 def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
     """Return the module of a friction model, and the script that loads it."""
-    module = module_of(subject)
+    module = module_of(subject, inlined=True)
     facts = {
         "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
         "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,
@@ -254,7 +275,7 @@ def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
     """Return the code of an exported function: position, or effort, and time step in, force out."""
     pushed = layout.pushed | {name: b"\x41" + signed_leb(place) for name, place in begin.items()}
     pushed |= {"x": bytes([GET, 0]), "effort": bytes([GET, 0]), "dt": bytes([GET, 1])}
-    number = next(number for number, function in enumerate(layout.unit.functions) if function is root)
+    number = next(number for number, function in enumerate(layout.functions) if function is root)
     content = b"\0" + b"".join(pushed[parameter.name] for parameter in root.parameters)
     content += bytes([CALL]) + leb(number) + bytes([END])
     return leb(len(content)) + content

@@ -7,7 +7,9 @@ begins in the memory. Everything else is one instruction of the machine for one 
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from itertools import groupby
 
 from bristle.exports.scope import NotExportableError
 from bristle.exports.tree import (
@@ -88,15 +90,17 @@ __all__ = ["Code"]
 
 
 class Code:
-    """The code of one function."""
+    """The code of one function, and in it that of the functions that have no number: they run where they are called."""
 
-    def __init__(self, function: Function, numbers: dict[int, int], types: Types, integer: int) -> None:
+    def __init__(self, function: Function, numbers: Mapping[int, int], types: Types, integer: int) -> None:
         self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
         self.integers = INTEGERS_32 if integer == I32 else INTEGERS_64
         self.out = bytearray()
         self.locals: list[int] = []
         self.places: dict[str, int] = {}
-        self.depth = 0
+        self.taken: list[tuple[tuple[int, ...], int]] = []
+        self.free: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
+        self.depth, self.end = 0, 0
         self.loops: list[tuple[int, int]] = []
         for parameter in function.parameters:
             self._place(parameter)
@@ -108,7 +112,9 @@ class Code:
         if self.function.result != VOID:
             self.out.append(UNREACHABLE)
         self.out.append(END)
-        own = vector([leb(1) + bytes([kind]) for kind in self.locals[self.argument_count :]])
+        own = vector(
+            [leb(len(list(same))) + bytes([kind]) for kind, same in groupby(self.locals[self.argument_count :])]
+        )
         content = own + bytes(self.out)
         return leb(len(content)) + content
 
@@ -118,8 +124,11 @@ class Code:
         return self.places[variable.name]
 
     def _new(self, kinds: Sequence[int]) -> int:
-        first = len(self.locals)
-        self.locals += kinds
+        free = self.free[tuple(kinds)]
+        first = free.pop() if free else len(self.locals)
+        if first == len(self.locals):
+            self.locals += kinds
+        self.taken.append((tuple(kinds), first))
         return first
 
     def _emit(self, *codes: int | bytes) -> None:
@@ -154,7 +163,7 @@ class Code:
     def _do_return(self, s: Return) -> None:
         if s.value is not None:
             self._of(s.value)
-        self._emit(RETURN)
+        self._emit(*((BR, leb(self.depth - self.end)) if self.end else (RETURN,)))
 
     def _do_if(self, s: If) -> None:
         self._of(s.test)
@@ -324,7 +333,33 @@ class Code:
     def _call(self, e: Call) -> None:
         for argument in e.arguments:
             self._of(argument)
-        self._emit(CALL, leb(self.numbers[id(e.function)]))
+        if id(e.function) in self.numbers:
+            self._emit(CALL, leb(self.numbers[id(e.function)]))
+        else:
+            self._run(e.function)
+
+    def _run(self, function: Function) -> None:
+        """Run a function here, its arguments being there: its variables are free for others after it."""
+        outside = self.places, self.taken, self.end
+        self.places, self.taken = {}, []
+        arguments = [number for parameter in function.parameters for number in self._numbers(parameter)]
+        for place in reversed(arguments):
+            self._set(place)
+        self._emit(BLOCK, self.types.block(flat(function.result, self.integer)))
+        self.depth += 1
+        self.end = self.depth
+        self._block(function.body)
+        if function.result != VOID:
+            self._emit(UNREACHABLE)
+        self.depth -= 1
+        self._emit(END)
+        for kinds, place in self.taken:
+            self.free[kinds].append(place)
+        self.places, self.taken, self.end = outside
+
+    def _numbers(self, variable: Variable) -> range:
+        first = self._place(variable)
+        return range(first, first + len(flat(variable.type, self.integer)))
 
     def _make(self, e: Make) -> None:
         for part in e.parts:

@@ -16,7 +16,7 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
-from bristle.core.interruption import obey
+from bristle.core.interruption import obey, to_the_end
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import find
 from bristle.identification.dataset import Dataset
@@ -56,6 +56,7 @@ from bristle.logs.log import Log
 __all__ = ["identify"]
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
+WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 TURNS = 2  # of slots added to the best of all models
 
 Progress = Callable[[float, str], None]
@@ -135,11 +136,18 @@ def identify(
     context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
-    if extended:
+    ended = len(fits) + len(left_out) < len(components)
+    if extended and not ended:
         report = _share(progress, count, len(components), "fitting slots")
-        components = (*components, *_with_slots(context, fits, estimations, left_out, held_out, report))
-    best, *rest = _judged(fits, estimations, context, of_logs, short=blocks is None and not held_out)
+        added, ended = _with_slots(context, fits, estimations, left_out, held_out, report)
+        components = (*components, *added)
+    short = blocks is None and not held_out
+    (best, *rest), interrupted = to_the_end(lambda: _judged(fits, estimations, context, of_logs, short=short))
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
+    if ended and not unfinished:
+        unfinished = "interrupted: slots were not looked for to the end"
+    if draws and not unfinished and interrupted:
+        unfinished = WITHOUT_DRAWS
     if draws and not unfinished:
         report = _share(progress, count, count - 1, f"fitting {best.name} to simulated logs")
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
@@ -195,7 +203,7 @@ def _with_uncertainty(
         return with_loops(with_uncertainty(fit, estimation, draws, settings, report), pairs), ""
     except KeyboardInterrupt as error:
         obey(error)
-        return fit, "interrupted: the intervals are not those of simulated logs"
+        return fit, WITHOUT_DRAWS
 
 
 def _fits(
@@ -245,14 +253,26 @@ def _judged(
 def _with_slots(
     context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int,
     report: Report,
-) -> list[FrictionModel]:  # fmt: skip
-    """Fit the best model with the slots that its residual names, and so on; return the models that were added."""
+) -> tuple[list[FrictionModel], bool]:  # fmt: skip
+    """Fit the best model with the slots that its residual names, and so on.
+
+    Returns
+    -------
+    list of FrictionModel
+        The models that were added.
+    bool
+        Whether a person interrupted that while slots were looked for.
+    """
     added: list[FrictionModel] = []
     for turn in range(TURNS):
         if any(fit.unfinished for fit in fits):
             break
         best = _ranked(fits, context)[0]
-        names = next_models(best, estimations[best.name], context.settings)
+        try:
+            names = next_models(best, estimations[best.name], context.settings)
+        except KeyboardInterrupt as error:
+            obey(error)
+            return added, True
         further = [find(name) for name in names if name not in estimations and name not in left_out]
         if not further:
             break
@@ -265,7 +285,7 @@ def _with_slots(
         fits += more
         estimations |= of_them
         left_out |= refused
-    return added
+    return added, False
 
 
 def _part(report: Report, turn: int, count: int, number: int, task: str) -> Report:

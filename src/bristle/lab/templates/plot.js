@@ -127,15 +127,7 @@ class Frame {
       context.lineJoin = "round";
       context.setLineDash(dash.map((length) => bold * length));
       context.beginPath();
-      let across = Infinity, up = Infinity;
-      for (let k = first; k <= last; k++) {
-        // Points that fall onto the one before them are not drawn.
-        const px = a * x[k] + b, py = c * y[k] + d;
-        if (k < last && Math.abs(px - across) < 0.8 && Math.abs(py - up) < 0.8) continue;
-        context.lineTo(px, py);
-        across = px;
-        up = py;
-      }
+      straightened(context, first, last, (k) => a * x[k] + b, (k) => c * y[k] + d);
       context.stroke();
     });
   }
@@ -159,6 +151,33 @@ class Frame {
     context.arc(this.across(x), this.up(y), size, 0, 2 * Math.PI);
     context.fill();
   }
+}
+
+const STRAYS = 0.2; // [px]
+
+// A line through points, of as few as leave none of them further off: what takes time is to draw corners. From the last
+// corner on there is a cone of directions that do; a point outside it, or further back, makes the one before it a corner.
+function straightened(context, first, last, across, up) {
+  let atX = across(first), atY = up(first), beforeX = atX, beforeY = atY, reach = 0, lowX = 0, lowY = 0, highX = 0, highY = 0;
+  context.moveTo(atX, atY);
+  for (let k = first + 1; k <= last; k++) {
+    const px = across(k), py = up(k);
+    let dx = px - atX, dy = py - atY, r = Math.sqrt(dx * dx + dy * dy);
+    const goesOn = r >= reach - STRAYS && (reach < STRAYS || (lowX * dy - lowY * dx >= 0 && dx * highY - dy * highX >= 0));
+    if (!goesOn) {
+      context.lineTo(beforeX, beforeY);
+      atX = beforeX, atY = beforeY, reach = 0;
+      dx = px - atX, dy = py - atY, r = Math.sqrt(dx * dx + dy * dy);
+    }
+    beforeX = px, beforeY = py;
+    if (!(r >= STRAYS)) continue;
+    // The directions that pass this point closely enough, and of these what is in the cone.
+    const turn = STRAYS / r, rightX = dx + turn * dy, rightY = dy - turn * dx, leftX = dx - turn * dy, leftY = dy + turn * dx;
+    if (reach < STRAYS || lowX * rightY - lowY * rightX > 0) lowX = rightX, lowY = rightY;
+    if (reach < STRAYS || leftX * highY - leftY * highX > 0) highX = leftX, highY = leftY;
+    if (r > reach) reach = r;
+  }
+  context.lineTo(beforeX, beforeY);
 }
 
 function labelOf({ word, unit }) { return unit ? `${word} [${unit}]` : word; }
