@@ -236,7 +236,7 @@ def _over(plain: Model, facts: Mapping[str, Any]) -> dict[str, Any]:
     over = []
     for slot in slots:
         row = rows.get(around_named(slot.channel), {})
-        symbol = SYMBOLS.get(around_named(slot.channel), f"<i>{slot.channel.name}</i>")
+        symbol = SYMBOLS.get(around_named(slot.channel), f"<i>{slot.channel.name[0]}</i>")
         around = row | {"slot": True, "symbol": symbol, "nothing": slot.channel.usual}
         words = f"varying with {slot.channel.variable.description}"
         over.append({"name": slot.name, "file": file_of(slot), "words": words} | ({"around": around} if row else {}))
