@@ -39,6 +39,9 @@ def case(name):
     return plants.inertia(M=J), effort, lambda t, x: np.interp(t, knots, levels), knots
 
 
+LONGEST = (("elastoplastic", "pre-sliding"), ("elastoplastic", "stick-slip"))
+
+
 def model_and_reference(name, effort):
     if name == "lugre":
         values = {key: value for key, value in CONTACT.items() if key not in ("s", "f_p")}
@@ -47,8 +50,10 @@ def model_and_reference(name, effort):
     return friction.preisach_lugre(**CONTACT, transition=name), Composite(J=J, **CONTACT, rho=rho, effort=effort)
 
 
-@pytest.mark.parametrize("motion", ["pre-sliding", "break-away", "stick-slip"])
-@pytest.mark.parametrize("name", ["lugre", "elastoplastic", "paper"])
+@pytest.mark.parametrize(("name", "motion"), [
+    pytest.param(name, motion, marks=pytest.mark.slow if (name, motion) in LONGEST else ())
+    for name in ("lugre", "elastoplastic", "paper") for motion in ("pre-sliding", "break-away", "stick-slip")
+])  # fmt: skip
 def test_the_tolerance_is_the_global_error_over_six_decades(name, motion):
     plant, u, effort, bends = case(motion)
     model, reference = model_and_reference(name, effort)

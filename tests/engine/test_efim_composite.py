@@ -23,6 +23,7 @@ CASES = {
     "break-away": (lambda t, x: 160.0 * np.sin(20.0 * np.pi * t), 0.3),
     "stick-slip": (lambda t, x: 20.0 * (200.0 * t - x), 0.25),
 }
+LONGEST = "stick-slip"
 TRANSITIONS = {"elastoplastic": 0.9, "paper": None}
 
 
@@ -42,8 +43,10 @@ def positions(case, transition, h, times):
     return np.interp(times, trace.time, trace.position)
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("transition", TRANSITIONS)
+@pytest.mark.parametrize(("transition", "case"), [
+    pytest.param(transition, case, marks=pytest.mark.slow if case == LONGEST else ())
+    for transition in TRANSITIONS for case in CASES
+])  # fmt: skip
 def test_second_order_and_one_part_in_a_million(case, transition):
     effort, end = CASES[case]
     times = np.linspace(0.0, end, round(end / 1e-4) + 1)

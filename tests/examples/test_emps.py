@@ -54,6 +54,7 @@ def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  
 
 
 @pytest.mark.measured
+@pytest.mark.slow
 def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
     found = identified(emps, "coulomb_viscous+asymmetry")
     published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
@@ -144,6 +145,7 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
     assert predicted.data["metrics"]["force_error_percent"] <= percent
 
 
+@pytest.mark.slow
 def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     asked = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")

@@ -139,11 +139,17 @@ def run(code, folder, **environment):
     ("file", "environment"),
     [
         pytest.param(SETTINGS.encode(), {}, id="settings"),
-        pytest.param(b"font.family: caf\xe9\n", {}, id="undecodable"),
+        pytest.param(b"font.family: caf\xe9\n", {}, id="undecodable", marks=pytest.mark.slow),
         pytest.param(b"text.usetex = True\n<html>\n::\n\x00\n", {"MPLBACKEND": "module://no.such"}, id="no settings"),
-        pytest.param(None, {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "no/such/file"}, id="backend"),
-        pytest.param(b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale"),
-        pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders"),
+        pytest.param(
+            None, {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "no/such/file"}, id="backend", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(file, environment, tmp_path, plain):
@@ -160,7 +166,11 @@ def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(fi
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names of POSIX")
 @pytest.mark.parametrize(
     ("name", "environment"),
-    [("matplotlibrc", {}), ("mine", {"MATPLOTLIBRC": "mine"}), ("m/matplotlibrc", {"MPLCONFIGDIR": "m"})],
+    [
+        ("matplotlibrc", {}),
+        pytest.param("mine", {"MATPLOTLIBRC": "mine"}, marks=pytest.mark.slow),
+        pytest.param("m/matplotlibrc", {"MPLCONFIGDIR": "m"}, marks=pytest.mark.slow),
+    ],
 )
 def test_a_pipe_in_place_of_a_file_of_settings_is_not_waited_for(name, environment, tmp_path, plain):
     (tmp_path / "m").mkdir()

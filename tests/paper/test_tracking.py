@@ -46,6 +46,7 @@ def test_set_a_has_the_distribution_of_the_paper(set_a):
     assert (um(none.std), um(paper.std)) == pytest.approx((0.395, 0.138), abs=0.03)
 
 
+@pytest.mark.slow
 def test_set_b_reaches_them_from_another_cause(set_b):
     assert um(set_b["none"].following_error.peak_to_peak) == pytest.approx(1.52, abs=0.06)
     assert um(set_b["paper"].following_error.peak_to_peak) == pytest.approx(0.76, abs=0.06)

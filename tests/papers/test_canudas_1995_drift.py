@@ -17,6 +17,7 @@ def test_the_drift_is_the_same_by_the_integrator_and_by_the_slow_path():
     assert check(lugre(), force_ripple=RIPPLE)["drift"].value == pytest.approx(dynamic, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_lugre_drifts_after_break_away_and_the_gate_comes_to_rest():
     walks, rests = (
         steps_per_cycle(model, *RIPPLE, top=1.02 * F_S, cycles=16) for model in (lugre(), composite(sigma_2=0.03))

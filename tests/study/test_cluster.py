@@ -116,6 +116,7 @@ def own_study(bench):
     return study
 
 
+@pytest.mark.slow
 def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, bench, dask):
     run_study(own_study, bench.folder / "here", workers=1)
     names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")

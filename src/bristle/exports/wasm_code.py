@@ -7,9 +7,7 @@ begins in the memory. Everything else is one instruction of the machine for one 
 from __future__ import annotations
 
 import struct
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from itertools import groupby
+from collections.abc import Mapping
 
 from bristle.exports.scope import NotExportableError
 from bristle.exports.tree import (
@@ -83,8 +81,8 @@ from bristle.exports.wasm_binary import (
     flat,
     leb,
     signed_leb,
-    vector,
 )
+from bristle.exports.wasm_locals import Locals
 
 __all__ = ["Code"]
 
@@ -96,15 +94,9 @@ class Code:
         self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
         self.integers = INTEGERS_32 if integer == I32 else INTEGERS_64
         self.out = bytearray()
-        self.locals: list[int] = []
-        self.places: dict[str, int] = {}
-        self.taken: list[tuple[tuple[int, ...], int]] = []
-        self.free: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
+        self.locals = Locals(function.parameters, integer)
         self.depth, self.end = 0, 0
         self.loops: list[tuple[int, int]] = []
-        for parameter in function.parameters:
-            self._place(parameter)
-        self.argument_count = len(self.locals)
 
     def body(self) -> bytes:
         """Return the function as the format has it: its size, its variables, its instructions."""
@@ -112,24 +104,8 @@ class Code:
         if self.function.result != VOID:
             self.out.append(UNREACHABLE)
         self.out.append(END)
-        own = vector(
-            [leb(len(list(same))) + bytes([kind]) for kind, same in groupby(self.locals[self.argument_count :])]
-        )
-        content = own + bytes(self.out)
+        content = self.locals.declared() + bytes(self.out)
         return leb(len(content)) + content
-
-    def _place(self, variable: Variable) -> int:
-        if variable.name not in self.places:
-            self.places[variable.name] = self._new(flat(variable.type, self.integer))
-        return self.places[variable.name]
-
-    def _new(self, kinds: Sequence[int]) -> int:
-        free = self.free[tuple(kinds)]
-        first = free.pop() if free else len(self.locals)
-        if first == len(self.locals):
-            self.locals += kinds
-        self.taken.append((tuple(kinds), first))
-        return first
 
     def _emit(self, *codes: int | bytes) -> None:
         for code in codes:
@@ -149,7 +125,7 @@ class Code:
 
     def _do_assign(self, s: Assign) -> None:
         self._of(s.value)
-        self._set(self._place(s.variable), len(flat(s.variable.type, self.integer)))
+        self._set(self.locals.place(s.variable), len(flat(s.variable.type, self.integer)))
 
     def _do_store(self, s: Store) -> None:
         self._address(s.array, s.at)
@@ -188,8 +164,7 @@ class Code:
         self._emit(BR, leb(0), END, END)
 
     def _do_for(self, s: For) -> None:
-        place = self._new(flat(INTEGER, self.integer))
-        self.places[s.variable.name] = place
+        place = self.locals.place(s.variable)
         self._of(s.start)
         self._set(place)
         self._emit(BLOCK, EMPTY, LOOP, EMPTY)
@@ -233,14 +208,14 @@ class Code:
             self._integer(int(e.value))
 
     def _variable(self, e: Variable) -> None:
-        self._get(self._place(e), len(flat(e.type, self.integer)))
+        self._get(self.locals.place(e), len(flat(e.type, self.integer)))
 
     def _field(self, e: Field) -> None:
         first = self._first_of(e.of)
         if first is None:
             numbers = flat(e.of.type, self.integer)
             self._of(e.of)
-            first = self._new(numbers)
+            first = self.locals.new(numbers)
             self._set(first, len(numbers))
         assert isinstance(e.of.type, Struct)
         self._get(first + _offset(e.of.type, e.name, self.integer), len(flat(e.type, self.integer)))
@@ -248,7 +223,7 @@ class Code:
     def _first_of(self, e: Expression) -> int | None:
         """Return where the numbers of a tuple begin that lies in variables; None for one that is computed."""
         if isinstance(e, Variable):
-            return self._place(e)
+            return self.locals.place(e)
         if isinstance(e, Field) and isinstance(e.of.type, Struct):
             first = self._first_of(e.of)
             return None if first is None else first + _offset(e.of.type, e.name, self.integer)
@@ -340,26 +315,19 @@ class Code:
 
     def _run(self, function: Function) -> None:
         """Run a function here, its arguments being there: its variables are free for others after it."""
-        outside = self.places, self.taken, self.end
-        self.places, self.taken = {}, []
-        arguments = [number for parameter in function.parameters for number in self._numbers(parameter)]
-        for place in reversed(arguments):
-            self._set(place)
-        self._emit(BLOCK, self.types.block(flat(function.result, self.integer)))
-        self.depth += 1
-        self.end = self.depth
-        self._block(function.body)
-        if function.result != VOID:
-            self._emit(UNREACHABLE)
-        self.depth -= 1
-        self._emit(END)
-        for kinds, place in self.taken:
-            self.free[kinds].append(place)
-        self.places, self.taken, self.end = outside
-
-    def _numbers(self, variable: Variable) -> range:
-        first = self._place(variable)
-        return range(first, first + len(flat(variable.type, self.integer)))
+        outside = self.end
+        with self.locals.apart():
+            for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
+                self._set(place)
+            self._emit(BLOCK, self.types.block(flat(function.result, self.integer)))
+            self.depth += 1
+            self.end = self.depth
+            self._block(function.body)
+            if function.result != VOID:
+                self._emit(UNREACHABLE)
+            self.depth -= 1
+            self._emit(END)
+        self.end = outside
 
     def _make(self, e: Make) -> None:
         for part in e.parts:
@@ -385,7 +353,7 @@ class Code:
     def _least(self, e: Intrinsic) -> None:
         """Give ``b if b < a else a``, or with ``>``: what Python gives, for NaN and zeros too."""
         kind = flat(e.type, self.integer)
-        a, b = self._new(kind), self._new(kind)
+        a, b = self.locals.new(kind), self.locals.new(kind)
         for place, argument in zip((a, b), e.arguments, strict=True):
             self._of(argument)
             self._set(place)
@@ -395,7 +363,7 @@ class Code:
         self._emit(table["<" if e.name == "min" else ">"], SELECT)
 
     def _is(self, name: str) -> None:
-        x = self._new([F64])
+        x = self.locals.new([F64])
         self._emit(TEE, leb(x))
         if name == "isnan":
             self._get(x)

@@ -56,6 +56,7 @@ from bristle.logs.log import Log
 __all__ = ["identify"]
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
+WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
 WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
 TURNS = 2  # of slots added to the best of all models
 
@@ -135,21 +136,12 @@ def identify(
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
-    fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
-    ended = len(fits) + len(left_out) < len(components)
-    if extended and not ended:
-        report = _share(progress, count, len(components), "fitting slots")
-        added, ended = _with_slots(context, fits, estimations, left_out, held_out, report)
-        components = (*components, *added)
-    short = blocks is None and not held_out
+    share, short = partial(_share, progress, count), blocks is None and not held_out
+    fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
     (best, *rest), interrupted = to_the_end(lambda: _judged(fits, estimations, context, of_logs, short=short))
-    unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
-    if ended and not unfinished:
-        unfinished = "interrupted: slots were not looked for to the end"
-    if draws and not unfinished and interrupted:
-        unfinished = WITHOUT_DRAWS
+    unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
     if draws and not unfinished:
-        report = _share(progress, count, count - 1, f"fitting {best.name} to simulated logs")
+        report = share(count - 1, f"fitting {best.name} to simulated logs")
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
     return Identification(
         (best, *rest), first_log, _treatment(context.dataset, best), tuple(log for log, _ in pairs[1:]), unfinished,
@@ -204,6 +196,21 @@ def _with_uncertainty(
     except KeyboardInterrupt as error:
         obey(error)
         return fit, WITHOUT_DRAWS
+
+
+def _all_fits(
+    context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int,
+    share: Callable[[int, str], Report],
+) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:  # fmt: skip
+    """Return the fits of several models, with slots where those are to be looked for, and what was interrupted."""
+    fits, estimations, left_out = _fits(context, components, blocks, share)
+    ended = len(fits) + len(left_out) < len(components)
+    if extended and not ended:
+        report = share(len(components), "fitting slots")
+        added, ended = _with_slots(context, fits, estimations, left_out, blocks, report)
+        components = (*components, *added)
+    names = [component.name for component in components if component.name not in left_out]
+    return fits, estimations, left_out, _unfinished(fits, names) or WITHOUT_SLOTS * ended
 
 
 def _fits(

@@ -111,7 +111,7 @@ function setting(name, symbol, unit, description, value, low, high, logarithmic 
 function loopSettings(model, loop) {
   const { reach, speed, force } = model.scales, { paper } = loop, gain = 150, { units } = model;
   const mass = model.mass ?? round(2 * force / (reach * gain * gain)), amplitude = round(2.8 * reach);
-  const bodies = ["this model, with the values of the start", "the rig of the paper"];
+  const bodies = ["this model, as it began", "the rig of the paper"];
   return [
     { ...setting("loop_body", "", "", "friction of the mass", 0, 0, 1), choices: model.kind === loop.rig.kind ? bodies : bodies.slice(0, 1) },
     setting("loop_M", "<i>M</i>", model.pull[0].unit, "mass that the law moves", mass, mass / 100, 100 * mass),
