@@ -16,7 +16,6 @@ from bristle.testing import check_reader
 from bristle.testing.readers import READER_CHECKS
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "key_value_log.py"
-APART = {"mf4", "mcap", "parquet"}  # whose libraries take long to load
 WRITTEN = {"hdf5": "h5", "parquet": "parquet", "npz": "npz", "tdms": "tdms", "mat": "mat", "csv": "csv"}
 EXPORTED = {"mf4": "MF4, one group", "mcap": "MCAP, JSON", "sinumerik": "SINUMERIK", "json_records": "records"}
 
@@ -31,7 +30,7 @@ def bytes_of(name, folder, recording):
 
 
 @pytest.mark.parametrize(
-    "log_format", [pytest.param(one, marks=[pytest.mark.slow] * (one.name in APART), id=one.name) for one in FORMATS]
+    "log_format", [pytest.param(one, marks=[pytest.mark.slow] * bool(one.package), id=one.name) for one in FORMATS]
 )
 def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, recording):
     checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
