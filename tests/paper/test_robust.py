@@ -434,6 +434,21 @@ def test_the_pages_say_what_the_run_says():
     assert f"leave {ends[0]:.2f} to {ends[-1]:.2f} µm" in readme
 
 
+def test_the_page_says_why_more_is_left_in_the_softer_loop():
+    told, page = told_in_the_docs(), (ROOT / "docs" / "theory" / "compensation.md").read_text()
+    levels = ("nominal", "level_0.7", "level_1.3", "level_1.6")
+    soft, stiff = (
+        {level: {name: 1e6 * one["peak_to_peak"] for name, one in told[key]["thirty_sliders"][level].items()}
+         for level in levels} for key in ("robust_set_c", "robust")
+    )  # fmt: skip
+    none, both = soft["level_1.6"]["none"], soft["level_1.6"]["observer_feedforward"]
+    assert f"{both:.2f} µm on the thirty sliders at 1.6 times the level" in page
+    assert f"{soft['nominal']['none']:.2f} µm there without compensation and {stiff['nominal']['none']:.2f} µm" in page
+    assert f"both together leave {100.0 * both / none:.0f} % of {none:.2f} µm" in page
+    left = [stiff[level]["observer_feedforward"] for level in levels]
+    assert f"{min(left):.2f} to {max(left):.2f} µm at every level" in page
+
+
 def test_the_run_of_the_docs_keeps_what_is_claimed():
     told = told_in_the_docs()
     assert set(told["robust"]) == {*SIMULATED, "measured"}

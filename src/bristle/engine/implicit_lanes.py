@@ -169,6 +169,7 @@ def _beginnings(parts: _Parts, rows: ImplicitRows) -> tuple[Callable[..., Any], 
             q, body = unpack_plant(block, 0, j), load_plant(block, BODY, j)
             span, carried = load_span(block, SPANS, j), load_carried(block, CARRIES, j)
             commanded = span.start + (span.end - span.start) * part
+            # As `bristle.engine.mechanism` has it of a drive that follows at once, to the last bit.
             u = commanded + 0.0 * (carried.effort - commanded)
             a, b = plant_port(body, u, h, q)
             guess, slope = first_guess(body.v, carried.acceleration, h), max(carried.slope, 1.0)
