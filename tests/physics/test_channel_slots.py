@@ -121,7 +121,9 @@ def test_the_next_model_has_it_once_and_keeps_what_is_a_persons_own():
     own = load_slot_file(ROOT / "examples" / "humidity.py")
     damp = with_slots(coulomb_viscous, [own])(F_C=8.0, F_v=30.0)
     assert model_with("direction", damp) == "coulomb_viscous+humidity+asymmetry"
-    oiled = with_slots(coulomb_viscous, [load_slot_file(SLOT.encode())])(F_C=8.0, F_v=30.0)  # by another equation
+    oiled = with_slots(coulomb_viscous, [load_slot_file(SLOT.replace('"oiled"', '"smeared"').encode())])(
+        F_C=8.0, F_v=30.0
+    )  # by another equation
     assert model_with("pressure", oiled) == ""
     assert model_with("pressure", find("maxwell_slip")(**find("maxwell_slip").example)) == ""
 
