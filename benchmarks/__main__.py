@@ -20,6 +20,7 @@ from benchmarks.cluster import cluster
 from benchmarks.composite import composite
 from benchmarks.corners import corners
 from benchmarks.coverage import Share, coverage
+from benchmarks.exported import exported
 from benchmarks.fits import fits
 from benchmarks.lanes import lanes
 from benchmarks.lies import lies
@@ -162,6 +163,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         lanes,
         stick_slip,
         open_loop,
+        exported,
         population,
         tracking,
         presliding,

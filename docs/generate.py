@@ -25,9 +25,12 @@ from bristle.cli.application import app
 from bristle.cli.export import told_of
 from bristle.core.contracts import Component
 from bristle.core.docstring import REFERENCE, as_markdown
+from bristle.core.documented import Documented
+from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, unit_of
 from bristle.exports import TARGETS
 from bristle.files.components import key_of
+from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
 FOLDER = Path(__file__).parent / "reference"
@@ -86,26 +89,43 @@ def models() -> str:
                 ("Name", "What it is"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]
             )
         )
-        for one in members.values():
-            parts += [f"### {one.name}", f"{one.description[0].upper()}{one.description[1:]}."]
-            parts += [as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE]
-            parts += [_parameters(one)]
-            parts += [f"Needs `{relation.condition}`." for relation in one.relations]
-            parts += [f"Source: {_linked(one.reference)}" if one.reference else ""]
+        parts += [part for one in members.values() for part in _member(one)]
     return page("Models and their parameters", *parts, *slots())
 
 
 def slots() -> tuple[str, ...]:
     """Return what every friction model can be given behind its name."""
     rows = [
-        (f"`+{name}`", ", ".join(f"`{one}`" for one in PARAMETERS_OF_SLOTS[name]), what)
+        (f"[`+{name}`](#{name})" if name in CHANNEL_SLOTS else f"`+{name}`",
+         ", ".join(f"`{one}`" for one in PARAMETERS_OF_SLOTS[name]), what)
         for name, what in WHAT_SLOTS_DO.items()
-    ]
+    ]  # fmt: skip
     own = "One of [your own](../how-to/your-own-model.md#a-slot-of-your-own) stands there by its file, `+my_slot.py`."
-    return "## Slots", table(("Name", "Parameters", "What they give"), rows), own
+    described = [part for slot in CHANNEL_SLOTS.values() for part in (*_member(slot), _channel(slot))]
+    return "## Slots", table(("Name", "Parameters", "What they give"), rows), own, *described
 
 
-def _parameters(one: Component) -> str:
+def _channel(slot: Slot) -> str:
+    channel = slot.channel
+    return (
+        f"Needs `{channel.name}` of the log: {channel.variable.description}, in {_units(channel.variable.quantity)}; "
+        f"{channel.usual:g} where nobody tells it."
+    )
+
+
+def _member(one: Documented) -> list[str]:
+    """Return what the page of all models says of one of them."""
+    return [
+        f"### {one.name}",
+        f"{one.description[0].upper()}{one.description[1:]}.",
+        *(as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE),
+        _parameters(one),
+        *(f"Needs `{relation.condition}`." for relation in one.relations),
+        f"Source: {_linked(one.reference)}" if one.reference else "",
+    ]
+
+
+def _parameters(one: Documented) -> str:
     rows = []
     for name, variable in one.variables.items():
         low, high = (
@@ -149,7 +169,7 @@ def _linked(reference: str) -> str:
 def symbols() -> str:
     """Return the page of all symbols: each with its meaning, its unit and where it is used."""
     found: dict[tuple[str, str, str], list[str]] = {}
-    for members in families().values():
+    for members in (*families().values(), CHANNEL_SLOTS):
         for one in members.values():
             for name, variable in one.variables.items():
                 entry = (key_of(name), variable.description, _units(variable.quantity))

@@ -102,9 +102,22 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
     head = Path("law_st/axis_x.st").read_text().split("*)")[0]
     assert "friction along the desired motion by coulomb_viscous" in head
     assert "place_ahead[0] to [" in head
-    refused = bristle("export", "model.toml", "--to", "st", "--float32", "--out", "single")
+    single = bristle("export", "model.toml", "--to", "st", "--float32", "--tunable", "--out", "single")
+    assert single.code == 0
+    assert "single precision" in single.out.replace("\n", " ")
+    assert ": REAL := REAL#" in Path("single/axis_x.st").read_text()
+    refused = bristle("export", "model.toml", "--to", "mjcf", "--float32", "--out", "refused")
     assert refused.code == 2
     assert "single precision" in refused.err.replace("\n", " ")
+
+
+def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precision(bristle, place):
+    line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--tunable", "--float32")
+    assert bristle(*line, "--out", "law").code == 0
+    header = Path("law/axis_x.h").read_text()
+    assert "float controller_k_p;" in header
+    assert "float friction_F_C;" in header
+    assert "Single precision" in Path("law/README.md").read_text()
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
     assert set(listed) == set(MODELS)
     parameter = listed["coulomb"]["parameters"]["F_C"]
     assert (parameter["unit"], parameter["unit_rotational"], parameter["max"]) == ("N", "N*m", None)
-    families = {"friction", "hysteresis", "plant", "controller", "sensor", "reference"}
+    families = {"friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"}
     assert {one["family"] for one in found.data["models"]} == families
 
 

@@ -15,6 +15,17 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--out", "run")
 IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--out", "run")
 RUN = ("run", "experiment.toml", "--out", "run")
+DESIGN = ("design", "experiment.toml", "--out", "run")
+COMPARE = ("compare", "log.csv", "later.csv", "--axis", "axis.toml", "--out", "run")
+STUDY = ("study", "study.toml", "--out", "run", "--workers", "1")
+STUDY_FILE = """
+schema = 1
+experiment = "experiment.toml"
+runs = 4
+seed = 7
+[vary]
+"friction.F_C" = { normal = ["8 N", "0.5 N"] }
+"""
 OWN = """import sys
 from matplotlib.figure import Figure
 from bristle.figures import ReportFigure, style
@@ -48,10 +59,27 @@ def page():
     return Path("run/report.html").read_text(encoding="utf-8")
 
 
+@pytest.fixture
+def later(place):
+    """The log again, of an axis that follows better; and a study of the experiment."""
+    table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
+    names = Path("log.csv").read_text().splitlines()[0]
+    q, r = names.split(",").index("q"), names.split(",").index("r")
+    table[:, q] = table[:, r] + 0.5 * (table[:, q] - table[:, r])
+    np.savetxt("later.csv", table, delimiter=",", header=names, comments="", fmt="%.9g")
+    Path("study.toml").write_text(STUDY_FILE)
+    return place
+
+
 @pytest.mark.parametrize(
-    ("command", "takes"), [(PREDICT, "prediction"), (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification")]
-)
-def test_it_stands_behind_the_others_and_among_the_files(bristle, place, command, takes):
+    ("command", "takes"),
+    [
+        (PREDICT, "prediction"), (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification"),
+        (COMPARE, "comparison"), (DESIGN, "design"), (STUDY, "study"), ((*STUDY, "--run", "2"), "simulation"),
+    ],
+    ids=["predict", "log", "run", "identify", "compare", "design", "study", "run of a study"],
+)  # fmt: skip
+def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
     found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")
     assert found.code == 0, found.err
     text = page()
@@ -131,6 +159,18 @@ def test_one_that_fails_as_it_is_saved_costs_nothing_but_that_file(bristle, plac
     assert 'id="figure-own-mine"' in page()
 
 
+def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later):
+    assert bristle(*STUDY, *own("axes.plot(study.columns['friction.F_C'])", "study"), "--format", "svg").code == 0
+    first = Path("run/figures/mine.svg").read_bytes()
+    assert bristle(*STUDY, *own("pass", "study"), "--format", "svg").code == 0
+    assert Path("run/figures/mine.svg").read_bytes() != first
+    Path("run/figures/mine.svg").write_text("a person's")
+    ended = bristle(*STUDY, "--figure", "mine.py", "--format", "svg")
+    assert ended.code == 2
+    assert "mine.svg: was changed since, or is no figure of this study" in ended.err
+    assert bristle(*STUDY, "--dry-run", "--figure", "mine.py").code == 2
+
+
 def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")
@@ -155,6 +195,9 @@ def test_what_the_report_has_only_at_times_is_told_where_it_has_not(bristle, pla
     [
         (RUN, {"takes": "prediction"}, "what the report of run has not; found 'prediction', allowed simulation"),
         (PREDICT, {"takes": "identification"}, "Use it with bristle identify"),
+        (DESIGN, {"takes": "simulation"}, "Use it with bristle identify or bristle run"),
+        (COMPARE, {"name": "short", "takes": "comparison"}, "a name that it cannot have; found 'short'"),
+        (STUDY, {"takes": "comparison"}, "what the report of study has not"),
         (PREDICT, {"takes": "model"}, "from what no report has; found 'model'"),
         (PREDICT, {"name": "prediction"}, "a name that it cannot have; found 'prediction'"),
         (PREDICT, {"name": "../mine"}, "a name that it cannot have"),

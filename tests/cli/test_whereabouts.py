@@ -36,7 +36,12 @@ def folder(tmp_path_factory):
     return place
 
 
-@pytest.mark.parametrize("command", RESULTS)
+LONG = ("identify a model of one's own", "excite")
+
+
+@pytest.mark.parametrize("command", [
+    pytest.param(command, marks=pytest.mark.slow if command in LONG else ()) for command in RESULTS
+])  # fmt: skip
 def test_results_name_no_folder(folder, command, capsys):
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)

@@ -124,7 +124,9 @@ def test_the_smooth_step_rises_as_half_a_sine():
         slope = [mpmath.pi * mpmath.cos(mpmath.pi * (mpmath.mpf(one) - 0.5)) / 2 for one in y.tolist()]
     ours = [mathematics.smooth_step(one) for one in y.tolist()]
     assert max(abs(a - b) for a, b in zip(ours, true, strict=True)) < 2 * UNIT
-    ours = [mathematics.smooth_step_slope(one) for one in y.tolist()]
+    points = [mathematics.smooth_step_point(one) for one in y.tolist()]
+    assert [point[0] for point in points] == ours
+    ours = [point[1] for point in points]
     assert max(abs(a - b) for a, b in zip(ours, slope, strict=True)) < 4 * UNIT
 
 

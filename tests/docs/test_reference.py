@@ -109,7 +109,9 @@ def found_at(value, key):
     return True
 
 
-@pytest.mark.parametrize("command", sorted(RUNS))
+@pytest.mark.parametrize("command", [
+    pytest.param(command, marks=pytest.mark.slow if command == "lab" else ()) for command in sorted(RUNS)
+])  # fmt: skip
 def test_json_has_the_keys_that_are_documented_and_no_others(command, at_the_reader, capsys):
     (at_the_reader / "experiment.toml").write_text(EXPERIMENT)
     result = printed(RUNS[command].split(), capsys)

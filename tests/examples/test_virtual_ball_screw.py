@@ -85,6 +85,7 @@ def test_what_was_put_in_is_found(folder):
     assert found.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
 
 
+@pytest.mark.slow
 def test_what_was_identified_compensates(folder, bristle):  # noqa: F811
     place, _ = folder
     found = bristle("run", place / "compensated.toml", "--json")

@@ -16,13 +16,23 @@ import tree_sitter_iec61131_3_st as grammar
 from tests.exports.native import COMPILER
 
 FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
-C_TYPES = {"lreal": "double", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
+C_TYPES = {
+    "lreal": "double",
+    "real": "float",
+    "dint": "int32_t",
+    "lint": "int64_t",
+    "bool": "bool",
+    "lword": "uint64_t",
+}
 SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
 CONVERTED = {
     "dint_to_lreal": ("dint", "lreal"), "lint_to_lreal": ("lint", "lreal"), "lreal_to_dint": ("lreal", "dint"),
     "lreal_to_lint": ("lreal", "lint"), "lint_to_dint": ("lint", "dint"), "lint_to_lword": ("lint", "lword"),
-    "lword_to_lint": ("lword", "lint"), "sqrt": ("lreal", "lreal"),
+    "lword_to_lint": ("lword", "lint"), "dint_to_real": ("dint", "real"), "lint_to_real": ("lint", "real"),
+    "real_to_dint": ("real", "dint"), "real_to_lint": ("real", "lint"), "real_to_lreal": ("real", "lreal"),
+    "lreal_to_real": ("lreal", "real"),
 }  # fmt: skip
+ROOTS = {"lreal": "sqrt", "real": "sqrtf"}
 HEAD = """
 #define _GNU_SOURCE
 #include <fenv.h>
@@ -46,6 +56,12 @@ static inline double whole_of(double x, double most)
 }
 static inline int32_t lreal_to_dint(double x) { return (int32_t)whole_of(x, 2147483648.0); }
 static inline int64_t lreal_to_lint(double x) { return (int64_t)whole_of(x, 9223372036854775808.0); }
+static inline int32_t real_to_dint(float x) { return lreal_to_dint(x); }
+static inline int64_t real_to_lint(float x) { return lreal_to_lint(x); }
+static inline float dint_to_real(int32_t x) { return (float)x; }
+static inline float lint_to_real(int64_t x) { return (float)x; }
+static inline double real_to_lreal(float x) { return x; }
+static inline float lreal_to_real(double x) { return (float)x; }
 static inline double dint_to_lreal(int32_t x) { return x; }
 static inline double lint_to_lreal(int64_t x) { return (double)x; }
 static inline int32_t lint_to_dint(int64_t x) { if (x != (int32_t)x) { stop(4); } return (int32_t)x; }
@@ -405,9 +421,9 @@ class Statements:
             return (f"INT64_C({words(node)})", "lint") if wanted == "lint" else (words(node), "dint")
         if node.type == "typed_literal":
             kind, _, digits = words(node).partition("#")
-            if kind != "lint":
+            if kind not in ("lint", "real") or (kind == "real") != ("." in digits):
                 self._fail(node, "is a literal that is not read here")
-            return f"INT64_C({digits})", "lint"
+            return (f"INT64_C({digits})", kind) if kind == "lint" else (f"({digits}f)", kind)
         if node.type == "boolean_literal":
             return words(node), "bool"
         if node.type in ("identifier", "member_access_expression", "index_expression"):
@@ -417,7 +433,7 @@ class Statements:
     def _unary_expression(self, node, wanted):
         text, kind = self.value(node.child_by_field_name("operand"), wanted)
         operator = words(node.child_by_field_name("operator"))
-        if kind not in {"not": ("bool",), "-": ("lreal", "dint", "lint")}[operator]:
+        if kind not in {"not": ("bool",), "-": ("lreal", "real", "dint", "lint")}[operator]:
             self._fail(node, f"{operator} of a {kind}")
         return f"({'!' if operator == 'not' else '-'}{text})", kind
 
@@ -437,9 +453,10 @@ class Statements:
             if first not in C_TYPES or (first == "bool" and operator not in ("=", "<>")):
                 self._fail(node, f"{operator} of a {first}")
             return f"({left} {({'=': '==', '<>': '!='}).get(operator, operator)} {right})", "bool"
-        if first not in ("lreal", "dint", "lint") or (operator == "mod" and first == "lreal"):
+        reals = ("lreal", "real")
+        if first not in (*reals, "dint", "lint") or (operator == "mod" and first in reals):
             self._fail(node, f"{operator} of a {first}")
-        if operator == "mod" or (operator == "/" and first != "lreal"):
+        if operator == "mod" or (operator == "/" and first not in reals):
             return f"(({C_TYPES[first]}){'rest' if operator == 'mod' else 'divided'}({left}, {right}))", first
         if operator not in ("+", "-", "*", "/"):
             self._fail(node, operator)
@@ -448,6 +465,11 @@ class Statements:
     def _call_expression(self, node, wanted):
         name = words(node.child_by_field_name("function"))
         given = named(node.child_by_field_name("arguments"))
+        if name == "sqrt" and len(given) == 1:
+            text, kind = self.value(given[0])
+            if kind not in ROOTS:
+                self._fail(node, f"sqrt of a {kind}")
+            return f"{ROOTS[kind]}({text})", kind
         if name in CONVERTED:
             takes, gives = CONVERTED[name]
             text, kind = self.value(given[0], takes)

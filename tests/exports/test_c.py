@@ -176,12 +176,19 @@ def test_nothing_of_a_library_but_the_square_root(written):
     assert set(listed.split()) - {"U"} <= {"sqrt", "memcpy", "memset", "__stack_chk_fail"}
 
 
+def test_kernels_are_absorbed_as_they_are_here(written):
+    text = (written / "preisach_lugre" / "axis_x.c").read_text()
+    assert "\nABSORBED double mathematics_exp(" in text
+    assert "\nstatic inline Stroke deflection_in_parts(" in text
+
+
 def test_the_header_says_what_is_known_of_each_parameter(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     found = br.export(model, "c", tmp_path / "axis", name="knee", step="1 ms")
     assert found.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
     header = (tmp_path / "axis" / "knee.h").read_text()
     assert re.search(r"F_S +0\.04 +N\*m +>= 1e-12 +static", header)
+    assert re.search(r"double position;.*\n.*begun;.*\n.*double force;", header)  # apart, for the time of a step
     assert "[rad]" in header
     assert "[N*m]" in header
     assert all(len(line) <= 130 for line in header.splitlines())

@@ -1,6 +1,7 @@
 """Control laws in C and Structured Text: replayed on what a simulated loop records, the efforts, bit for bit."""
 
 import ctypes
+import shutil
 import subprocess
 from dataclasses import replace
 
@@ -14,6 +15,7 @@ from bristle.exports.c_law import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.st_law import st_law_files
+from bristle.exports.tunable import tunable_law
 from bristle.plants import inertia
 from bristle.references import varied_sine
 from bristle.sensors import encoder
@@ -110,12 +112,12 @@ def recorded(variant):
     return np.column_stack([told[name][:used] for name in law.inputs]), outcome.command[:used]
 
 
-def replayed(library, name, inputs):
+def replayed(library, name, inputs, *further):
     pointer, efforts = ctypes.POINTER(ctypes.c_double), np.empty(len(inputs))
     inputs = np.ascontiguousarray(inputs, dtype=float)
     run = getattr(library, f"run_{name}")
     run.restype = None
-    run(inputs.ctypes.data_as(pointer), len(inputs), efforts.ctypes.data_as(pointer))
+    run(inputs.ctypes.data_as(pointer), len(inputs), efforts.ctypes.data_as(pointer), *further)
     return efforts
 
 
@@ -236,10 +238,161 @@ def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
         br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
 
 
-@pytest.mark.parametrize(("to", "given"), [("wasm", {}), ("c", {"tunable": True}), ("c", {"float32": True})])
-def test_a_law_is_c_with_fixed_parameters_in_double_precision(tmp_path, to, given):
-    with pytest.raises(br.core.InputError):
-        br.export(variant_of("cascade", "nothing"), to, tmp_path / "law", **given)
+def test_a_target_without_a_law_says_so(tmp_path):
+    with pytest.raises(br.core.InputError, match="holds no control law"):
+        br.export(variant_of("cascade", "nothing"), "wasm", tmp_path / "law")
+
+
+# --- parameters that may be changed, and single precision -------------------------------------------------------------
+
+# For each law what is changed, by the name of its field, and the loop with these values.
+CHANGED = {
+    ("cascade", "measured"): (
+        {"controller_k_v": 7e4, "friction_f_p": 75.0, "feedforward_gain": 0.9, "feedforward_asymmetry": 0.05},
+        {"controller": {"k_v": 7e4}, "friction": {"f_p": 75.0}, "feedforward": {"gain": 0.9, "asymmetry": 0.05}},
+    ),
+    ("sliding_mode", "desired"): (
+        {"controller_lambda_": 140.0, "controller_cutoff": 300.0, "feedforward_offset": 1.0},
+        {"controller": {"lambda_": 140.0, "cutoff": 300.0}, "feedforward": {"offset": 1.0}},
+    ),
+    ("cascade", "toothed"): (
+        {"feedforward_mass": 600.0, "friction_F_S": 55.0, "friction_c_T": 0.3},
+        {"friction": {"F_S": 55.0, "c_T": 0.3}, "feedforward": {"mass": 600.0}},
+    ),
+}  # fmt: skip
+RUN_CHANGED = """
+#include "{name}.h"
+void run_{name}(const {name}_inputs *inputs, int count, double *effort, int changed)
+{{
+    static {name} axis;
+    {name}_start(&axis);
+    if (changed) {{
+        {lines}
+    }}
+    for (int i = 0; i < count; ++i) {{
+        effort[i] = {name}_effort(&axis, &inputs[i]);
+    }}
+}}
+"""
+
+
+def changed_variant(controller, fed):
+    variant, (_, values) = variant_of(controller, fed), CHANGED[controller, fed]
+    feedforward = replace(variant.feedforward, **values["feedforward"])
+    friction = feedforward.friction.with_values(**values.get("friction", {}))
+    law = variant.controller.with_values(**values.get("controller", {}))
+    return replace(variant, controller=law, feedforward=replace(feedforward, friction=friction))
+
+
+@pytest.fixture(scope="module")
+def otherwise(tmp_path_factory):
+    """Laws with parameters that may be changed, in double and in single precision: C as a library, and blocks."""
+    folder, sources, texts = tmp_path_factory.mktemp("otherwise"), [], {}
+    for controller, fed in CHANGED:
+        for single in (False, True):
+            name = f"{controller}_{fed}_{'single' if single else 'double'}"
+            law = law_of(variant_of(controller, fed), tunable=True, single=single)
+            (folder / name).mkdir()
+            for file, text in law_files(law, name, Source()).items():
+                (folder / name / file).write_text(text, encoding="ascii")
+            end = "f" if single else ""
+            lines = [
+                f"axis.parameters.{field} = {value!r}{end};" for field, value in CHANGED[controller, fed][0].items()
+            ]
+            (folder / name / "run.c").write_text(RUN_CHANGED.format(name=name, lines=" ".join(lines)))
+            sources += [f"{name}/{name}.c", f"{name}/run.c"]
+            blocks = st_law_files(law, name, Source())
+            texts[name] = [blocks[f"{name}{part}.st"] for part in ("", "_selftest")]
+    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
+    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:4000]
+    return folder, ctypes.CDLL(str(folder / "laws.so")), texts
+
+
+@pytest.mark.parametrize(("controller", "fed"), CHANGED)
+def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, controller, fed):
+    inputs, efforts = recorded(variant_of(controller, fed))
+    assert differing(replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0), efforts) == 0
+
+
+@pytest.mark.parametrize(("controller", "fed"), CHANGED)
+def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, controller, fed):
+    inputs, efforts = recorded(changed_variant(controller, fed))
+    found = replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 1)
+    assert differing(found, efforts) == 0
+    assert differing(found, replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0)) > SAMPLES // 2
+
+
+@pytest.mark.parametrize(("controller", "fed"), CHANGED)
+def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, fed):
+    inputs, efforts = recorded(variant_of(controller, fed))
+    found = replayed(otherwise[1], f"{controller}_{fed}_single", inputs, 0)
+    off = np.max(np.abs(found - efforts)) / np.max(np.abs(efforts))
+    assert 0.0 < off < 2.5e-6
+
+
+@pytest.mark.parametrize(("kind", "said"), [("double", "the same bits"), ("single", "in single precision")])
+def test_both_pass_their_self_tests(otherwise, kind, said):
+    name = f"cascade_toothed_{kind}"
+    ran = built(otherwise[0] / name, f"{name}_selftest.c", "-fsanitize=undefined")
+    assert ran.returncode == 0, ran.stdout
+    assert said in ran.stdout
+    assert ran.stderr == ""
+    assert built(otherwise[0] / name, "example_main.c").returncode == 0
+
+
+def test_the_self_test_of_single_precision_sees_a_wrong_gain(otherwise, tmp_path):
+    name = "cascade_toothed_single"
+    folder = tmp_path / name
+    shutil.copytree(otherwise[0] / name, folder)
+    text = (folder / f"{name}.c").read_text()
+    wrong = text.replace("axis->parameters.controller_k_v = 80000.0f;", "axis->parameters.controller_k_v = 80500.0f;")
+    assert wrong != text
+    (folder / f"{name}.c").write_text(wrong)
+    ran = built(folder, f"{name}_selftest.c")
+    assert (ran.returncode, "farther off" in ran.stdout) == (1, True)
+
+
+@pytest.fixture(scope="module")
+def tuned_blocks(otherwise, tmp_path_factory):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    return StructuredText(otherwise[2], tmp_path_factory.mktemp("tuned"))
+
+
+def told_to(blocks, name, law, inputs, further):
+    """Return a row for each call of a block: its inputs, and its parameters, of which some are changed."""
+    values = {parameter.lower().strip("_"): value for parameter, _, value in tunable_law(law).numbers()}
+    further = {key.lower().strip("_"): value for key, value in further.items()}
+    assert set(further) <= set(values)
+    values |= further
+    keys = blocks.inputs[name][len(law.inputs) :]
+    assert set(keys) == set(values)
+    parameters = np.array([min(values[key], 1e37) for key in keys])
+    return np.hstack([inputs, np.tile(parameters, (len(inputs), 1))])
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize(("controller", "fed"), CHANGED)
+def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, fed, precision):
+    name, law = f"{controller}_{fed}_{precision}", law_of(variant_of(controller, fed), tunable=True)
+    inputs, _ = recorded(variant_of(controller, fed))
+    for changed in (0, 1):
+        further = CHANGED[controller, fed][0] if changed else {}
+        found, flags = tuned_blocks.replay(name, told_to(tuned_blocks, name, law, inputs, further))
+        assert differing(found, replayed(otherwise[1], name, inputs, changed)) == 0
+        assert not flags.any()
+    assert tuned_blocks.selftest(name) == (True, True)
+
+
+def test_what_is_not_changed_with_a_parameter_is_told(tmp_path):
+    variant = variant_of("cascade", "desired")
+    led = replace(variant, feedforward=replace(PAPER, conditioning=2e-6))
+    notes = br.export(led, "c", tmp_path / "led", tunable=True, float32=True).notes
+    assert any("that of the exported parameters" in note for note in notes)
+    assert any("single precision" in note and "effort" in note for note in notes)
+    assert len(br.export(led, "c", tmp_path / "fixed").notes) == 1
 
 
 def test_a_controller_of_ones_own_begins_by_a_kernel(tmp_path):

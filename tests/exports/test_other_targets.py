@@ -4,9 +4,12 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tests.exports.instructions import counted
 from tests.exports.other_targets import TARGETS, answer, examples
 
 from bristle.exports import walk
+from bristle.friction import MODELS
+from bristle.testing import example_of
 
 
 @pytest.mark.parametrize("name", TARGETS)
@@ -16,6 +19,20 @@ def test_the_self_test_finds_the_same_bits(name, model, tmp_path):
     if target.lacking:
         pytest.skip(f"needs {target.lacking}")
     assert answer(target, examples()[model], tmp_path / "out") == ""
+
+
+@pytest.mark.parametrize(
+    ("core", "model", "mean", "worst", "code"),
+    [("Cortex-M7", "lugre", 400, 450, 2000), ("Cortex-M7", "preisach_lugre", 1600, 9000, 9000),
+     ("Cortex-M4F", "preisach_lugre", 1700, 6000, 9000)],
+)  # fmt: skip
+def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, worst, code, tmp_path):
+    if TARGETS[core].lacking:
+        pytest.skip(f"needs {TARGETS[core].lacking}")
+    found = counted(example_of(MODELS[model]), core, tmp_path / "out", steps=20_000)
+    assert found.mean < mean
+    assert found.worst < worst
+    assert found.code < code
 
 
 def test_other_bits_are_told(monkeypatch, tmp_path):

@@ -1,12 +1,13 @@
 """Structured Text of friction models: the bits of bristle, through a reader of the language that is not ours."""
 
 import math
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, differing, walk
+from tests.exports.native import COMPILER, Native, differing, walk
 
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
@@ -206,6 +207,106 @@ def test_the_sum_of_a_self_test_keeps_what_rounding_takes():
         assert total_of(changed.tolist()) != total_of(forces.tolist())
 
 
+# --- single precision, and parameters that may be changed at run time -------------------------------------------------
+
+ARITHMETIC = {"tuned": {"tunable": True}, "single": {"float32": True}, "both": {"tunable": True, "float32": True}}
+OTHERWISE = [
+    ("sided_lugre", "tuned"), ("varied_gms", "tuned"), ("varied_preisach_lugre", "tuned"), ("sided_lugre", "both"),
+    ("sided_lugre", "single"), ("plain_coulomb", "single"), ("sided_maxwell_stribeck", "single"),
+    ("varied_gms", "single"), ("varied_preisach_lugre", "single"),
+]  # fmt: skip
+SINGLE = [name for name, kind in OTHERWISE if kind == "single"]
+
+
+@pytest.fixture(scope="module")
+def otherwise(tmp_path_factory):
+    """Blocks by model and arithmetic, with their texts, and the C of those in single precision."""
+    folder = tmp_path_factory.mktemp("otherwise")
+    written = {f"{kind}_{name}": texts(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind])
+               for name, kind in OTHERWISE}  # fmt: skip
+    native = Native({name: example(name) for name in SINGLE}, folder / "native", float32=True)
+    return written, StructuredText(written, folder / "blocks"), native
+
+
+def usual(text):
+    """Return the parameters of a block by their names, with the values that they have where nobody gives others."""
+    block = text[text.index("FUNCTION_BLOCK") :]
+    found = re.findall(r"(\w+) : L?REAL := (-?)(?:REAL#)?([\d.E+-]+);", block)
+    return {name.lower(): float(sign + number) for name, sign, number in found}
+
+
+@pytest.mark.parametrize(("name", "kind"), OTHERWISE)
+def test_the_self_test_passes_with_what_was_exported(otherwise, name, kind):
+    assert otherwise[1].selftest(f"{kind}_{name}") == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "inputs", "values"),
+    [
+        ("sided_lugre", {"f_s_pos": 33.5, "sigma_1": 700.0}, {"F_S_pos": 33.5, "sigma_1": 700.0}),
+        ("varied_gms", {"k_i_2": 2e6, "v_c": 1500.0}, {"k_i": [6e6, 2e6, 1e6], "C": 1500.0}),
+        ("varied_preisach_lugre", {"f_p": 36.0}, {"f_p": 36.0}),
+    ],
+)
+def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, values):
+    written, blocks, _ = otherwise
+    x, defaults = walk(4000), usual(written[f"tuned_{name}"][0])
+    assert set(inputs) <= set(defaults)
+    force, flags = blocks.run(f"tuned_{name}", x, DT, **defaults)
+    assert differing(force, br.response(example(name), x, DT)) == 0
+    force, flags = blocks.run(f"tuned_{name}", x, DT, **defaults | inputs)
+    assert differing(force, br.response(example(name).with_values(**values), x, DT)) == 0
+    assert not flags.any()
+
+
+@pytest.mark.parametrize("name", SINGLE)
+def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name):
+    _, blocks, native = otherwise
+    signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
+    x = walk(20_000)
+    force, flags = blocks.run(f"single_{name}", x, DT, **signals)
+    assert differing(force, native.forces(name, x, DT)) == 0
+    assert not flags.any()
+    exact = br.response(example(name), x, DT)
+    off = np.max(np.abs(force - exact)) / np.max(np.abs(exact))
+    assert off < 1e-6
+    assert off > 0.0 or name == "plain_coulomb"  # whose numbers have few digits
+
+
+def test_the_self_test_of_single_precision_sees_a_wrong_parameter(otherwise, tmp_path):
+    block, test = otherwise[0]["single_sided_lugre"]
+    assert "F_C := REAL#22.0;" in block
+    changed = StructuredText({"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]},
+                             tmp_path)  # fmt: skip
+    assert changed.selftest("single_sided_lugre") == (True, False)
+
+
+def test_in_single_precision_what_would_leave_its_range_is_refused(otherwise):
+    x, dt = [0.0, 1e-5, 1e8, 2e-5, 2e-5], [1.0, 1e-3, 1e-2, 1e-7, 1e-3]
+    force, flags = otherwise[1].run("single_sided_lugre", x, dt)
+    assert flags.tolist() == [0, 0, 1, 1, 1]
+    assert force.tolist() == [0.0, force[1], force[1], force[1], force[4]]
+    assert force[4] != force[1]
+
+
+SINGLE_REALS = (1.0, 1.9999999, 2.0, 3.7, 0.3, 1.2e-38, 3.4e38, 2.0**-63, 2.0**64, 2.0**64 * 0.999, 2.0**-126, 2.0**127)
+SINGLE_HELPERS = {
+    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-126, 128), "power"),
+    "mantissa": (lambda x: math.frexp(np.float32(x))[0] * 2.0, SINGLE_REALS, "number"),
+    "exponent": (lambda x: math.frexp(np.float32(x))[1] - 1.0, SINGLE_REALS, "number"),
+}
+
+
+@pytest.mark.parametrize("name", SINGLE_HELPERS)
+def test_what_stands_in_for_bits_of_single_precision_is_exact(name, tmp_path):
+    expected, arguments, argument = SINGLE_HELPERS[name]
+    pous = helpers_of([name], lambda helper: f"axis_x_{helper}", "DINT", "REAL")
+    body = f"force := REAL_TO_LREAL(axis_x_{name}({argument} := LREAL_TO_REAL(position)));"
+    text = "".join(part_text(pou) for pou in pous) + HELPED.format(body=body)
+    found, _ = StructuredText({"axis_x": [text]}, tmp_path).run("axis_x", [float(number) for number in arguments])
+    assert found.tolist() == [float(expected(number)) for number in arguments]
+
+
 # --- XML --------------------------------------------------------------------------------------------------------------
 
 # What may be inside each element, in this order, as the schema of TC6 2.01 has it.
@@ -306,8 +407,6 @@ def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        ({"float32": True}, "single precision"),
-        ({"tunable": True}, "changed at run time"),
         *[({"name": name}, "name of a function block") for name in ("limit", "ax", "axis_", "axis__x")],
     ],
 )
@@ -348,6 +447,8 @@ END_PROGRAM
     [
         ("force := 1;", "a dint for a lreal"),
         ("force := position + 1;", "of a lreal and a dint"),
+        ("force := position + REAL#1.0;", "of a lreal and a real"),
+        ("force := REAL#1.0;", "a real for a lreal"),
         ("refused := position > 0.0 AND 1;", "of a bool and a dint"),
         ("force := forse;", "is not declared"),
         ("position := 1.0;", "an input is written"),

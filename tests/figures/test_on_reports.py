@@ -11,14 +11,18 @@ from markupsafe import escape
 
 from bristle import figures
 from bristle.figures import ReportFigure, style
-from bristle.figures.on_reports import REPORTS, Place
+from bristle.figures.on_reports import ELSEWHERE, REPORTS, Place, names_on_reports
+from bristle.figures.report_figure import FACTS
 from bristle.prediction import drive_table
+from bristle.report.comparison import comparison_report
+from bristle.report.design import design_report
 from bristle.report.identification import identification_report
 from bristle.report.log import log_report
 from bristle.report.page import plates
 from bristle.report.prediction import prediction_report
 from bristle.report.simulation import simulation_report
-from bristle.testing.figures import example_facts
+from bristle.report.study import study_report, study_summary
+from bristle.testing.figures import EXAMPLES, example_facts
 
 FOLDER = Path(figures.__file__).parent
 TOLD = {"command": "bristle", "provenance": {}}
@@ -86,3 +90,19 @@ def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section,
     places = [place for place in REPORTS[report] if section != "front" or place.section != "front"]
     monkeypatch.setitem(REPORTS, report, (*places, Place(section, "added")))
     assert 'id="figure-added"' in page_of(report, by_position=section == "position")
+
+
+def test_reports_without_a_list_draw_what_no_figure_of_ones_own_is_called():
+    facts = example_facts("translational")
+    runs = facts["study"]
+    with plates() as drawn:
+        design_report(facts["design"], **TOLD)
+        comparison_report(facts["comparison"], name="axis", **TOLD)
+        study_report(runs, study_summary(runs, **TOLD), command="bristle")
+    names = {plate.name for plate in drawn}
+    assert names == set(ELSEWHERE)
+    assert names <= names_on_reports()
+
+
+def test_what_a_figure_may_take_is_there_to_try_it():
+    assert {name for names in FACTS.values() for name in names} == set(EXAMPLES)

@@ -14,7 +14,16 @@ from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
-from bristle.friction import base_of, coulomb_viscous, find, lugre, own_slots_of, unvaried, with_presliding, with_slots
+from bristle.friction import (
+    base_of,
+    channel_slots_of,
+    coulomb_viscous,
+    find,
+    lugre,
+    unvaried,
+    with_presliding,
+    with_slots,
+)
 
 CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
 V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])
@@ -56,7 +65,7 @@ def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
     assert again == model
     assert base_of(again.component) is coulomb_viscous
-    assert own_slots_of(again.component) == (oiled,)
+    assert channel_slots_of(again.component) == (oiled,)
     assert pickle.loads(pickle.dumps(model)) == model
     other = with_slots(coulomb_viscous, [oiled])(F_C=9.0, F_v=30.0, a=1e-6)
     assert other != other.with_values(a=2e-6)

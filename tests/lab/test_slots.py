@@ -1,7 +1,9 @@
 """Slots put on and taken off on the page: what it makes of them is what Python has, facts and bits."""
 
 import json
+import warnings
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ from tests.lab.scripts import data_of, needs_node, node
 from tests.lab.test_certificates import CLOSE, of_python
 
 import bristle as br
-from bristle.friction import MODELS, with_slots
+from bristle.engine import force_along, interpreted
+from bristle.files import load_slot_file
+from bristle.friction import MODELS, channel_slots_of, with_slots
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
@@ -92,6 +96,62 @@ def test_a_given_model_walks_as_in_python(name, tmp_path):
     assert data["models"][0]["own"]["slots"] == name.split("+")[1:]
     script = "say((await walkedWithSlots(data.models[0], offers(data.models[0]))));"
     assert run(tmp_path, script, data) == {"differ": 0, "of": 7}
+
+
+HUMIDITY = Path(__file__).parents[2] / "examples" / "humidity.py"
+LED = """
+const [base] = data.models, model = withSlots(base, ownSlots(base), offers(base)), contact = await loaded(model);
+const { differ } = await walkedWithSlots(base, offers(base));
+contact.hold();
+for (const { name, values } of model.variables) contact.set(name, numbersOf(values));
+for (const { name } of model.around) if (name === AROUND) contact.set(name, [VALUE]);
+const numbers = Object.fromEntries(model.variables.map(({ name, values }) => [name, numbersOf(values)]));
+say({ differ, name: model.model, description: model.description, toml: asToml(model, numbers),
+  python: asPython(model, numbers), rows: model.variables.map(({ name, slot }) => [name, Boolean(slot)]),
+  around: model.around.map(({ name, values }) => [name, values]), passive: model.passive,
+  forces: [...contact.forces(Float64Array.from(X), 5e-4)].slice(1) });
+"""
+
+
+@pytest.mark.parametrize(
+    ("base", "slots", "channel", "value"),
+    [
+        ("lugre", ["pressure"], "pressure", 2e7),
+        ("coulomb_viscous", ["position", "pressure", "asymmetry"], "pressure", 3e6),
+        ("coulomb", ["load", load_slot_file(HUMIDITY)], "humidity", 0.9),
+    ],
+    ids=["pressure", "beside others", "one's own"],
+)
+def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, channel, value, tmp_path):
+    component = with_slots(MODELS[base], slots)
+    # At its usual value a channel counts too, where friction is told at another one.
+    values = dict(component.example) | ({"h_0": 0.1} if channel == "humidity" else {"P_0": -1e6})
+    model = component(**values)
+    data = data_of(lab_page(model, source="model.toml"))
+    x = 1e-6 * np.cumsum([0.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+    script = (
+        LED.replace("AROUND", json.dumps(f"around_{channel}"))
+        .replace("VALUE", str(value))
+        .replace("X)", f"{x.tolist()})")
+    )
+    found = run(tmp_path, script, data | {"models": data["models"][:1]})
+    assert found["differ"] == 0
+    assert (found["name"], found["description"]) == (model.name, component.description)
+    assert [name for name, _ in found["rows"]] == list(component.variables)
+    assert {name for name, is_slot in found["rows"] if is_slot} >= set(channel_slots_of(component)[0].variables)
+    (usual,) = [at for name, at in found["around"] if name == f"around_{channel}"]
+    assert usual == [channel_slots_of(component)[0].channel.usual]
+    assert found["passive"] is None
+    with interpreted():
+        wanted = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], **{channel: value})
+    assert found["forces"] == pytest.approx(wanted.tolist(), rel=1e-12)
+    (tmp_path / "model.toml").write_text(found["toml"], encoding="utf-8")
+    (tmp_path / "humidity.py").write_bytes(HUMIDITY.read_bytes())
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        assert br.read_model(tmp_path / "model.toml", allow_code=True).friction == model
+    assert ["humidity.py" in str(one.message) for one in warned] == [True] * (channel == "humidity")
+    assert ("find(" in found["python"]) == (channel == "pressure")
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ def log(tmp_path) -> Path:
     x, v = 20.0 * np.sin(np.pi * t), 20e-3 * np.pi * np.cos(np.pi * t)
     i = (30.0 * np.sign(v) + 200.0 * v - 95.0 * np.pi**2 * 1e-3 * x) / 50.0
     lines = [f"t_ms={k} pos={x[k]:.6f} iq={i[k]:.6f}" for k in range(t.size)]
-    (tmp_path / "drive.log").write_text("\n".join(lines))
+    (tmp_path / "drive.log").write_text("\n".join([*lines, ""]))
     return tmp_path / "drive.log"
 
 
@@ -49,7 +49,7 @@ def test_a_reader_of_ones_own_serves_every_command_and_no_longer(log, tmp_path, 
     assert main(["identify", str(log), *own, "--model", "coulomb_viscous", "--draws", "0", "--out", str(results)]) == 0
     assert main(["predict", str(results / "model.toml"), str(log), *own]) == 0
     later = log.with_name("later.log")
-    later.write_text(log.read_text() + "\n" + log.read_text().splitlines()[-1].replace("t_ms=3999", "t_ms=4000"))
+    later.write_text(log.read_text() + log.read_text().splitlines()[-1].replace("t_ms=3999", "t_ms=4000") + "\n")
     assert main(["compare", str(log), str(later), *own]) in (0, 1)
     assert format_of(log.read_bytes(), ".log").name == "csv"
 

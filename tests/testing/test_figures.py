@@ -6,7 +6,7 @@ import pytest
 
 from bristle.figures import ReportFigure, load_figure_file, style
 from bristle.testing import check_figure
-from bristle.testing.figures import example_facts
+from bristle.testing.figures import EXAMPLES, example_facts
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 COUNT = iter(range(1000))
@@ -57,7 +57,7 @@ def test_the_example_and_a_sound_one_meet_it():
     assert unmet(figure_of()) == []
 
 
-@pytest.mark.parametrize("takes", ["identification", "simulation", "prediction", "log"])
+@pytest.mark.parametrize("takes", EXAMPLES)
 def test_each_result_is_there_to_be_drawn(takes):
     seen = []
 

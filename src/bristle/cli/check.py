@@ -30,7 +30,7 @@ def check(
         Path,
         typer.Argument(
             metavar="MODEL.toml|OWN.py",
-            help="A model file, or a model, slot, law, sensor, figure or target of the export of your own.",
+            help="A model file, or a model, slot, law, sensor, reader, figure or target of the export of your own.",
         ),
     ],
     force_ripple: Annotated[
@@ -44,8 +44,8 @@ def check(
 
     Where it is not, tells what to change.
     A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
-    A Python file is executed, and its friction model, slot, control law, sensor, figure or target of the export held
-    against its contract.
+    A Python file is executed, and its friction model, slot, control law, sensor, reader of logs, figure or target of
+    the export held against its contract.
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
@@ -130,7 +130,7 @@ def _subject_in(content: Content) -> _Subject:
     """Return what a file defines that has a contract."""
     from bristle.exports import load_target_file
     from bristle.files.user_model import SourceText, load_checked, word_of
-    from bristle.testing import check_figure, check_model, check_target
+    from bristle.testing import check_figure, check_model, check_reader, check_target
 
     module = SourceText(content).module()
     if hasattr(module, "TARGET") and not hasattr(module, "MODEL"):
@@ -141,6 +141,11 @@ def _subject_in(content: Content) -> _Subject:
 
         figure = load_figure_file(content)
         return _Subject(figure.name, "figure", partial(check_figure, figure))
+    if hasattr(module, "FORMAT") and not hasattr(module, "MODEL"):
+        from bristle.files.user_reader import load_reader_file
+
+        log_format = load_reader_file(content)
+        return _Subject(log_format.name, "reader of logs", partial(check_reader, log_format))
     component = load_checked(content)
     return _Subject(component.name, word_of(component), partial(check_model, component))
 

@@ -10,7 +10,20 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFiles, Data, Force, Formats, Json, Out, Readers, SizeLimit, bytes_asked, own_readers
+from bristle.cli.options import (
+    AxisFiles,
+    Data,
+    FigureFiles,
+    Force,
+    Formats,
+    Json,
+    Out,
+    Readers,
+    SizeLimit,
+    bytes_asked,
+    own_figures,
+    own_readers,
+)
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "compare"]
@@ -40,13 +53,13 @@ def compare(
         str | None,
         typer.Option(
             "--window", metavar="TIME",
-            help="Time behind a reversal in which its peak is looked for, such as '50 ms'; a tenth of the time between "
-            "two reversals by default.",
+            help="Time behind a reversal for its peak, such as '50 ms'; a tenth of the time between two by default.",
         ),
     ] = None,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     reader: Readers = None,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -67,9 +80,8 @@ def compare(
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.logs import read_log
-    from bristle.report.comparison import HEADS, change_rows, remarks_of
+    from bristle.report.comparison import change_table, remarks_of
     from bristle.report.figure_files import figure_files
-    from bristle.report.table import Table
     from bristle.workflow.compared import compared_as
 
     context.with_resource(own_readers(reader))
@@ -77,6 +89,7 @@ def compare(
     sides = [before, *(before_too or ())], [after, *(after_too or ())]
     files = [*sides[0], *sides[1]]
     contents = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
+    further, code = own_figures(figure, "compare", has_folder=out is not None)
     with (
         results_folder(out, force=force, reads=[*files, *contents]) if out else nullcontext() as folder,
         progress("comparing"),
@@ -86,7 +99,7 @@ def compare(
         logs = [read_log(file, axis, size_limit=limit) for file, axis in zip(files, axes, strict=True)]
         comparison = compared_as(
             logs[: len(sides[0])], logs[len(sides[0]) :], axis=axes, window=_seconds(window), call=context.obj,
-            name=axes[0].name if axes[0] else before.stem, read={"axis": contents},
+            name=axes[0].name if axes[0] else before.stem, read={"axis": contents, "figure": code}, figures=further,
         )  # fmt: skip
         if folder:
             comparison.write(folder)
@@ -94,7 +107,7 @@ def compare(
         sys.stdout.write(json_text(comparison.summary))
     else:
         say(comparison.sentences[0])
-        show_table(Table("Before and after", HEADS, change_rows(comparison)))
+        show_table(change_table(comparison))
         for remark in remarks_of(comparison):
             say(f"{remark[0].upper()}{remark[1:]}.")
     if out:

@@ -11,7 +11,18 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import (
+    AllowCode,
+    Data,
+    FigureFiles,
+    Force,
+    Formats,
+    Json,
+    Out,
+    SizeLimit,
+    bytes_asked,
+    own_figures,
+)
 from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
@@ -35,6 +46,7 @@ def design(
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -54,6 +66,7 @@ def design(
     from bristle.report.figure_files import figure_files
     from bristle.testing import admit_friction_of
 
+    further, code = own_figures(figure, "design", has_folder=out is not None)
     with (
         results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
         progress("designing") as report,
@@ -64,12 +77,13 @@ def design(
         )
         admit_friction_of(described)
         outcome = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
-        source = provenance(context.obj, **described.origins)
+        source = provenance(context.obj, **described.origins, figure=code)
         summary = design_summary(outcome, provenance=source)
         if folder:
             from bristle.report.results import write_report
 
-            write_report(folder, design_report(outcome, command=context.obj, provenance=source), summary)
+            page = design_report(outcome, command=context.obj, provenance=source, figures=further)
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:

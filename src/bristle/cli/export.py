@@ -65,7 +65,7 @@ def export(
     variant: VariantOfLaw = None,
     step: Step = None,
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
-    float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
+    float32: Annotated[bool, typer.Option("--float32", help="Write single precision.")] = False,
     axis: AxisFile = None,
     speed: Speed = None,
     points: Points = 20,
@@ -93,17 +93,21 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    of_model = {"step": step, "axis": axis, "speed": speed, "tunable": tunable, "float32": float32, "log": log,
-                "draws": draws}  # fmt: skip
+    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws}
     _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     target = _target(to)
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
-            exported = _law(context, law, variant, target, name_for(name), allow_code=allow_code)
+            exported = _law(
+                context, law, variant, target, name_for(name), allow_code=allow_code, tunable=tunable, float32=float32
+            )
         else:
             options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
-            exported = export_model_file(file, target, command=context.obj, name=name, allow_code=allow_code, **options)
+            exported = export_model_file(
+                file, target, command=context.obj, name=name, allow_code=allow_code, tunable=tunable, float32=float32,
+                **options,
+            )  # fmt: skip
         exported.write(folder)
     summary = exported.summary
     if as_json:
@@ -163,7 +167,8 @@ def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
 
 
 def _law(
-    context: typer.Context, path: Path, variant: str | None, to: str | Target, name: str, *, allow_code: bool
+    context: typer.Context, path: Path, variant: str | None, to: str | Target, name: str, *, allow_code: bool,
+    tunable: bool, float32: bool,
 ) -> ExportedModel:  # fmt: skip
     """Return the control law of a variant of an experiment as files."""
     from bristle.core.content import SIZE_LIMIT
@@ -180,6 +185,5 @@ def _law(
         admit(chosen.feedforward.friction)
     target = target_named(to)
     source = provenance(context.obj, **experiment.origins, target=origins_of_code([target]))
-    return ExportedModel(
-        target.name, law_for(target, chosen, name, Source(source)), f"{chosen.controller.name} of {chosen.name}", source
-    )
+    product = law_for(target, chosen, name, Source(source), tunable=tunable, single=float32)
+    return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)

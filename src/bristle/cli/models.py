@@ -48,11 +48,11 @@ def models(
 def _families() -> dict[str, list[Component]]:
     from bristle import controllers, friction, hysteresis, plants, references, sensors
 
-    registries = (
+    registries: tuple[Any, ...] = (
         friction.MODELS, hysteresis.OPERATORS, plants.PLANTS, controllers.CONTROLLERS, sensors.SENSORS,
-        references.REFERENCES,
+        references.REFERENCES, friction.CHANNEL_SLOTS,
     )  # fmt: skip
-    names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference")
+    names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot")
     return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
 
 
@@ -63,7 +63,7 @@ def _selected(name: str) -> dict[str, list[Component]]:
 
     if holds_own(name):
         return _own(name)
-    base, plus, slots = name.partition("+")
+    base, plus, slots = name.removeprefix("+").partition("+")
     family_of = {member.name: family for family, members in _families().items() for member in members}
     named = {member.name: member for members in _families().values() for member in members}
     if base not in named:
@@ -128,6 +128,8 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.report.table import Table
 
     for family, members in families.items():
+        if family == "slot":  # they stand among all slots, below
+            continue
         rows = [
             (member.name, ", ".join(key_of(name) for name in member.variables), member.description)
             for member in members

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -25,6 +25,7 @@ __all__ = [
     "Formats",
     "Json",
     "Out",
+    "OwnFigures",
     "Readers",
     "SizeLimit",
     "bytes_asked",
@@ -83,9 +84,14 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     return reading(*formats)
 
 
-def own_figures(
-    files: list[Path] | None, command: str, *, has_folder: bool
-) -> tuple[tuple[ReportFigure, ...], tuple[Origin, ...]]:  # fmt: skip
+class OwnFigures(NamedTuple):
+    """Figures of a person's own, and the files that define them."""
+
+    figures: tuple[ReportFigure, ...] = ()
+    origins: tuple[Origin, ...] = ()
+
+
+def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
     """Return the figures that files of a person's own define, and those files; naming their code allows it.
 
     Raises
@@ -94,7 +100,7 @@ def own_figures(
         If a file defines no figure that the report of this command can have, or two have one name.
     """
     if not files:
-        return (), ()
+        return OwnFigures()
     from bristle.core.content import content_of
     from bristle.core.errors import InputError
     from bristle.figures.own import load_figure_file, refuse_unfit
@@ -108,7 +114,7 @@ def own_figures(
         allow(content)
     for figure, file in zip(figures, files, strict=True):
         refuse_unfit(figure, command, figures, str(file))
-    return figures, tuple(content.origin for content in contents)
+    return OwnFigures(figures, tuple(content.origin for content in contents))
 
 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]

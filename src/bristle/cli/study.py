@@ -7,7 +7,7 @@ import os
 import re
 import secrets
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,7 +17,19 @@ import typer
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import NO
 from bristle.cli.lost import tell_lost
-from bristle.cli.options import AllowCode, Data, Figures, Formats, Json, SizeLimit, bytes_asked, folder_named
+from bristle.cli.options import (
+    AllowCode,
+    Data,
+    FigureFiles,
+    Figures,
+    Formats,
+    Json,
+    OwnFigures,
+    SizeLimit,
+    bytes_asked,
+    folder_named,
+    own_figures,
+)
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -33,12 +45,14 @@ EXAMPLE = """Example:
   bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
 
-OF_REPORT = r"captions\.tex|(spread|influence)(-panel-\d+)?\.(svg|pdf|png|csv)"
+OF_REPORT = r"captions\.tex|({names})(-panel-\d+)?\.(svg|pdf|png|csv)"
+NAMES = ("spread", "influence")
 
 
 def study(
     context: typer.Context,
     study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="A study file.")],
+    *,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -62,6 +76,7 @@ def study(
     ] = False,
     formats: Formats = None,
     data: Data = None,
+    figure: FigureFiles = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     as_json: Json = False,
@@ -81,6 +96,8 @@ def study(
     from bristle.testing import admit_friction_of
 
     _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
+    report = "study" if run is None else "run"
+    further = own_figures(figure, report, has_folder=out is not None and not dry_run)
     described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
     admit_friction_of(described.experiment)
     figures = formats, data
@@ -89,12 +106,12 @@ def study(
             _tell_cost(described, workers, as_json)
         return 0
     if run is not None:
-        return _repeat(context, described, run, out, as_json, figures)
+        return _repeat(context, described, run, out, as_json, figures, further)
     if out is None:
         from bristle.core import InputError
 
         raise InputError("needs a folder to write into", path="bristle study", mend="Add --out DIR, or --dry-run")
-    return _run(described, study, out, workers, scheduler, as_json, figures)
+    return _run(described, study, out, workers, scheduler, as_json, figures, further)
 
 
 def _check(scheduler: str | None, options: Mapping[str, bool]) -> None:
@@ -136,8 +153,9 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
 
 
 def _repeat(
-    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures
-) -> int:
+    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures,
+    further: OwnFigures,
+) -> int:  # fmt: skip
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
@@ -156,14 +174,15 @@ def _repeat(
         figure_files(folder, *figures),
     ):
         result = repeat_run(study, number)
-        source = provenance(context.obj, **study.origins)
+        source = provenance(context.obj, **study.origins, figure=further.origins)
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
         summary = simulation_summary(result, files=files, provenance=source) | {
             "run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units,
         }  # fmt: skip
         if folder:
-            write_report(folder, simulation_report(result, command=context.obj, provenance=source), summary)
+            page = simulation_report(result, command=context.obj, provenance=source, figures=further.figures)
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -187,8 +206,9 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 
 def _run(
-    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures
-) -> int:
+    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures,
+    further: OwnFigures,
+) -> int:  # fmt: skip
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.report.figure_files import figure_files
@@ -198,16 +218,16 @@ def _run(
 
     command = command_told(["study", str(file), "--out", str(out)])
     with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
-        own_figures = _Figures(store)
+        folder = _Figures(store, [*NAMES, *(figure.name for figure in further.figures)])
         try:
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         except KeyboardInterrupt:
             complain(f"{out} keeps the runs that are done; the same command goes on")
             raise
         report(1.0, "writing the report")
-        own_figures.clear()
-        with figure_files(own_figures, *figures):
-            summary = _write(store, ran, command, command_told(["study", str(file)]))
+        folder.clear()
+        with figure_files(folder, *figures):
+            summary = _write(store, ran, command, command_told(["study", str(file)]), further)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -229,18 +249,18 @@ class _Figures:
         If one of them was changed, or made, by someone else: it would be replaced.
     """
 
-    def __init__(self, store: Store) -> None:
+    def __init__(self, store: Store, names: Iterable[str]) -> None:
         from bristle.core import InputError
         from bristle.files.owned import Folder, note_in
 
-        self.store = store
+        self.store, of_report = store, OF_REPORT.format(names="|".join(names))
         with Folder(store.folder) as folder:
             note = note_in(folder)
             for figure in store.folder.glob("figures/*"):
                 name = f"figures/{figure.name}"
                 noted = note.files.get(name) if note is not None else None
                 is_own = noted == "" or (folder.is_file(name) and noted == folder.checksum(name))
-                if re.fullmatch(OF_REPORT, figure.name) and not is_own:
+                if re.fullmatch(of_report, figure.name) and not is_own:
                     raise InputError("was changed since, or is no figure of this study", path=str(figure),
                                      mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
 
@@ -263,8 +283,9 @@ class _Figures:
             write_line(note.fileno(), {"file": name, "sha256": hashlib.sha256(data).hexdigest()})
 
 
-def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
+def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigures) -> dict[str, Any]:
     """Write traces, numbers and report of a study; return the numbers."""
+    from bristle.files.provenance import provenance
     from bristle.files.results import SUMMARY
     from bristle.files.summary import as_json as json_text
     from bristle.report.results import REPORT
@@ -275,9 +296,10 @@ def _write(store: Store, ran: Ran, command: str, repeat: str) -> dict[str, Any]:
     runs = runs_in(store.folder)
     worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
     traces = write_traces(store, worst[: store.study.worst]) if ran.is_whole else []
-    summary = study_summary(
-        runs, command=repeat, provenance=runs.described["provenance"], worst=worst, traces=traces
-    )  # fmt: skip
+    origins = provenance(command, figure=further.origins)
+    source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
+    summary = study_summary(runs, command=repeat, provenance=source, worst=worst, traces=traces)
     store.write_file(SUMMARY, json_text(summary).encode())
-    store.write_file(REPORT, study_report(runs, summary, command=command).encode("utf-8", "backslashreplace"))
+    page = study_report(runs, summary, command=command, figures=further.figures)
+    store.write_file(REPORT, page.encode("utf-8", "backslashreplace"))
     return summary

@@ -13,7 +13,7 @@ from typing import Any, TypeVar, overload
 
 from bristle.core.errors import InputError, told_by
 
-__all__ = ["activate", "compiler", "kernel", "kernel_options", "kernels", "on_activation"]
+__all__ = ["activate", "compiler", "is_absorbed", "kernel", "kernel_options", "kernels", "on_activation"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -55,6 +55,11 @@ def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callabl
 def kernels() -> list[Callable[..., Any]]:
     """Return every kernel defined so far."""
     return [plain for plain, _ in _kernels]
+
+
+def is_absorbed(function: Callable[..., Any]) -> bool:
+    """Return whether this is a kernel that compiled callers absorb."""
+    return any(plain is function and inline for plain, inline in _kernels)
 
 
 def on_activation(action: Callable[[], None]) -> None:

@@ -37,7 +37,7 @@ __all__ = [
     "relaxation",
     "sin",
     "smooth_step",
-    "smooth_step_slope",
+    "smooth_step_point",
     "tanh",
 ]
 
@@ -181,11 +181,12 @@ def smooth_step(y):
 
 
 @kernel
-def smooth_step_slope(y):
-    """Return the derivative of `smooth_step`."""
+def smooth_step_point(y):
+    """Return `smooth_step` and its derivative: together they cost little more than one."""
     quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
     s, c = _sine(quarter, 0.0), _cosine(quarter, 0.0)
-    return 0.25 * TURN * (c - s) * (c + s)
+    total = s + c
+    return 0.5 * total * total, 0.25 * TURN * (c - s) * total
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""`Slot`: the descriptor of a slot of a person's own, by which friction varies with a channel of a log."""
+"""`Slot`: the descriptor of a slot by which friction varies with a channel of a log, ours or a person's own."""
 
 from __future__ import annotations
 

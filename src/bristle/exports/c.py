@@ -9,28 +9,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
 from bristle.core.variable import unit_of, variables_of
-from bristle.exports.c_code import Printer, number, wrapped
+from bristle.exports.c_code import Printer, number
 from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
 from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
-from bristle.exports.single import TOLERANCE
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
+from bristle.exports.single import TOLERANCE, checkpoints
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
 from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
-from bristle.exports.types import REAL, Array, Struct, Type
+from bristle.exports.types import Struct
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
 
-__all__ = ["FLAGS", "CFiles", "c_files", "initial_value", "literal"]
+__all__ = ["FLAGS", "CFiles", "c_files"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
-CHECKPOINT = 25  # steps between two forces that single precision is compared with
 EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
 
 
@@ -94,7 +92,7 @@ class CFiles:
             "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
             "state": self._state_lines(printer), "memory": subject.memory_size,
             "signals": [printer.names.variable(name) for name in subject.signals],
-            "parameters": tuned.declared(self.scalar, model) if tuned else [],
+            "parameters": declared(tuned, self.scalar) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
@@ -102,6 +100,7 @@ class CFiles:
             "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
             "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
+            "allowed": f"{TOLERANCE:g}", "result": "force", "several_places": False,
             "tunable": self.tunable, "steps": self.steps, "model": model.name, "device": "", "inline": printer.inline,
         }  # fmt: skip
 
@@ -127,7 +126,7 @@ class CFiles:
             f"axis->state.{printer.names.variable(name)} = {literal(value, part, self.scalar)};"
             for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
         ]
-        return lines + (tuned.started(self.scalar) if tuned else [])
+        return lines + (started(tuned, self.scalar) if tuned else [])
 
     # --- the step -------------------------------------------------------------------------------------------------
 
@@ -142,7 +141,7 @@ class CFiles:
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
             "motion": ("motion", motion),
             "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);")
-            if tuned else ("parameters", ""),
+            if tuned else (CONSTANT, ""),
             "memory": ("axis->memory", ""), "input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""),
             "move": ("step.part_1", ""),
         }  # fmt: skip
@@ -168,17 +167,11 @@ class CFiles:
         return lines + [f"axis->state.{name} = after.{name};" for name in names]
 
     def _data(self, printer: Printer, tuned: Tunable | None) -> str:
-        p = self.subject.model.parameters
-        if tuned:
-            return tuned.assembled(printer, self.subject.parameters, self.name)
-        if not any(
-            "p" in [argument.name for argument in used.parameters] for used in (self.subject.trial, self.subject.commit)
-        ):
+        subject = self.subject
+        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
+        if tuned is None and "p" not in used:
             return ""
-        arrays: list[str] = []
-        text = initial_value(p, self.subject.parameters, self.scalar, arrays, constant=printer.constant)
-        declared = f"{printer.constant} {printer.named(self.subject.parameters, 'parameters')} = {text};"
-        return "\n".join([*arrays, *wrapped(declared, ""), ""])
+        return parameters_text(subject.model.parameters, subject.parameters, printer, self.name, tuned)
 
     # --- saving ---------------------------------------------------------------------------------------------------
 
@@ -198,9 +191,7 @@ class CFiles:
         return {
             "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
             "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}",
-            "last": repr(float(forces[-1])), "largest": repr(float(np.max(np.abs(forces)))), "every": CHECKPOINT,
-            "tolerance": repr(TOLERANCE) if self.scalar == "float" else "",
-            "checkpoints": [repr(force) for force in forces[::CHECKPOINT].tolist()],
+            "last": repr(float(forces[-1])), **checkpoints(forces, single=self.scalar == "float"),
         }  # fmt: skip
 
     def _example(self) -> dict[str, Any]:
@@ -215,37 +206,12 @@ def c_files(
     subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
 ) -> dict[str, str]:
     """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
-    return CFiles(subject, name, source, dt, tunable, "float" if single else "double").files()
+    places = tunable_of(subject.model).places if tunable else ()
+    left = settled_subject(subject, places, single=single)
+    return CFiles(left, name, source, dt, tunable, "float" if single else "double").files()
 
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:
     """Return a call with the arguments that the function still takes, and which ones these are."""
     needed = arguments_left(function, names)
     return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
-
-
-def initial_value(
-    value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "", constant: str = Printer.constant
-) -> str:
-    """Return the initial value of a structure; arrays of it become constants of their own."""
-    parts = []
-    for (name, part), field in zip(kind.fields, value, strict=True):
-        if isinstance(part, Struct):
-            parts.append(initial_value(field, part, scalar, arrays, f"{path}{name}_", constant))
-        elif isinstance(part, Array):
-            arrays.append(f"{constant} {_array(f'{path}{name}', field, scalar)}")
-            parts.append(f"{path}{name}")
-        else:
-            parts.append(literal(field, part, scalar))
-    return "{" + (", ".join(parts) or "0") + "}"
-
-
-def _array(name: str, values: np.ndarray, scalar: str) -> str:
-    numbers = [number(float(value), scalar) for value in values]
-    lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
-    return f"{scalar} {name}[{max(len(numbers), 1)}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
-
-
-def literal(value: Any, kind: Type, scalar: str) -> str:
-    """Return a number of this type as C reads it."""
-    return number(float(value), scalar) if kind == REAL else str(int(value))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from bristle.core.kernel import is_absorbed
 from bristle.exports.names import Names
 from bristle.exports.tree import (
     Assign,
@@ -46,6 +47,13 @@ PRIMARY, UNARY, SELECT = 16, 14, 2
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, ">>": 11, "<": 10, "<=": 10, ">": 10, ">=": 10, "==": 9, "!=": 9,
          "&": 8, "^": 7, "and": 4, "or": 3}  # fmt: skip
 LONGEST = 110
+ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define ABSORBED static inline __attribute__((always_inline))
+#else
+#define ABSORBED static inline
+#endif
+"""
 BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 
@@ -98,6 +106,8 @@ class Printer:
 
     inline = "static inline"
     """What a function begins with."""
+    absorbed = "ABSORBED"
+    """What a kernel begins with that compiled callers absorb here, and so there."""
     constant = "static const"
     """What a constant of the file begins with."""
     cleared = "{0}"
@@ -115,7 +125,7 @@ class Printer:
         """Return structures and functions; `helpers` then holds what they call beside each other."""
         functions = [self._function(function) for function in self.unit.functions]
         structures = [self._structure(kind) for kind in self.structures]
-        return "\n".join([*structures, *functions])
+        return "\n".join([*([ABSORBED] if self.absorbed == "ABSORBED" else []), *structures, *functions])
 
     def named(self, kind: Type, name: str) -> str:
         """Return the declaration of a name of this type."""
@@ -144,7 +154,8 @@ class Printer:
 
     def _function(self, function: Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
-        head = f"{self.inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
+        inline = self.absorbed if is_absorbed(function.source) else self.inline
+        head = f"{inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
         comment = [f"/* {described(function.description)} */"] if function.description else []
         body = Body(self, function).lines()
         return "\n".join([*comment, *wrapped(head, ""), "{", *body, "}", ""])

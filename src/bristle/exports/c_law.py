@@ -7,27 +7,28 @@ numbers, is written here.
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.exports.c import FLAGS, initial_value, literal
+from bristle.exports.c import FLAGS
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_parameters import CONSTANT, array_text, declared, literal, parameters_text, started
 from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, told
 from bristle.exports.law import Law
 from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
 from bristle.exports.rendering import rendered
+from bristle.exports.single import TOLERANCE, checkpoints
+from bristle.exports.tunable import Tunable, settled_law, tunable_law
 from bristle.exports.types import Struct, Type
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of
 
 __all__ = ["law_files"]
-
-SCALAR = "double"
 
 
 class Leaf(NamedTuple):
@@ -72,17 +73,24 @@ class LawFiles:
             "README.md": rendered("c/law_README.md", facts),
         }
 
+    @property
+    def _scalar(self) -> str:
+        return "float" if self.law.single else "double"
+
     def _facts(self) -> dict[str, Any]:
-        law = self.law
+        law, scalar = self.law, self._scalar
         lasting, p = law.types
-        printer = Printer(law.unit, SCALAR, [lasting, p])
+        printer = Printer(law.unit, scalar, [lasting, p])
         definitions = printer.definitions()
+        tuned = tunable_law(law) if law.tunable else None
         return law_facts(law, self.name, self.source) | {
-            "guard": self.name.upper(), "flags": FLAGS, "steps": self.steps,
+            "guard": self.name.upper(), "flags": FLAGS, "steps": self.steps, "result": "effort",
+            "allowed": f"{TOLERANCE:g}", "several_places": True,
             "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
-            "helpers": helpers_text(printer.helpers, SCALAR, printer.integer), "data": self._data(printer, p),
-            "remembered": "remembered[i]" if np.any(law.memory) else number(0.0),
-            "start": self._start(), "step": self._step(printer, lasting), "after": self._after(printer),
+            "helpers": helpers_text(printer.helpers, scalar, printer.integer), "data": self._data(printer, p, tuned),
+            "remembered": "remembered[i]" if np.any(law.memory) else number(0.0, scalar),
+            "parameters": declared(tuned, scalar) if tuned else [], "scalar": scalar,
+            "start": self._start(tuned), "step": self._step(printer, lasting, p, tuned), "after": self._after(printer),
             **self._saved(printer),
         }  # fmt: skip
 
@@ -98,25 +106,43 @@ class LawFiles:
     def _saved(self, printer: Printer) -> dict[str, Any]:
         law, friction = self.law, self.law.variant.feedforward.friction
         fields = [(leaf.name, leaf.type) for leaf in self._leaves()]
-        layout = f"{law.variant.controller.name} {friction and friction.name} {law.dt!r} {fields} {law.memory_size}"
+        law_name = f"{law.variant.controller.name} {friction and friction.name}"
+        layout = f"{law_name} {law.dt!r} {fields} {law.memory_size}{' float' if law.single else ''}"
         return saved_facts(printer, ("effort",), fields, law.memory_size, layout)
 
-    def _start(self) -> list[str]:
-        return [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, SCALAR)};" for leaf in self._leaves()]
+    def _start(self, tuned: Tunable | None) -> list[str]:
+        scalar = self._scalar
+        lines = [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, scalar)};" for leaf in self._leaves()]
+        return lines + (started(tuned, scalar) if tuned else [])
 
-    def _step(self, printer: Printer, lasting: Struct) -> list[str]:
+    def _step(self, printer: Printer, lasting: Struct, p: Struct, tuned: Tunable | None) -> list[str]:
+        single = self.law.single
         handed = {
-            "lasting": "lasting", "memory": "axis->memory", "begun": "axis->begun != 0", "dt": number(self.law.dt),
-            "p": "parameters",
+            "lasting": "lasting", "memory": "axis->memory", "begun": "axis->begun != 0",
+            "dt": number(self.law.dt, self._scalar), "p": "p" if tuned else CONSTANT,
+        } | {
+            name: name if is_array else f"(float)inputs->{name}" for name, is_array in self._inputs().items() if single
         }  # fmt: skip
         needed = [argument.name for argument in self.law.entry.parameters]
         arguments = ", ".join(handed.get(name, f"inputs->{name}") for name in needed)
         assert isinstance(self.law.entry.result, Struct)
-        call = f"const {printer.named(self.law.entry.result, 'now')} = {self.law.entry.name}({arguments});"
-        if "lasting" not in needed:
-            return wrapped(call, "")
-        state = f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};"
-        return [*wrapped(state, ""), *wrapped(call, "")]
+        lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if tuned else []
+        lines += self._narrowed(needed) if single else []
+        if "lasting" in needed:
+            lines.append(f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};")
+        lines.append(f"const {printer.named(self.law.entry.result, 'now')} = {self.law.entry.name}({arguments});")
+        return [part for line in lines for part in wrapped(line, "")]
+
+    def _inputs(self) -> dict[str, bool]:
+        """Return the inputs, and which of them are several numbers."""
+        return {name: name.endswith("_ahead") for name in self.law.inputs}
+
+    def _narrowed(self, needed: Sequence[str]) -> list[str]:
+        """Return the lines that make single precision of the inputs that are several numbers."""
+        count, arrays = self.law.samples_ahead, [name for name in needed if self._inputs().get(name)]
+        copies = [f"    {name}[i] = (float)inputs->{name}[i];" for name in arrays]
+        loop = [f"for (int32_t i = 0; i < {count}; ++i) {{", *copies, "}"] if arrays else []
+        return [*(f"float {name}[{count}];" for name in arrays), *loop]
 
     def _after(self, printer: Printer) -> list[str]:
         return [
@@ -124,15 +150,10 @@ class LawFiles:
             for path in _paths(self.law.types[0], ())
         ]
 
-    def _data(self, printer: Printer, p: Struct) -> str:
-        arrays: list[str] = []
-        text = initial_value(self.law.p, p, SCALAR, arrays)
+    def _data(self, printer: Printer, p: Struct, tuned: Tunable | None) -> str:
         memory = self.law.memory
-        if np.any(memory):
-            lines = ",\n    ".join(number(value) for value in memory.tolist())
-            arrays.append(f"static const double remembered[{memory.size}] = {{\n    {lines}\n}};")
-        declared = f"static const {printer.named(p, 'parameters')} = {text};"
-        return "\n".join([*arrays, *wrapped(declared, ""), ""])
+        remembered = array_text("remembered", memory, printer) + "\n" if np.any(memory) else ""
+        return remembered + parameters_text(self.law.p, p, printer, self.name, tuned)
 
     # --- the self-test --------------------------------------------------------------------------------------------
 
@@ -143,12 +164,13 @@ class LawFiles:
             "count": self.steps, "positions": positions, "scales": [repr(scale) for scale in walk.scales], "seed": SEED,
             "factor": FACTOR, "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}",
             "hash_text": f"{digest:016x}", "last": repr(float(efforts[-1])), "per_velocity": repr(PER_VELOCITY),
+            **checkpoints(efforts, single=self.law.single),
         }  # fmt: skip
 
 
 def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in C, text by name."""
-    return LawFiles(law, name, source).files()
+    return LawFiles(settled_law(law), name, source).files()
 
 
 def _leaves(value: Any, kind: Struct, path: tuple[str, ...]) -> Iterator[Leaf]:

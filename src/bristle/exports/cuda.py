@@ -10,27 +10,25 @@ import ctypes
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
-
 from bristle.core.errors import InputError
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
 from bristle.exports.described import Source
 from bristle.exports.rendering import rendered
-from bristle.exports.subject import Subject
+from bristle.exports.subject import Subject, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
 
 __all__ = ["cuda_files"]
 
-HEAD = [("position", ctypes.c_double), ("force", ctypes.c_double), ("begun", ctypes.c_int32), ("flags", ctypes.c_int32)]
+HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
 INTEGERS = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}
 
 
 class CudaPrinter(Printer):
     """Prints functions of the device; C++ makes a structure by its name alone."""
 
-    inline = "static __device__ inline"
+    inline = absorbed = "static __device__ inline"
     constant = "static __device__ const"
     cleared = "{}"
 
@@ -71,15 +69,15 @@ def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[
     """Return the files of a model in CUDA C++, text by name, and what is to be known of them."""
     notes = ("compile with --fmad=false: contracted products and sums give other bits",)
     try:
-        tunable_of(subject.model)
+        places = tunable_of(subject.model).places
     except InputError:
-        return CudaFiles(subject, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
-    return CudaFiles(subject, name, source, dt, tunable=True).files(), notes
+        left = settled_subject(subject)
+        return CudaFiles(left, name, source, dt).files(), (*notes, "every lane has the parameters of the model")
+    return CudaFiles(settled_subject(subject, places), name, source, dt, tunable=True).files(), notes
 
 
 def _columns(tuned: Tunable) -> Iterable[str]:
-    for name, value in tuned.values.items():
-        yield from [f"{name}[{i}]" for i in range(value.size)] if isinstance(value, np.ndarray) else [name]
+    return (name if place is None else f"{name}[{place}]" for name, place, _ in tuned.numbers())
 
 
 def _layout(kind: Type, integer: type) -> Any:

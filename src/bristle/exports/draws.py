@@ -61,15 +61,15 @@ def draws_files(
         f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"
     ]  # fmt: skip
     rows = np.arange(count) if count <= stored else np.random.default_rng(SEED).integers(stored, size=count)
-    taken = {key: np.asarray(values, dtype=float)[rows] for key, values in drawn.items()}
-    columns = {column: values for key, array in taken.items() for column, values in _columns(key, array).items()}
+    chosen = {key: np.asarray(values, dtype=float)[rows] for key, values in drawn.items()}
+    columns = {column: values for key, array in chosen.items() for column, values in _columns(key, array).items()}
     units = {column: _unit(column.partition("[")[0], model, plant) for column in columns}
     files: dict[str, str | bytes] = {f"{name}_draws.csv": _text(columns, units)}
     try:
         files[f"{name}_draws.parquet"] = _parquet(columns, units)
     except MissingExtraError:
         notes.append('Parquet needs pyarrow: pip install "bristle[io]"')
-    scenes, refused = _attributes(model, plant, taken, count)
+    scenes, refused = _attributes(model, plant, chosen, count)
     if scenes is not None:
         files[f"{name}_mjcf.csv"] = _text(scenes, {})
     if refused:
@@ -107,12 +107,12 @@ def _parquet(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> byt
 
 
 def _attributes(
-    model: Model, plant: Model | None, taken: Mapping[str, np.ndarray], count: int
+    model: Model, plant: Model | None, chosen: Mapping[str, np.ndarray], count: int
 ) -> tuple[dict[str, list[str]] | None, int]:
     """Return what each draw is in a scene of MuJoCo, and how many are none; None where it has no such friction."""
-    own = {key: values for key, values in taken.items() if key in model.component.variables}
+    own = {key: values for key, values in chosen.items() if key in model.component.variables}
     mass = float(plant.values.get(MASS, 1.0)) if plant is not None else 1.0
-    masses = taken.get(MASS, np.full(count, mass))
+    masses = chosen.get(MASS, np.full(count, mass))
     columns: dict[str, list[str]] = {}
     refused = 0
     for row in range(count):

@@ -11,7 +11,6 @@ from typing import Any
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, instance, model, optional, whole
-from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
@@ -84,7 +83,7 @@ def export(
     tunable : bool
         Whether parameters may be changed at run time.
     float32 : bool
-        Whether C has numbers of single precision; they are not the bits of bristle then.
+        Whether numbers are of single precision; they are not the bits of bristle then.
     axis : Axis, optional
         The axis, which tells the units of a table; SI without one.
     speed : float or str
@@ -127,8 +126,7 @@ def export(
     label, origin, target = name_for(name), source or Source(), _target_of(to)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            _refuse_tuning(tunable=tunable, float32=float32)
-            product = law_for(target, model, label, origin)
+            product = law_for(target, model, label, origin, tunable=tunable, single=float32)
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
@@ -153,9 +151,3 @@ def _log_of(log: Any, axis: Axis | None) -> Log | None:
     from bristle.files.arguments import log_and_axis
 
     return None if log is None else log_and_axis(log, axis)[0]
-
-
-def _refuse_tuning(**options: bool) -> None:
-    for name, value in options.items():
-        if value:
-            raise InputError("is for models, not for the law of a variant", path=name, mend=f"Leave {name} out")

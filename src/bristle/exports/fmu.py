@@ -17,9 +17,9 @@ from importlib import resources
 
 from bristle.core.contracts import Model
 from bristle.core.dimensions import Kind
-from bristle.exports.c import initial_value
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_parameters import assembled, declared, initial_value
 from bristle.exports.described import Source, parameter_table, plain
 from bristle.exports.fmu_build import Library, libraries
 from bristle.exports.fmu_core import Core, core_of
@@ -169,15 +169,15 @@ def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, st
             continue
         if argument in ports.tuned:
             tuned, _ = ports.tuned[argument]
-            fields = [f"    {line}" for line in tuned.declared("double", model)]
+            fields = [f"    {line}" for line in declared(tuned, "double")]
             texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
-            texts.append(tuned.assembled(printer, kind, argument, f"made_{argument}"))
+            texts.append(assembled(tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
             handed[argument] = f"made_{argument}(&given_{argument})"
         else:
             arrays: list[str] = []
-            text = initial_value(model.parameters, kind, "double", arrays, f"{argument}_")
-            declared = f"static const {printer.named(kind, f'fixed_{argument}')} = {text};"
-            texts += [*arrays, *wrapped(declared, ""), ""]
+            text = initial_value(model.parameters, kind, printer, arrays, f"{argument}_")
+            constant = f"static const {printer.named(kind, f'fixed_{argument}')} = {text};"
+            texts += [*arrays, *wrapped(constant, ""), ""]
             handed[argument] = f"fixed_{argument}"
     if core.plant is not None:
         texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")

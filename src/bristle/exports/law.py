@@ -29,9 +29,10 @@ from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.exports.build import Builder
-from bristle.exports.law_load import loads_of
+from bristle.exports.law_load import Load, loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
+from bristle.exports.single import CONSTANTS
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
 from bristle.plants.terms import effort_at, gravity_at
@@ -171,6 +172,10 @@ class Law:
         What lasts before the first sample, and the parameters.
     memory : ndarray
         Memory of the compensator before the first sample.
+    tunable : bool
+        Whether its parameters may be changed at run time.
+    single : bool
+        Whether numbers are of single precision.
     """
 
     variant: Variant
@@ -184,6 +189,8 @@ class Law:
     lasting: Lasting
     p: Parameters | PlacedParameters
     memory: np.ndarray
+    tunable: bool = False
+    single: bool = False
 
     @property
     def types(self) -> tuple[Struct, Struct]:
@@ -210,8 +217,17 @@ class Law:
         return efforts
 
 
-def law_of(variant: Variant) -> Law:
+def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller with all that is fed forward, along either motion.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop.
+    tunable : bool
+        Whether parameters of its controller and of what it feeds forward may be changed at run time.
+    single : bool
+        Whether numbers are of single precision; what runs here stays as it is.
 
     Raises
     ------
@@ -230,11 +246,11 @@ def law_of(variant: Variant) -> Law:
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     along_desired = friction is not None and feedforward.along == "desired"
     inputs = [*ALWAYS]
-    fed, carried = loads_of(feedforward)
+    fed, carried = loads_of(feedforward, apart=tunable)
     inputs += ["place_ahead"] if along_desired or fed.place or carried.place else []
     inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
     arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
-    text = _text(arguments, variant)
+    text = _text(arguments, variant, fed, carried)
     state, memory = _compensator(variant)
     lasting = Lasting(
         component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
@@ -253,7 +269,7 @@ def law_of(variant: Variant) -> Law:
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
              "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
-    builder = Builder()
+    builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
     return Law(
         variant,
@@ -267,6 +283,8 @@ def law_of(variant: Variant) -> Law:
         lasting,
         p,
         memory,
+        tunable,
+        single,
     )
 
 
@@ -293,11 +311,10 @@ def _compensator(variant: Variant) -> tuple[Any, np.ndarray]:
     return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
 
 
-def _text(arguments: Sequence[str], variant: Variant) -> str:
+def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:
     """Return the source of the law."""
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
-    fed, carried = loads_of(feedforward)
     before = str(delay - 1) if delay else ""
     planned = fed.text(before, str(delay))
     passed = "planned" if carried is fed else carried.text(before, str(delay))

@@ -17,7 +17,7 @@ from bristle.exports.subject import subject_of
 from bristle.exports.walk import SCALES, Walk, walk_of
 from bristle.friction.level import rises_with_effort
 
-__all__ = ["PER_VELOCITY", "law_facts", "law_walk"]
+__all__ = ["INPUTS", "PER_VELOCITY", "law_facts", "law_walk"]
 
 WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compensator takes for its walk [m or rad]
 PER_VELOCITY = 100.0
@@ -52,7 +52,7 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
              "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
             for name in law.inputs
         ],
-        "loops": loops_of(law),
+        "loops": loops_of(law), "single": law.single, "tunable": law.tunable,
     }  # fmt: skip
 
 

@@ -54,8 +54,15 @@ def _ahead(name: str, place: str) -> str:
     return name if not place else f"({ahead} if i > 0 else {name})" if "i" in place else ahead
 
 
-def loads_of(feedforward: Feedforward) -> tuple[Load, Load]:
+def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
     """Return what is fed forward beside friction, and what passes through it: the same one where both are.
+
+    Parameters
+    ----------
+    feedforward : Feedforward
+        What is fed forward.
+    apart : bool
+        Whether they are two even if they are equal now: one of them may be changed.
 
     Raises
     ------
@@ -71,7 +78,7 @@ def loads_of(feedforward: Feedforward) -> tuple[Load, Load]:
                          path="feedforward.carries", value=carries.name,
                          mend="Leave it out: what is fed forward passes on then")  # fmt: skip
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
-    return fed, fed if carried.numbers == fed.numbers else carried
+    return fed, fed if carried.numbers == fed.numbers and not apart else carried
 
 
 def _base(plant: Model) -> Any:

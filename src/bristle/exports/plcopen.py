@@ -14,7 +14,7 @@ NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 POU_TYPES = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 SECTIONS = {"VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars", "VAR": "localVars"}
-ELEMENTARY = ("LREAL", "DINT", "LINT", "BOOL")
+ELEMENTARY = ("LREAL", "REAL", "DINT", "LINT", "BOOL")
 NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 Element = ElementTree.Element
 

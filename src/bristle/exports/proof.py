@@ -10,7 +10,7 @@ from pathlib import Path
 from bristle.core.contracts import Model
 from bristle.exports.c import FLAGS, CFiles
 from bristle.exports.described import Source
-from bristle.exports.subject import subject_of
+from bristle.exports.subject import settled_subject, subject_of
 
 __all__ = ["compiler", "proved"]
 
@@ -25,7 +25,7 @@ def compiler() -> str | None:
 
 def proved(model: Model, command: str) -> tuple[int, str]:
     """Return how many steps the self-test of a model took, compiled, and what it says where it fails."""
-    files = CFiles(subject_of(model), NAME, Source(), DT, steps=STEPS).files()
+    files = CFiles(settled_subject(subject_of(model)), NAME, Source(), DT, steps=STEPS).files()
     with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
         for file, text in files.items():
             (Path(place) / file).write_text(text, encoding="ascii")

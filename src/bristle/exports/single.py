@@ -6,15 +6,21 @@ searches by tolerances; each is a property of the arithmetic. Everything else of
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from bristle.core import mathematics
 from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
 from bristle.hysteresis import everett
 
-__all__ = ["CONSTANTS", "TOLERANCE"]
+__all__ = ["CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "single_note"]
 
 TOLERANCE = 1e-3
-"""How far the force may be off that of double precision, over the largest one, in the self-test."""
+"""How far the output may be off that of double precision, over the largest one, in the self-test."""
+CHECKPOINT = 25
+"""Steps between two outputs that single precision is compared with."""
 
 _OF_MATHEMATICS = {
     "EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0,
@@ -37,3 +43,17 @@ CONSTANTS: dict[tuple[str, float], float] = {
     ("FAR", everett.FAR): 1e18,
 }
 """By the name of a constant and its value in double precision."""
+
+
+def single_note(output: str) -> str:
+    """Return what is told of an export in single precision."""
+    return f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest {output}"
+
+
+def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
+    """Return what a self-test in single precision compares with; nothing of it for double precision."""
+    return {
+        "every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else "",
+        "largest": repr(float(np.max(np.abs(outputs)))),
+        "checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()],
+    }  # fmt: skip

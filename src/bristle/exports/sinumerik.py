@@ -6,7 +6,9 @@ the velocity loop. A pulse :math:`\Delta v\,e^{-t/T}` through a loop :math:`k_v 
 :math:`k_v \Delta v` at once, and keeps it where :math:`T = T_n`. Friction turns by :math:`F_+ + F_-`: hence
 :math:`\Delta v = (F_+ + F_-)/k_v`.
 
-What is left to the machine is not written: the adaptation to the acceleration, and the share for short blocks.
+What is left to the machine is not written. The characteristic over the acceleration (sections 4.6.4.1 and 4.6.4.3 of
+the manual) is taken from circles of several radii and feeds, after a constant value has failed; the share for short
+blocks (section 4.6.5) is found by trial. Neither follows from friction and the loop.
 
 References
 ----------
@@ -76,8 +78,8 @@ def sinumerik_text(
         f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
         "it in small steps until the quadrant transitions do not show.",
         _said_of_time(lasts),
-        "Not written: MD32530 and MD32550 to MD32570 belong to the adaptation; MD32580, the share for short blocks, is "
-        "found on the machine.",
+        "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
+        "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
     ]  # fmt: skip
     rows = [
         ("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""),

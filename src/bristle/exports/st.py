@@ -13,30 +13,33 @@ from bristle.core.variable import unit_of, variables_of
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import version
+from bristle.exports.single import TOLERANCE
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_names import Names, real_literal
+from bristle.exports.st_names import LREAL, REAL, Names, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Pou, Variable, commented
 from bristle.exports.st_project import (
     FARTHEST,
+    FARTHEST_OF_OPERATOR,
+    Judged,
     Project,
     answers,
     body_lines,
+    bounds,
     call_text,
     requests,
     set_lines,
-    sums,
-    test_variables,
     walk_facts,
 )
-from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left
+from bristle.exports.st_tuned import Tuned
+from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, settled_subject
+from bristle.exports.tunable import tunable_of
 from bristle.exports.types import Array, Struct
-from bristle.exports.walk import COUNT, walk_of
+from bristle.exports.walk import COUNT, Walk, walk_of
 
 __all__ = ["st_files"]
 
-SHORTEST, LONGEST = 1e-12, 1e12  # time steps that are taken [s]
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = (
@@ -59,21 +62,36 @@ class StFiles:
         Where the values come from.
     dt : float
         Time step of the self-test [s].
+    tunable : bool
+        Whether the parameters may be changed at run time.
+    single : bool
+        Whether numbers inside are of single precision; the subject has its constants then.
     """
 
     subject: Subject
     name: str
     source: Source
     dt: float
+    tunable: bool = False
+    single: bool = False
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         subject = self.subject
         around = (subject.state, subject.move, subject.parameters, Array(subject.memory_size))
-        printer = Printer(subject.unit, self.name, around + (() if subject.is_operator else (subject.motion,)))
-        block, test = self._block(printer), self._selftest(printer)
-        scales = ArrayPart(f"{self.name}_Scales", len(walk_of(subject, self.dt).scales), "LREAL")
-        return Project(self.name, printer, self._facts(), block, test, (scales,)).files("st/head.st")
+        around += () if subject.is_operator else (subject.motion,)
+        printer = Printer(subject.unit, self.name, around, REAL if self.single else LREAL)
+        walk = walk_of(subject, self.dt)
+        x = walk.positions(COUNT)
+        outputs = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
+        judged = Judged(self.name, outputs, self.single)
+        arrays = (ArrayPart(f"{self.name}_Scales", len(walk.scales), LREAL), *judged.arrays())
+        block, test = self._block(printer), self._selftest(printer, walk, judged)
+        return Project(self.name, printer, self._facts(), block, test, arrays).files("st/head.st")
+
+    @property
+    def _bounds(self) -> dict[str, str]:
+        return bounds(single=self.single, farthest=FARTHEST_OF_OPERATOR if self.subject.is_operator else FARTHEST)
 
     def _facts(self) -> dict[str, Any]:
         model, operator = self.subject.model, self.subject.is_operator
@@ -83,6 +101,9 @@ class StFiles:
             "facts": [commented(line) for line in self.source.lines], "count": COUNT, "operator": operator,
             "table": commented(parameter_table(model, self.source).rstrip()), "loops": loops_of(self.subject),
             "unit_in": self._units()[0], "unit_out": self._units()[1], "input": IN[operator], "output": OUT[operator],
+            "single": self.single, "tunable": self.tunable, "allowed": f"{TOLERANCE:g}", "result": OUT[operator],
+            "several_places": False,
+            **self._bounds,
         }  # fmt: skip
 
     def _units(self) -> tuple[str, str]:
@@ -95,23 +116,26 @@ class StFiles:
     def _block(self, printer: Printer) -> Pou:
         subject, operator, names = self.subject, self.subject.is_operator, Names(OWN)
         signals = {signal: names.of(signal, signal) for signal in subject.signals}
+        tuned = Tuned.of(tunable_of(subject.model), names) if self.tunable else None
         tried = subject.trial.result
         assert isinstance(tried, Struct)
         trial = arguments_left(subject.trial, TRIAL[operator])
         commits = bool(subject.state.fields) or subject.commit.writes
         commit = arguments_left(subject.commit, COMMIT) if commits else []
         needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
-        handed = {"dt": "period", "p": "parameters", "move": f"tried.{printer.field(tried, '_1')}", "input": IN[True]}
+        handed = {"dt": printer.narrowed("period"), "p": "parameters", "move": f"tried.{printer.field(tried, '_1')}",
+                  "input": printer.narrowed(IN[True])}  # fmt: skip
         facts = {
             "input": IN[operator], "output": OUT[operator], "operator": operator,
-            "start": self._start(printer, needed), "memory": subject.memory_size if "memory" in needed else 0,
+            "start": self._start(printer, needed, tuned), "zero": printer.real(0.0),
+            "tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else [],
+            "memory": subject.memory_size if "memory" in needed else 0,
             "motion": self._motion(printer, signals) if "motion" in trial else [],
             "trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried"),
-            "tried": f"tried.{printer.field(tried, '_0')}", "within": printer.helper(WITHIN),
+            "tried": printer.widened(f"tried.{printer.field(tried, '_0')}"), "within": printer.helper(WITHIN, LREAL),
             "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after")
             if commits else "",
-            "state": bool(subject.state.fields), "signals": list(signals.values()), "farthest": real_literal(FARTHEST),
-            "shortest": real_literal(SHORTEST), "longest": real_literal(LONGEST),
+            "state": bool(subject.state.fields), "signals": list(signals.values()), **self._bounds,
         }  # fmt: skip
         held = {
             "state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size)),
@@ -120,10 +144,11 @@ class StFiles:
         own = [Variable(name, printer.type_name(kind)) for key, (name, kind) in held.items() if key in needed]
         own += [Variable("tried", printer.type_name(tried))]
         own += [Variable("after", printer.type_name(subject.state))] if commits else []
-        variables = (*self._interface(signals), *own, *self._flags(memory=bool(facts["memory"])))
+        further = tuned.inputs(printer) if tuned else []
+        variables = (*self._interface(signals, further), *own, *self._flags(memory=bool(facts["memory"])))
         return Pou("FUNCTION_BLOCK", self.name, "", variables, body_lines("st/block.st", facts))
 
-    def _interface(self, signals: dict[str, str]) -> list[Variable]:
+    def _interface(self, signals: dict[str, str], further: list[Variable]) -> list[Variable]:
         kind, motion, operator = (
             self.subject.model.kind,
             variables_of(self.subject.motion.cls),
@@ -143,6 +168,7 @@ class StFiles:
         answer = f"its answer [{unit_out}]" if operator else f"mean friction force of the last step [{unit_out}]"
         return [
             *first,
+            *further,
             *requests("a virgin contact, nothing came yet"),
             *answers(OUT[operator], answer),
         ]
@@ -153,35 +179,42 @@ class StFiles:
         last = [] if self.subject.is_operator else [Variable("last_position", "LREAL")]
         return [*(Variable(name, "BOOL") for name in flags), *last, *place]
 
-    def _start(self, printer: Printer, needed: set[str]) -> list[str]:
+    def _start(self, printer: Printer, needed: set[str], tuned: Tuned | None) -> list[str]:
         subject, lines = self.subject, []
         if "p" in needed:
-            lines += set_lines("parameters", subject.model.parameters, subject.parameters, printer)
+            skipped = tuned.tunable.places if tuned else ()
+            lines += set_lines("parameters", subject.model.parameters, subject.parameters, printer, skipped)
         return [*lines, *set_lines("state", subject.virgin, subject.state, printer)]
 
     def _motion(self, printer: Printer, signals: dict[str, str]) -> list[str]:
         # A sum with 0.0 makes 0.0 of -0.0: a step of length 0 is one without a sign.
-        values = {"v": "(position - last_position) / period + 0.0", "x": "position"}
-        values |= {name: signals.get(name) or real_literal(usual) for name, usual in self.subject.usual.items()}
+        v = f"{printer.narrowed('position - last_position')} / {printer.narrowed('period')} + {printer.real(0.0)}"
+        if not self.single:
+            v = "(position - last_position) / period + 0.0"
+        values = {"v": v, "x": printer.narrowed("position")}
+        values |= {
+            name: printer.narrowed(signals[name]) if name in signals else printer.real(usual)
+            for name, usual in self.subject.usual.items()
+        }
         motion = self.subject.motion
         return [f"motion.{printer.field(motion, name)} := {values[name]};" for name, _ in motion.fields]
 
     # --- the self-test --------------------------------------------------------------------------------------------
 
-    def _selftest(self, printer: Printer) -> Pou:
-        subject, operator = self.subject, self.subject.is_operator
-        walk = walk_of(subject, self.dt)
-        x = walk.positions(COUNT)
-        outputs = (subject.outputs(x) if operator else subject.forces(x, self.dt)).tolist()
+    def _selftest(self, printer: Printer, walk: Walk, judged: Judged) -> Pou:
+        operator = self.subject.is_operator
         too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
-        facts = walk_facts(walk, printer, "count") | sums(outputs) | {
-            "count": COUNT, "input": IN[operator], "output": OUT[operator], "operator": operator,
+        facts = walk_facts(walk, printer, "count") | judged.facts() | {
+            "input": IN[operator], "output": OUT[operator], "operator": operator,
             "last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}",
         }  # fmt: skip
-        variables, body = tuple(test_variables(self.name)), body_lines("st/selftest.st", facts)
+        variables, body = tuple(judged.variables()), body_lines("st/selftest.st", facts)
         return Pou("PROGRAM", f"{self.name}_selftest", "", variables, body)
 
 
-def st_files(subject: Subject, name: str, source: Source, dt: float) -> dict[str, str]:
-    """Return the files of a friction model or an operator in Structured Text, text by name."""
-    return StFiles(subject, name, source, dt).files()
+def st_files(
+    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
+) -> dict[str, str]:
+    """Return the files of a model in Structured Text; in single precision, of a subject with its constants."""
+    places = tunable_of(subject.model).places if tunable else ()
+    return StFiles(settled_subject(subject, places, single=single), name, source, dt, tunable, single).files()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bristle.exports.c_code import described, needs_wide_integers, structures_of, types_in
 from bristle.exports.st_expressions import BINDS, RESULT, Values, is_safe
-from bristle.exports.st_names import Names, structure_name
+from bristle.exports.st_names import LREAL, Names, real_literal, structure_name
 from bristle.exports.st_parts import INDENT, Pou, Record
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Variable as Declared
@@ -45,24 +45,26 @@ class Printer:
         What every name that the unit makes known begins with.
     also : sequence of Type
         Types that are used around the functions.
+    scalar : {"LREAL", "REAL"}
+        What a real number is in them.
     """
 
-    def __init__(self, unit: Unit, name: str, also: tuple[Type, ...] = ()) -> None:
-        self.unit = unit
+    def __init__(self, unit: Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL) -> None:
+        self.unit, self.scalar = unit, scalar
         self.integer = "LINT" if needs_wide_integers(unit) else "DINT"
         used = [*(kind for function in unit.functions for kind in types_in(function)), *also]
         self.structures = structures_of(used)
         inside = [part for kind in self.structures for _, part in kind.fields]
-        self.sizes = sorted({kind.size for kind in [*used, *inside] if isinstance(kind, Array)})
+        self._arrays = {(kind.size, scalar) for kind in [*used, *inside] if isinstance(kind, Array)}
         self._public = Names(prefix=f"{name}_")
         self._fields = {kind: Names() for kind in self.structures}
         self._bodies: dict[int, Body] = {}
-        self.helpers: set[str] = set()
+        self.helpers: set[tuple[str, str]] = set()
 
     def parts(self) -> tuple[list[ArrayPart | Record], list[Pou]]:
         """Return data types and functions; `helpers` then holds what they call beside each other."""
         functions = [self.body(function).pou() for function in self.unit.functions]
-        arrays = [ArrayPart(self.array(size), max(size, 1), "LREAL") for size in self.sizes]
+        arrays = [ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)]
         return [*arrays, *(self._record(kind) for kind in self.structures)], functions
 
     def function(self, function: Function) -> str:
@@ -73,14 +75,29 @@ class Printer:
         """Return what prints a function, and knows what its arguments are called."""
         return self._bodies.setdefault(id(function), Body(self, function))
 
-    def helper(self, name: str) -> str:
-        """Return the name of a helper, and remember that it is needed."""
-        self.helpers.add(name)
-        return self._public.of(("helper", name), name)
+    def helper(self, name: str, scalar: str = "") -> str:
+        """Return the name of a helper, and remember that it is needed, for real numbers of this type."""
+        scalar = scalar or self.scalar
+        self.helpers.add((name, scalar))
+        return self._public.of(("helper", name, scalar), name if scalar == LREAL else f"single_{name}")
 
-    def array(self, size: int) -> str:
+    def array(self, size: int, scalar: str = "") -> str:
         """Return the name of the type of an array."""
-        return self._public.of(("array", size), f"Numbers_{size}")
+        scalar = scalar or self.scalar
+        self._arrays.add((size, scalar))
+        return self._public.of(("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}")
+
+    def real(self, value: float) -> str:
+        """Return a real number as the functions read it."""
+        return real_literal(value, self.scalar)
+
+    def narrowed(self, text: str) -> str:
+        """Return what comes in, which is LREAL, as the functions take it."""
+        return text if self.scalar == LREAL else f"LREAL_TO_REAL({text})"
+
+    def widened(self, text: str) -> str:
+        """Return what a function gives as what goes out, which is LREAL."""
+        return text if self.scalar == LREAL else f"REAL_TO_LREAL({text})"
 
     def field(self, kind: Struct, name: str) -> str:
         """Return the name of a field of a tuple."""
@@ -89,7 +106,7 @@ class Printer:
     def type_name(self, kind: Type) -> str:
         """Return the name of a type."""
         if isinstance(kind, Scalar):
-            return {REAL: "LREAL", INTEGER: self.integer}.get(kind, "BOOL")
+            return {REAL: self.scalar, INTEGER: self.integer}.get(kind, "BOOL")
         return self.array(kind.size) if isinstance(kind, Array) else self._public.of(kind, structure_name(kind))
 
     def _record(self, kind: Struct) -> Record:

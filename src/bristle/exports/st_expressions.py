@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from bristle.exports.c_code import wrapped
 from bristle.exports.scope import NotExportableError
-from bristle.exports.st_names import Names, real_literal, whole_literal
+from bristle.exports.st_names import Names, whole_literal
 from bristle.exports.st_parts import INDENT
 from bristle.exports.st_parts import Variable as Declared
 from bristle.exports.tree import (
@@ -167,7 +167,7 @@ class Values:
     def _constant(self, e: Constant) -> tuple[str, int]:
         if e.type == TRUTH:
             return ("TRUE" if e.value else "FALSE"), PRIMARY
-        text = real_literal(float(e.value)) if e.type == REAL else whole_literal(int(e.value))
+        text = self.printer.real(float(e.value)) if e.type == REAL else whole_literal(int(e.value))
         return text, (0 if text.startswith("-") else PRIMARY)
 
     def _variable(self, e: Variable) -> tuple[str, int]:
@@ -228,7 +228,7 @@ class Values:
         if e.of.type == TRUTH:
             return self._held(Select(e.type, e.of, _constant_of(e.type, 1), _constant_of(e.type, 0))), PRIMARY
         if e.type == REAL:
-            return f"{self.printer.integer}_TO_LREAL({self._of(e.of)})", PRIMARY
+            return f"{self.printer.integer}_TO_{self.printer.scalar}({self._of(e.of)})", PRIMARY
         return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY
 
     def _call(self, e: Call) -> tuple[str, int]:

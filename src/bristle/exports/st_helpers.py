@@ -8,14 +8,18 @@ the program.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection
+from typing import Any
 
-from bristle.exports.st_names import LARGEST_WRITTEN, real_literal
+from bristle.exports.st_names import LARGEST_WRITTEN, LREAL, REAL, real_literal
 from bristle.exports.st_parts import Pou, Variable
 
 __all__ = ["WITHIN", "helpers_of"]
 
-LARGEST_POWER, USUAL_POWER = 512, 32
+LARGEST_POWER, USUAL_POWER = {LREAL: 512, REAL: 64}, 32
+WHOLE_POWERS = {LREAL: (-1022, 1023), REAL: (-126, 127)}
+NUMBER = re.compile(r"(?<![\w.#])\d+\.\d+(?:E-?\d+)?")
 WITHIN = "within"
 """The helper that tells whether a number is one, and no larger than another."""
 
@@ -34,12 +38,12 @@ END_IF;"""
 WHOLE_PAIR = "first:whole second:whole"
 
 
-def _scaled(gives: str) -> str:
+def _scaled(gives: str, scalar: str, own: str) -> str:
     """Return the lines that bring a positive number between 1 and 2 by powers of two, and count them."""
     lines = ["mantissa := number;", "exponent := 0.0;"]
     far = f"(mantissa >= {real_literal(4.0**USUAL_POWER)}) OR (mantissa < {real_literal(2.0 * 4.0**-USUAL_POWER)})"
     lines.append(f"IF {far} THEN")
-    power = LARGEST_POWER
+    power = LARGEST_POWER[scalar]
     while power:
         if power == USUAL_POWER:
             lines.append("END_IF;")
@@ -51,11 +55,11 @@ def _scaled(gives: str) -> str:
             f"    mantissa := mantissa * {up};", f"    exponent := exponent - {power}.0;", "END_IF;",
         )]  # fmt: skip
         power //= 2
-    return "\n".join([*lines, f"{{own}} := {gives};"])
+    return "\n".join([*lines, f"{own} := {gives};"])
 
 
 # For each its result, its arguments, further variables, what it is, and its body. `{own}` is what it gives, `{whole}`
-# the type of whole numbers; another helper is named by its name.
+# the type of whole numbers, `{real}` that of real ones; another helper is named by its name.
 TEXTS: dict[str, tuple[str, str, str, str, str]] = {
     "within": ("BOOL", "number most", "near:BOOL", "Whether this is a number, and no farther from 0 than another.", """
 near := number = number;
@@ -63,17 +67,17 @@ IF near THEN
     near := (number >= -most) AND (number <= most);
 END_IF;
 {own} := near;"""),
-    "copysign": ("LREAL", "number sign_of", "size", "Size of one number, sign of another; that of zero is positive.",
+    "copysign": ("real", "number sign_of", "size", "Size of one number, sign of another; that of zero is positive.",
                  SIZE.format(number="number", to="size") + """
 IF sign_of < 0.0 THEN
     {own} := -size;
 ELSE
     {own} := size;
 END_IF;"""),
-    "abs": ("LREAL", "number", "", "Size of a number.", SIZE.format(number="number", to="{own}")),
+    "abs": ("real", "number", "", "Size of a number.", SIZE.format(number="number", to="{own}")),
     "floor": ("whole", "number", "cut:whole", "The next whole number below, however a controller rounds.", """
-cut := LREAL_TO_{whole}(number);
-IF {whole}_TO_LREAL(cut) > number THEN
+cut := {real}_TO_{whole}(number);
+IF {whole}_TO_{real}(cut) > number THEN
     cut := cut - 1;
 END_IF;
 {own} := cut;"""),
@@ -86,8 +90,8 @@ END_IF;"""),
     "isinf": ("BOOL", "number", "", "Whether a number stands for an infinite one.",
               "{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});"),
     "isnan": ("BOOL", "number", "", "Whether a number stands for what is none.", "{own} := number = {none};"),
-    "min": ("LREAL", "first second", "", "The smaller one.", CHOICE.format(than="<")),
-    "max": ("LREAL", "first second", "", "The larger one.", CHOICE.format(than=">")),
+    "min": ("real", "first second", "", "The smaller one.", CHOICE.format(than="<")),
+    "max": ("real", "first second", "", "The larger one.", CHOICE.format(than=">")),
     "whole_min": ("whole", WHOLE_PAIR, "", "The smaller one.", CHOICE.format(than="<")),
     "whole_max": ("whole", WHOLE_PAIR, "", "The larger one.", CHOICE.format(than=">")),
     "whole_abs": ("whole", "number:whole", "", "Size of a whole number.", """
@@ -104,10 +108,10 @@ END_IF;
 {own} := cut;"""),
     "floor_rest": ("whole", WHOLE_PAIR, "", "What a quotient that is rounded down leaves.",
                    "{own} := first - {floor_divided}(first := first, second := second) * second;"),
-    "power_of_two": ("LREAL", "power", "remaining:whole factor grown", "2 to a whole power, by squaring: exact.", """
+    "power_of_two": ("real", "power", "remaining:whole factor grown", "2 to a whole power, by squaring: exact.", """
 grown := 0.0;
-IF (power >= -1022.0) AND (power <= 1023.0) THEN
-    remaining := LREAL_TO_{whole}(power);
+IF (power >= {least}.0) AND (power <= {most}.0) THEN
+    remaining := {real}_TO_{whole}(power);
     factor := 2.0;
     IF remaining < 0 THEN
         remaining := -remaining;
@@ -125,29 +129,37 @@ IF (power >= -1022.0) AND (power <= 1023.0) THEN
     END_WHILE;
 END_IF;
 {own} := grown;"""),
-    "mantissa": ("LREAL", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.",
-                 _scaled("mantissa")),
-    "exponent": ("LREAL", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.",
-                 _scaled("exponent")),
+    "mantissa": ("real", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.",
+                 "{of_mantissa}"),
+    "exponent": ("real", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.",
+                 "{of_exponent}"),
 }  # fmt: skip
 NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 
-def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str) -> list[Pou]:
+def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str, scalar: str = LREAL) -> list[Pou]:
     """Return the helpers that are asked for; `named` tells what each is called."""
     needed = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
     called = {name: named(name) for name in TEXTS if name in needed}
-    facts = {"whole": integer, "far": real_literal(LARGEST_WRITTEN), "none": real_literal(math.nan)} | called
-    types = {"whole": integer}
+    types, (least, most) = {"whole": integer, "real": scalar}, WHOLE_POWERS[scalar]
+    facts: dict[str, Any] = {**types, **called, "least": least, "most": most}
+    facts |= {"far": real_literal(LARGEST_WRITTEN, scalar), "none": real_literal(math.nan, scalar)}
     pous = []
     for name, own in called.items():
         gives, arguments, variables, meaning, body = TEXTS[name]
         declared = [*_declared(arguments, "VAR_INPUT", types), *_declared(variables, "VAR", types)]
-        lines = [f"    {line}" for line in body.format(**facts, own=own).strip().split("\n")]
+        text = body.format(**facts, own=own, of_mantissa=_scaled("mantissa", scalar, own),
+                           of_exponent=_scaled("exponent", scalar, own))  # fmt: skip
+        lines = [f"    {line}" for line in _typed(text, scalar).strip().split("\n")]
         pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))
     return pous
 
 
+def _typed(text: str, scalar: str) -> str:
+    """Return a body whose numbers are of a type: one without is read as double by some compilers."""
+    return text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
+
+
 def _declared(text: str, section: str, types: dict[str, str]) -> list[Variable]:
     pairs = [word.partition(":") for word in text.split()]
-    return [Variable(name, types.get(kind, kind or "LREAL"), section=section) for name, _, kind in pairs]
+    return [Variable(name, types.get(kind or "real", kind), section=section) for name, _, kind in pairs]

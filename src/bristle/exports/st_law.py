@@ -7,29 +7,37 @@ from typing import Any
 
 from bristle.exports.described import Source, plain
 from bristle.exports.law import Law
-from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
+from bristle.exports.law_described import INPUTS, PER_VELOCITY, law_facts, law_walk
+from bristle.exports.single import TOLERANCE
 from bristle.exports.st_code import Printer
 from bristle.exports.st_helpers import WITHIN
-from bristle.exports.st_names import real_literal
+from bristle.exports.st_names import LREAL, REAL, Names, real_literal
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Pou, Variable, commented
 from bristle.exports.st_project import (
     FARTHEST,
+    FARTHEST_OF_LAW,
+    Judged,
     Project,
     answers,
     body_lines,
+    bounds,
     call_text,
     requests,
     set_lines,
-    sums,
-    test_variables,
     walk_facts,
 )
+from bristle.exports.st_tuned import Tuned
+from bristle.exports.tunable import settled_law, tunable_law
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT
 
 __all__ = ["st_law_files"]
 
+OWN = (
+    *INPUTS, *(f"narrowed_{name}" for name in INPUTS), "restart", "clear", "effort", "refused", "overflow",
+    "parameters", "lasting", "now", "memory", "prepared", "begun", "usable", "done", "place",
+)  # fmt: skip
 ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
 
 
@@ -55,7 +63,9 @@ class StLawFiles:
         """Return the text of each file by its name."""
         law, facts = self.law, law_facts(self.law, self.name, self.source) | {"output": "effort", "operator": False}
         around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
-        printer = Printer(law.unit, self.name, around)
+        facts |= {"allowed": f"{TOLERANCE:g}", "result": "effort", "several_places": True, "unit_in": facts["unit_x"]}
+        facts |= bounds(single=law.single, farthest=FARTHEST_OF_LAW)
+        printer = Printer(law.unit, self.name, around, REAL if law.single else LREAL)
         block = self._block(printer, facts)
         test, arrays = self._selftest(printer, facts)
         facts |= {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table")}
@@ -67,21 +77,31 @@ class StLawFiles:
         now = law.entry.result
         assert isinstance(now, Struct)
         needed = [parameter.name for parameter in law.entry.parameters]
-        handed = {"dt": real_literal(law.dt), "p": "parameters"}
+        handed = {"dt": printer.real(law.dt), "p": "parameters"}
+        arrays = [fed["name"] for fed in facts["inputs"] if fed["several"] and law.single]
+        handed |= {fed["name"]: printer.narrowed(fed["name"]) for fed in facts["inputs"] if not fed["several"]}
+        handed |= {name: f"narrowed_{name}" for name in arrays}
+        tuned = Tuned.of(tunable_law(law), Names(OWN)) if law.tunable else None
         memory = law.memory_size if "memory" in needed else 0
-        start = [*set_lines("parameters", law.p, p, printer), *set_lines("lasting", law.lasting, lasting, printer)]
+        skipped = tuned.tunable.places if tuned else ()
+        start = [*set_lines("parameters", law.p, p, printer, skipped)]
+        start += set_lines("lasting", law.lasting, lasting, printer)
         remembered = enumerate(law.memory.tolist()) if memory else ()
         body = body_lines("st/law.st", facts | {
-            "start": start, "memory": memory, "farthest": real_literal(FARTHEST), "within": printer.helper(WITHIN),
-            "remembered": [f"memory[{at}] := {real_literal(number)};" for at, number in remembered if number],
+            "start": start, "memory": memory, "within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0),
+            "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
+            "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
+            "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],
             "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
-            "commanded": f"now.{printer.field(now, '_0')}", "after": f"now.{printer.field(now, '_1')}",
+            "commanded": printer.widened(f"now.{printer.field(now, '_0')}"), "after": f"now.{printer.field(now, '_1')}",
         })  # fmt: skip
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
+        own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
         places = memory or any(fed["several"] for fed in facts["inputs"])
         variables = [
-            *self._inputs(printer, facts), *requests("the law takes over the desired motion"),
+            *self._inputs(printer, facts), *(tuned.inputs(printer) if tuned else []),
+            *requests("the law takes over the desired motion"),
             *answers("effort", f"what the drive is to give [{facts['unit_force']}]"),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
@@ -90,7 +110,7 @@ class StLawFiles:
         return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
 
     def _inputs(self, printer: Printer, facts: dict[str, Any]) -> list[Variable]:
-        ahead = printer.array(self.law.samples_ahead)
+        ahead = printer.array(self.law.samples_ahead, LREAL)
         return [
             Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"),
                      "VAR_INPUT")
@@ -100,25 +120,27 @@ class StLawFiles:
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
         inputs = [fed["name"] for fed in facts["inputs"]]
-        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | sums(efforts.tolist()) | {
-            "count": COUNT, "positions": positions, "per_velocity": real_literal(PER_VELOCITY),
+        judged = Judged(self.name, efforts, self.law.single)
+        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | judged.facts() | {
+            "positions": positions, "per_velocity": real_literal(PER_VELOCITY),
             "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in inputs),
             "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
         })  # fmt: skip
         arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
-            *test_variables(self.name), *([Variable("ahead", "DINT")] if arrays_ahead else []),
+            *judged.variables(), *([Variable("ahead", "DINT")] if arrays_ahead else []),
             *(Variable(name, "LREAL") for name in ("speed", "measured")),
-            *(Variable(name, printer.array(self.law.samples_ahead)) for name in arrays_ahead),
+            *(Variable(name, printer.array(self.law.samples_ahead, LREAL)) for name in arrays_ahead),
             Variable("places", f"{self.name}_Places"),
         ]  # fmt: skip
         arrays = (
-            ArrayPart(f"{self.name}_Scales", len(walk.scales), "LREAL"),
-            ArrayPart(f"{self.name}_Places", positions, "LREAL"),
+            ArrayPart(f"{self.name}_Scales", len(walk.scales), LREAL),
+            ArrayPart(f"{self.name}_Places", positions, LREAL),
+            *judged.arrays(),
         )
         return Pou("PROGRAM", f"{self.name}_selftest", "", tuple(variables), body), arrays
 
 
 def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in Structured Text, text by name."""
-    return StLawFiles(law, name, source).files()
+    return StLawFiles(settled_law(law), name, source).files()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+import numpy as np
+
 from bristle.core.errors import InputError
 from bristle.exports.types import Struct
 
-__all__ = ["RESERVED", "Names", "checked", "real_literal", "structure_name", "whole_literal"]
+__all__ = ["LREAL", "REAL", "RESERVED", "Names", "checked", "real_literal", "structure_name", "whole_literal"]
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, and words that TwinCAT, CODESYS, TIA
 # Portal or MATIEC keep for themselves.
@@ -28,6 +30,7 @@ type_of udint uint ulint union until using usint value var var_access var_config
 var_input var_output var_stat var_temp variant version void wchar while with word wstring xor
 """
 RESERVED = frozenset(WORDS.split())
+LREAL, REAL = "LREAL", "REAL"
 SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
 LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
 NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
@@ -81,31 +84,32 @@ def structure_name(kind: Struct) -> str:
     return "Several" if kind.is_plain else kind.cls.__name__
 
 
-def real_literal(value: float) -> str:
+def real_literal(value: float, scalar: str = LREAL) -> str:
     """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
 
     There is neither an infinite number to be written nor what is none: other numbers stand for them, beyond all that
-    the model computes with.
+    the model computes with. One of single precision is written with its type: compilers read others as double.
     """
     if value != value:
-        return _plain(NO_NUMBER_WRITTEN)
+        return _plain(NO_NUMBER_WRITTEN, scalar)
     if abs(value) == float("inf"):
-        return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN)
+        return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN, scalar)
     if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:
-        return _plain(value)
+        return _plain(value, scalar)
     factors, left = [], value
     power = 2.0 ** (STEP if abs(value) > 1.0 else -STEP)
     while not 2.0**-STEP <= abs(left) <= 2.0**STEP:
         left /= power
-        factors.append(_plain(power))
-    return f"({' * '.join([_plain(left), *factors])})"
+        factors.append(_plain(power, scalar))
+    return f"({' * '.join([_plain(left, scalar), *factors])})"
 
 
-def _plain(value: float) -> str:
-    text = repr(value)
+def _plain(value: float, scalar: str) -> str:
+    text = repr(value) if scalar == LREAL else str(np.float32(abs(value)))
     mantissa, _, exponent = text.partition("e")
     mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{mantissa}E{int(exponent)}" if exponent else mantissa
+    number = f"{mantissa}E{int(exponent)}" if exponent else mantissa
+    return number if scalar == LREAL else f"{'-' if value < 0.0 else ''}{scalar}#{number}"
 
 
 def whole_literal(value: int) -> str:

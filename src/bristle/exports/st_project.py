@@ -2,38 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
+
+import numpy as np
 
 from bristle.exports.c_code import wrapped
 from bristle.exports.plcopen import project_text
 from bristle.exports.rendering import rendered
+from bristle.exports.single import CHECKPOINT, TOLERANCE, checkpoints
 from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
-from bristle.exports.st_names import real_literal, whole_literal
+from bristle.exports.st_names import LREAL, REAL, real_literal, whole_literal
 from bristle.exports.st_parts import INDENT, Array, Pou, Variable, part_text, used_of
 from bristle.exports.tree import Function
-from bristle.exports.types import REAL, TRUTH, Struct, Type
+from bristle.exports.types import REAL as NUMBER
+from bristle.exports.types import TRUTH, Struct, Type
 from bristle.exports.types import Array as ArrayType
 from bristle.exports.walk import FACTOR, PART, RESTS, SEED, TERM, Walk
 
 __all__ = [
     "FARTHEST",
+    "FARTHEST_OF_LAW",
+    "FARTHEST_OF_OPERATOR",
+    "Judged",
     "Project",
     "answers",
     "body_lines",
+    "bounds",
     "call_text",
     "requests",
     "set_lines",
-    "sums",
-    "test_variables",
     "total_of",
     "walk_facts",
 ]  # fmt: skip
 
 FARTHEST = 1e30
-"""What comes in or goes out beyond it is taken for no number."""
+"""What goes out beyond it, or comes in, is taken for no number."""
+PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}  # time steps that are taken, in double and single precision [s]
+# The square of a velocity over that of Stribeck stays within single precision: velocities, and what leads to them.
+FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
+Path = tuple[str, ...]
 TURN = real_literal(2.0**32)
 PER_CYCLE = 20
 """Steps of a self-test in one cycle of a task."""
@@ -67,7 +78,7 @@ class Project:
     def files(self, head: str) -> dict[str, str]:
         """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
         types, functions = self.printer.parts()
-        functions = [*helpers_of(self.printer.helpers, self.printer.helper, self.printer.integer), *functions]
+        functions = [*self._helpers(), *functions]
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
@@ -80,6 +91,13 @@ class Project:
                 self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]
             ),
         }
+
+    def _helpers(self) -> list[Pou]:
+        printer, helpers = self.printer, []
+        for scalar in (LREAL, REAL):
+            names = [name for name, of in sorted(printer.helpers) if of == scalar]
+            helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
+        return helpers
 
 
 def requests(anew: str) -> list[Variable]:
@@ -99,21 +117,54 @@ def answers(output: str, meaning: str) -> list[Variable]:
     ]
 
 
-def test_variables(name: str) -> list[Variable]:
-    """Return what a self-test of a block has, whatever the block."""
-    return [
-        Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
-        Variable("passed", "BOOL", "whether it gave the numbers of bristle, to the bit", "VAR_OUTPUT"),
-        Variable("axis", name), Variable("prepared", "BOOL"), Variable("count", "DINT"), Variable("each", "DINT"),
-        *(Variable(number, "LREAL") for number in ("bits", "walked", "total", "lost", "following", "added")),
-        Variable("scales", f"{name}_Scales"),
-    ]  # fmt: skip
+@dataclass(frozen=True)
+class Judged:
+    """What a self-test compares the numbers that it gets with: their sum to the bit, or some of them nearly.
 
+    Parameters
+    ----------
+    name : str
+        What the block is called.
+    outputs : ndarray
+        What bristle gives along the walk, in double precision.
+    single : bool
+        Whether the block computes in single precision.
+    """
 
-def sums(numbers: Sequence[float]) -> dict[str, str]:
-    """Return what a self-test compares the numbers that it gets with."""
-    total, lost = total_of(numbers)
-    return {"total": real_literal(total), "lost": real_literal(lost), "last": real_literal(numbers[-1])}
+    name: str
+    outputs: np.ndarray
+    single: bool
+
+    def facts(self) -> dict[str, Any]:
+        """Return what the templates of a self-test are told."""
+        total, lost = total_of(self.outputs.tolist())
+        near = checkpoints(self.outputs, single=self.single)
+        return {
+            "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(self.outputs[-1])),
+            "every": near["every"], "expected": [real_literal(float(text)) for text in near["checkpoints"]],
+            "single": self.single, "allowed": f"{TOLERANCE:g}",
+            "tolerance": real_literal(TOLERANCE * float(near["largest"])), "count": self.outputs.size,
+        }  # fmt: skip
+
+    def variables(self) -> list[Variable]:
+        """Return the variables of a self-test, whatever the block."""
+        name, numbers = self.name, ["bits", "walked", "following"]
+        gave = "within what single precision explains" if self.single else "to the bit"
+        worst = [Variable("worst", "LREAL", "how far its output was off", "VAR_OUTPUT")]
+        return [
+            Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
+            Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
+            *(worst if self.single else []),
+            Variable("axis", name), Variable("prepared", "BOOL"), Variable("count", "DINT"), Variable("each", "DINT"),
+            *(Variable(number, "LREAL") for number in [*numbers, *([] if self.single else ["total", "lost", "added"])]),
+            Variable("scales", f"{name}_Scales"),
+            *([Variable("expected", f"{name}_Expected")] if self.single else []),
+        ]  # fmt: skip
+
+    def arrays(self) -> tuple[Array, ...]:
+        """Return the data types of these variables, beside that of the scales of the walk."""
+        size = len(self.outputs[::CHECKPOINT])
+        return (Array(f"{self.name}_Expected", size, LREAL),) if self.single else ()
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
@@ -122,16 +173,30 @@ def call_text(printer: Printer, function: Function, handed: Iterable[str], resul
     return f"{printer.function(function)}({', '.join([*pairs, f'{RESULT} := {result}'])})"
 
 
-def set_lines(place: str, value: Any, kind: Struct, printer: Printer) -> Iterator[str]:
-    """Give the lines that set a structure."""
+def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
+    """Return between what the numbers that come in and go out are held; in single precision, inputs by `farthest`."""
+    shortest, longest = PERIODS[single]
+    return {
+        "farthest": real_literal(farthest if single else FARTHEST), "beyond": real_literal(FARTHEST),
+        "shortest": real_literal(shortest), "longest": real_literal(longest),
+        "fastest": real_literal(FASTEST) if single else "",
+    }  # fmt: skip
+
+
+def set_lines(
+    place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()
+) -> Iterator[str]:
+    """Give the lines that set a structure, but for what stands at the paths that are skipped."""
     for (name, part), field in zip(kind.fields, value, strict=True):
-        at = f"{place}.{printer.field(kind, name)}"
+        at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
+        if inner in skipped:
+            continue
         if isinstance(part, Struct):
-            yield from set_lines(at, field, part, printer)
+            yield from set_lines(at, field, part, printer, skipped, inner)
         elif isinstance(part, ArrayType):
-            yield from (f"{at}[{i}] := {real_literal(float(number))};" for i, number in enumerate(field))
+            yield from (f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field))
         else:
-            yield f"{at} := {_literal(field, part)};"
+            yield f"{at} := {_literal(field, part, printer)};"
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -142,7 +207,7 @@ def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
 
 def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     """Return what a program needs to know to walk by itself; `count` is the variable that counts its steps."""
-    integer, floor = printer.integer, printer.helper("floor")
+    integer, floor = printer.integer, printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     return {
         "seed": real_literal(SEED), "scales": [real_literal(scale) for scale in walk.scales],
@@ -173,7 +238,7 @@ def total_of(numbers: Iterable[float]) -> tuple[float, float]:
     return total, lost
 
 
-def _literal(value: Any, kind: Type) -> str:
+def _literal(value: Any, kind: Type, printer: Printer) -> str:
     if kind == TRUTH:
         return "TRUE" if value else "FALSE"
-    return real_literal(float(value)) if kind == REAL else whole_literal(int(value))
+    return printer.real(float(value)) if kind == NUMBER else whole_literal(int(value))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,11 @@ from bristle.core.surroundings import Surrounding, motion_with
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, is_kernel
+from bristle.exports.settled import fact_of, settled
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
-__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "subject_of"]
+__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "settled_subject", "subject_of"]
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
@@ -138,8 +139,23 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
 
 
+def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
+    """Return what is exported with all left out that its parameters decide, but for those at some paths."""
+    commits = bool(subject.state.fields) or subject.commit.writes
+    roots = [subject.trial, subject.commit] if commits else [subject.trial]
+    fact = fact_of(subject.model.parameters, subject.parameters, unknown)
+    named = {argument_of(subject.trial, TRIAL[subject.is_operator], "p"), argument_of(subject.commit, COMMIT, "p")}
+    unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
+    return replace(subject, unit=unit, trial=written[0], commit=written[1] if commits else subject.commit)
+
+
 def _surroundings(model: Model) -> tuple[Surrounding, ...]:
     return () if model.component.family == "hysteresis" else model.component.surroundings
+
+
+def argument_of(function: Function, names: tuple[str, ...], name: str) -> str:
+    """Return what a function calls one of these arguments."""
+    return function.source.__code__.co_varnames[names.index(name)]
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:

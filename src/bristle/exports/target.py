@@ -111,7 +111,8 @@ class Target:
     title : str
         What people call it, where that is not its name.
     write_law : callable or None
-        ``write_law(law, name, source)``: the files of a control law, for a target that holds one.
+        ``write_law(law, name, source)``: the files of a control law, for a target that holds one; ``law.tunable`` and
+        ``law.single`` are as those of a `Request`.
     tunable : bool
         Whether it can leave parameters to be changed at run time.
     single : bool

@@ -1,21 +1,26 @@
-"""Parameters that may be changed at run time: a structure of what a person sets, and what kernels receive from it."""
+"""Parameters that may be changed at run time: what a person sets, and where kernels look for it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.exports.c_code import Printer, number
-from bristle.exports.described import plain, told
-from bristle.exports.types import REAL, Struct
+from bristle.core.experiment import FEEDFORWARD
+from bristle.core.variable import Kind, Variable
+from bristle.exports.settled import fact_of, settled
 
-__all__ = ["Tunable", "tunable_of"]
+if TYPE_CHECKING:
+    from bristle.exports.law import Law
+
+__all__ = ["Tunable", "settled_law", "tunable_law", "tunable_of"]
 
 MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive
+FED = "feedforward"
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,10 @@ class Tunable:
 
     Parameters
     ----------
+    kind : {"translational", "rotational"}
+        Of the axis, which tells the units.
+    variables : mapping
+        What each parameter means.
     values : dict
         A number or an array for each parameter.
     places : dict
@@ -32,50 +41,19 @@ class Tunable:
         What stands at the other paths.
     """
 
+    kind: Kind
+    variables: Mapping[str, Variable]
     values: dict[str, Any]
     places: dict[tuple[str, ...], str]
     fixed: dict[tuple[str, ...], Any]
 
-    def declared(self, scalar: str, model: Model) -> list[str]:
-        """Return the fields of the structure."""
-        lines = []
-        for name, value in self.values.items():
-            variable = model.component.variables[name]
-            size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
-            allowed = plain(variable.allowed(model.kind))
-            lines.append(
-                f"{scalar} {name}{size}; /* {told(variable, model.kind)}{f', {allowed}' if allowed else ''} */"
-            )
-        return lines
-
-    def started(self, scalar: str) -> list[str]:
-        """Return the lines that set the values that were exported."""
-        lines = []
+    def numbers(self) -> Iterator[tuple[str, int | None, float]]:
+        """Give the name, the place in it where it is an array, and the value of each number."""
         for name, value in self.values.items():
             if isinstance(value, np.ndarray):
-                lines += [f"axis->parameters.{name}[{i}] = {number(v, scalar)};" for i, v in enumerate(value.tolist())]
+                yield from ((name, place, number) for place, number in enumerate(value.tolist()))
             else:
-                lines.append(f"axis->parameters.{name} = {number(value, scalar)};")
-        return lines
-
-    def assembled(self, printer: Printer, kind: Struct, name: str, called: str = "assembled") -> str:
-        """Return the function that makes what kernels receive."""
-        text = self._structure(printer, kind, ())
-        head = f"{printer.inline} {printer.named(kind, called)}(const {name}_parameters *given)"
-        return "\n".join([head, "{", f"    return {text};", "}", ""])
-
-    def _structure(self, printer: Printer, kind: Struct, path: tuple[str, ...]) -> str:
-        parts = []
-        for name, part in kind.fields:
-            inner = (*path, name)
-            if isinstance(part, Struct):
-                parts.append(self._structure(printer, part, inner))
-            elif inner in self.places:
-                parts.append(f"given->{self.places[inner]}")
-            else:
-                fixed = self.fixed[inner]
-                parts.append(number(float(fixed), printer.scalar) if part == REAL else str(int(fixed)))
-        return printer.structure_text(kind, ", ".join(parts) or "0")
+                yield name, None, value
 
 
 def tunable_of(model: Model) -> Tunable:
@@ -102,14 +80,57 @@ def tunable_of(model: Model) -> Tunable:
         names[_key(marked[name])] = name
     leaves = dict(_leaves(component.assemble(dict(model.values) | marked), ()))
     places = {path: names[_key(value)] for path, value in leaves.items() if _key(value) in names}
-    if set(places.values()) != set(values):
-        lost = ", ".join(sorted(set(values) - set(places.values())))
-        raise InputError("makes something else of a parameter, so that it cannot be changed at run time",
-                         path=model.name, value=lost, mend="Leave --tunable out")  # fmt: skip
     fixed = {path: value for path, value in _leaves(model.parameters, ()) if path not in places}
-    if any(isinstance(value, np.ndarray) for value in fixed.values()):
-        raise InputError("keeps an array that is no parameter", path=model.name, mend="Leave --tunable out")
-    return Tunable({name: v if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}, places, fixed)
+    lost = sorted(set(values) - set(places.values()))
+    usual = dict(_leaves(component.assemble(dict(model.values)), ()))
+    lost += [".".join(path) for path in fixed if _bits(leaves[path]) != _bits(usual[path])]
+    if lost:
+        raise InputError("makes something else of a parameter, so that it cannot be changed at run time",
+                         path=model.name, value=", ".join(lost), mend="Leave --tunable out")  # fmt: skip
+    values = {name: v if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
+    return Tunable(model.kind, component.variables, values, places, fixed)
+
+
+def tunable_law(law: Law) -> Tunable:
+    """Return the parameters of a law that may be changed: those of its controller, and of what it feeds forward.
+
+    Each is called by what it belongs to and its own name, ``controller_k_p``. The limit of the drive, and the gravity
+    and the cogging of a plant, are fixed.
+
+    Raises
+    ------
+    InputError
+        If the controller or the friction model makes something else of its parameters before its kernels see them.
+    """
+    friction = law.variant.feedforward.friction
+    parts = {"controller": law.controller} | ({} if friction is None else {"friction": friction})
+    values: dict[str, Any] = {}
+    variables: dict[str, Variable] = {}
+    places: dict[tuple[str, ...], str] = {}
+    for part, model in parts.items():
+        tuned = tunable_of(model)
+        values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
+        variables |= {f"{part}_{name}": tuned.variables[name] for name in tuned.values}
+        places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
+    fed = {("mass",): law.p.mass} if law.p.mass else {}
+    fed |= {} if friction is None else {("shape", name): value for name, value in law.p.shape._asdict().items()}
+    for path, value in fed.items():
+        name = f"{FED}_{path[-1]}"
+        values[name], variables[name], places[path] = value, FEEDFORWARD[path[-1]], name
+    fixed = {path: value for path, value in _leaves(law.p, ()) if path not in places}
+    return Tunable(law.controller.kind, variables, values, places, fixed)
+
+
+def settled_law(law: Law) -> Law:
+    """Return a law with all left out that its parameters decide, but for those that may be changed."""
+    places = tunable_law(law).places if law.tunable else ()
+    fact = fact_of(law.p, law.types[1], places)
+    unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
+    return replace(law, unit=unit, entry=entry)
+
+
+def _bits(value: Any) -> bytes:
+    return np.asarray(value).tobytes()
 
 
 def _key(value: Any) -> Any:

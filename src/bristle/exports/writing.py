@@ -44,9 +44,7 @@ def files_for(to: str | Target, request: Request) -> Product:
         If there is no such target, or it does not hold what is asked for.
     """
     target = target_named(to)
-    _refuse(target, request.tunable, lambda able: able.tunable, "has no parameters that may be changed at run time",
-            "Leave tunable out")  # fmt: skip
-    _refuse(target, request.single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
+    _refuse_arithmetic(target, tunable=request.tunable, single=request.single)
     _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log",
             "Leave the log out")  # fmt: skip
     _refuse(target, request.draws > 0, lambda able: able.takes_draws, "holds one model, not draws of it",
@@ -54,6 +52,12 @@ def files_for(to: str | Target, request: Request) -> Product:
     _refuse(target, request.model.component.family == "hysteresis", lambda able: able.operators,
             "holds no hysteresis operator", value=request.model.name)  # fmt: skip
     return checked_product(target.write(request), target)
+
+
+def _refuse_arithmetic(target: Target, *, tunable: bool, single: bool) -> None:
+    _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time",
+            "Leave tunable out")  # fmt: skip
+    _refuse(target, single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
 
 
 def _refuse(
@@ -91,25 +95,34 @@ def checked_product(product: Product, target: Target) -> Product:
     return product
 
 
-def law_for(to: str | Target, variant: Variant, name: str, source: Source) -> Product:
-    """Return the files of the control law of a variant for a target.
+def law_for(
+    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False
+) -> Product:
+    """Return the files of the control law of a variant for a target; its options are those of a `Request`.
 
     Raises
     ------
     InputError
         If the target holds no law, or the variant has none that can be exported.
     """
+    import numpy as np
+
     from bristle.exports.law import law_of
+    from bristle.exports.single import single_note
 
     target = target_named(to)
     if target.write_law is None:
         holding = ", ".join(candidate.name for candidate in TARGETS.values() if candidate.write_law)
         raise InputError("holds no control law", path="to", value=target.name, allowed=holding)
-    law = law_of(variant)
+    _refuse_arithmetic(target, tunable=tunable, single=single)
+    law = law_of(variant, tunable=tunable, single=single)
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
     samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
-    note = f"the law is told {samples} of the desired motion: {', '.join(ahead)}"
-    return checked_product(Product(target.write_law(law, name, source), (note,) if ahead else ()), target)
+    notes = [f"the law is told {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
+    notes += [single_note("effort")] if single else []
+    if tunable and np.any(law.memory):
+        notes.append("what the compensator was brought through before it begins is that of the exported parameters")
+    return checked_product(Product(target.write_law(law, name, source), tuple(notes)), target)
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:

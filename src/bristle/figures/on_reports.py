@@ -82,9 +82,11 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "log": (Place("front", "passages"),),
 }
 """The figures of a report, by the name of its template."""
+ELSEWHERE = ("loops", "margins", "budget", "circles", "comparison", "short", "spread", "influence")
+"""What figures are called on reports that have figures of a user's own, and no line above."""
 
 
 @cache
 def names_on_reports() -> frozenset[str]:
     """Return what the figures of these reports are called as files."""
-    return frozenset(place.figure.name for places in REPORTS.values() for place in places)
+    return frozenset([*ELSEWHERE, *(place.figure.name for places in REPORTS.values() for place in places)])

@@ -17,6 +17,9 @@ FACTS: dict[str, tuple[str, ...]] = {
     "identify": ("identification", "log", "simulation", "prediction"),
     "predict": ("prediction", "log"),
     "run": ("simulation",),
+    "design": ("design",),
+    "compare": ("comparison",),
+    "study": ("study",),
 }
 """What figures of a user's own may take, by the command whose report has it; some of it only where there is a loop."""
 
@@ -32,7 +35,8 @@ class ReportFigure:
     takes : str or tuple of str
         The results that it is drawn from, in the order in which `draw` takes them. Of a user's own figure:
         ``"identification"``, an `Identification`; ``"simulation"``, a `SimulationResult`; ``"prediction"``, a
-        `Prediction`; ``"log"``, a `Log`.
+        `Prediction`; ``"log"``, a `Log`; ``"design"``, a `Design`; ``"comparison"``, a `Comparison`; ``"study"``, the
+        `Runs` of a study.
     draw : callable
         Returns a `matplotlib.figure.Figure`, as `bristle.figures.style.panels` makes one.
     caption : str or callable

@@ -28,7 +28,7 @@ from bristle.files.components import (
 from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
 from bristle.files.toml import read_toml
-from bristle.friction import MODELS, base_of, find, own_slots_of, with_slots
+from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
 
@@ -184,7 +184,8 @@ def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Tab
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return what names the friction model in the file: names, and files of a user's own, which are copied there."""
     base, *slots = friction.name.split("+")
-    inner, own = base_of(friction.component), {slot.name: slot for slot in own_slots_of(friction.component)}
+    inner, over = base_of(friction.component), channel_slots_of(friction.component)
+    own = {slot.name: slot for slot in over if CHANNEL_SLOTS.get(slot.name) != slot}
     for slot in own.values():
         _put_beside(_code_of(slot, slot.factor), folder)
     slots = [_code_of(own[slot], own[slot].factor).source.name if slot in own else slot for slot in slots]

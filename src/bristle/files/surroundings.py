@@ -1,4 +1,4 @@
-"""Columns of what surrounds an axis: the load on its guides, the temperature, and what slots of one's own ask for."""
+"""Columns of what surrounds an axis: the load on its guides, the temperature, and further channels of slots."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _further(name: str, entry: ColumnEntry) -> Column:
     if entry.unit is None or _is_misspelt(name) or not name.isidentifier():
         raise InputError(
             "unknown key", path=path, allowed=", ".join(COLUMNS),
-            mend=close or f'A further channel, for a slot of your own, has its unit: {name} = {{ column = "'
+            mend=close or f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "'
             f'{entry.column}", unit = "%" }}',
         )  # fmt: skip
     if entry.unit in CELSIUS:

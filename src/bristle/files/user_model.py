@@ -22,7 +22,7 @@ from bristle.core.own_code import OWN_CODE
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
 from bristle.files.permission import CODE_LIMIT, CodeRead
-from bristle.friction import base_of, own_slots_of
+from bristle.friction import base_of, channel_slots_of
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import SLOTS
 
@@ -253,7 +253,7 @@ def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str |
 
 def codes_of(component: Any) -> tuple[Content, ...]:
     """Return the files that a model was loaded from, and its slots, each once."""
-    parts = (base_of(component), *own_slots_of(component)) if isinstance(component, FrictionModel) else (component,)
+    parts = (base_of(component), *channel_slots_of(component)) if isinstance(component, FrictionModel) else (component,)
     return tuple(dict.fromkeys(code for part in parts if (code := code_of(part)) is not None))
 
 

@@ -18,6 +18,8 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.slot import Slot
 from bristle.friction.bouc_wen import MODEL as bouc_wen
 from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
+from bristle.friction.channel_slot import channel_slots_of, with_channel_slot
+from bristle.friction.channels import CHANNEL_SLOTS
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
@@ -30,7 +32,6 @@ from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
 from bristle.friction.operator_kernel import REACHES, TakesOperator, over_operator
-from bristle.friction.own_slot import own_slots_of, with_own_slot
 from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
@@ -51,10 +52,12 @@ MODELS: dict[str, FrictionModel] = {
 }  # fmt: skip
 
 __all__ = [
+    "CHANNEL_SLOTS",
     "MODELS",
     "base_of",
     "bouc_wen",
     "bouc_wen_classic",
+    "channel_slots_of",
     "coulomb",
     "coulomb_viscous",
     "dahl",
@@ -67,7 +70,6 @@ __all__ = [
     "lugre",
     "maxwell_slip",
     "maxwell_stribeck",
-    "own_slots_of",
     "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
@@ -135,8 +137,8 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
                 allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or one of your own, +my_slot.py",
             )  # fmt: skip
     model = varied(risen(model, names), names)
-    for slot in own:
-        model = with_own_slot(model, slot)
+    for slot in (*(slot for name, slot in CHANNEL_SLOTS.items() if name in names), *own):
+        model = with_channel_slot(model, slot)
     return slotted(model, asymmetry="asymmetry" in names)
 
 

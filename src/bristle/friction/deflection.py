@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
-from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip, slip_slope, slip_weight
+from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip_point, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
 
 __all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
@@ -49,6 +49,14 @@ def onward(stack, memory, side):
     return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, stack.z, stack.z)
 
 
+class Start(NamedTuple):
+    """Where a part of a step begins: deflection [m or rad], force [N or N*m], and the slope of the slip there."""
+
+    z: float
+    f: float
+    steepness: float
+
+
 class Stroke(NamedTuple):
     """A part of a step: mean hysteretic force [N or N*m], deflection [m or rad], force and branch at its end."""
 
@@ -67,15 +75,16 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     remembered.
     """
     inverse = side / G
-    free = 1.0 - slip(inverse * stack.f, law)
+    slipped, steepness = slip_point(inverse * stack.f, law)
+    free = 1.0 - slipped
     far = dx * free
     if far == 0.0:
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
     if abs(far) <= FIRST * scale:
-        start = onward(stack, memory, side if free > 0.0 else -side)
-        done = stroke(stack, memory, stack.z, stack.f, dx, far, inverse, law, q, scale, start)
+        branch = onward(stack, memory, side if free > 0.0 else -side)
+        done = stroke(stack, memory, Start(stack.z, stack.f, steepness), dx, far, inverse, law, q, scale, branch)
     else:
-        done = in_parts(stack, memory, dx, inverse, law, q, scale)
+        done = in_parts(stack, memory, dx, slipped, steepness, inverse, law, q, scale)
     change = done.z - stack.z
     if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
         return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
@@ -83,28 +92,31 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
 
 
 @kernel(inline=False)
-def in_parts(stack, memory, dx, inverse, law, q, scale):
+def in_parts(stack, memory, dx, slipped, steepness, inverse, law, q, scale):
     """Return the `Stroke` of a long step: none of its parts deflects by more than a length that grows.
 
-    The last one takes what is left, however little: a step that grows goes through no jump.
+    The last one takes what is left, however little: a step that grows goes through no jump. `slipped` and `steepness`
+    are the slip and its slope where the step begins.
     """
     z, f, left, total, longest = stack.z, stack.f, dx, 0.0, FIRST * scale
     branch = onward(stack, memory, math.copysign(1.0, dx))
     for k in range(PARTS):
-        free = 1.0 - slip(inverse * f, law)
+        free = 1.0 - slipped
         part = left
         if abs(left * free) > longest and k < PARTS - 1:
             part = math.copysign(longest / abs(free), left)
         if part * free == 0.0:
             total += f * part
         else:
-            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q, scale, branch)
+            start = Start(z, f, steepness)
+            stroked = stroke(stack, memory, start, part, part * free, inverse, law, q, scale, branch)
             total += stroked.mean * part
             z, f, branch = stroked.z, stroked.f, stroked.branch
         left -= part
         longest *= GROWTH
         if left == 0.0:
             break
+        slipped, steepness = slip_point(inverse * f, law)
     return Stroke(total / dx, z, f, branch)
 
 
@@ -128,27 +140,29 @@ def mean_output(stack, memory, u, f, q, scale):
 
 
 @kernel
-def stroke(stack, memory, z, f, dx, far, inverse, law, q, scale, start):
-    """Return the `Stroke` from the deflection `z` with the force `f`; it would be `far` [m or rad] without feedback.
+def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
+    """Return the `Stroke` from the `Start`; it would be `far` [m or rad] without feedback.
 
-    `start` is the branch that it begins on.
+    `branch` is the one that it begins on.
     """
+    z, f = start.z, start.f
     r = inverse * f
     if law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0:
         # The slope of the slip is the same wherever the step ends: where it would without feedback need not be known.
-        branch, after, weight = start, f, 1.0
+        after, weight = f, 1.0
     else:
         branch = branch_at(stack, memory, z + far)
         after = branch_output(branch, z + far, q)
         weight = slip_weight(r, inverse * after, law)
     if weight > 0.0:
-        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branch)
+        return slipping(stack, memory, start, dx, far, weight, inverse, law, q, scale, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branch):
+def slipping(stack, memory, start, dx, far, weight, inverse, law, q, scale, branch):
     """Return the `Stroke` where the contact slips."""
+    z, f = start.z, start.f
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
     travel, reach = abs(dx * inverse), abs(far)
@@ -160,7 +174,7 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branc
     theta = fitted_weight(travel * k * weight)
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start: it
     # takes the tangent, which waits for nothing.
-    feedback = 0.5 * travel * max(branch_slope(branch, z, q), 0.0) * slip_slope(r, law)
+    feedback = 0.5 * travel * max(branch_slope(branch, z, q), 0.0) * start.steepness
     search = newton_from(reach, reach / (1.0 + feedback))
     steepest = k
     u, after = z, f
@@ -171,8 +185,9 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branc
         after, k = branch_point(branch, u, q)
         mean = r + theta * (inverse * after - r)
         steepest = max(steepest, k)
-        residual = search.x - way * dx * (1.0 - slip(mean, law))
-        search = newton_next(search, residual, 1.0 + travel * theta * k * slip_slope(mean, law))
+        slipped, slope = slip_point(mean, law)
+        residual = search.x - way * dx * (1.0 - slipped)
+        search = newton_next(search, residual, 1.0 + travel * theta * k * slope)
         # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
         if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
             break

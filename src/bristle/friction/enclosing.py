@@ -1,10 +1,10 @@
-"""A friction model that encloses another one: the parameters of that, and coefficients of its slots beside them."""
+"""Friction models around another one: they have the parameters of that, and their own beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.dispatch import friction_commit
@@ -14,7 +14,7 @@ from bristle.core.read_only import ReadOnly
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["EnclosingModel", "commit", "relations_of"]
+__all__ = ["CoefficientsModel", "EnclosingModel", "enclosed", "relations_of"]
 
 
 @kernel
@@ -34,20 +34,61 @@ def _of_inner(relation: Relation) -> Relation:
 
 @dataclass(frozen=True, kw_only=True)
 class EnclosingModel(FrictionModel):
-    """A friction model with slots; what each slot adds is told by the class.
+    """A friction model around another one.
 
     Parameters
     ----------
     inner : FrictionModel
         The model inside.
+    """
+
+    inner: FrictionModel
+
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """Its parameters beside those of the model inside, of which there need be none."""
+        return {}
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets: those of the model inside, then those beside."""
+        return ReadOnly(self.inner.variables | dict(self.beside))
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults
+
+    def initial_state(self, parameters: Any) -> Any:
+        """Return the virgin state of the model inside."""
+        return self.inner.initial_state(parameters.inner)
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name in self.inner.variables and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name in self.inner.variables and self.inner.is_integer(name)
+
+    def inside(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels of the model inside receive, from the values that a person sets."""
+        return self.inner.assemble({name: values[name] for name in self.inner.variables})
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoefficientsModel(EnclosingModel):
+    """A friction model with slots that have coefficients; which ones is told by the class.
+
+    Parameters
+    ----------
     slots : tuple of str
         Names of its slots.
     """
 
-    inner: FrictionModel
     slots: tuple[str, ...]
     coefficients: ClassVar[type]
-    """The named tuple of the coefficients of all slots."""
+    """The named tuple of the coefficients of all slots, which stand beside the parameters of the model inside."""
     of_slot: ClassVar[Mapping[str, tuple[str, ...]]]
     """The coefficients of each slot."""
     without_default: ClassVar[tuple[str, ...]]
@@ -61,30 +102,40 @@ class EnclosingModel(FrictionModel):
         return tuple(name for slot in self.slots for name in self.of_slot[slot])
 
     @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The coefficients of its slots, described."""
+        variables = variables_of(self.coefficients)
+        return {name: variables[name] for name in self.own}
+
+    @property
     def surroundings(self) -> tuple[Surrounding, ...]:
         """What of its surroundings its slots depend on."""
         own = (self.depends_on[slot] for slot in self.slots if slot in self.depends_on)
         return (*self.inner.surroundings, *own)
-
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model, then those of its slots."""
-        variables = variables_of(self.coefficients)
-        return ReadOnly(self.inner.variables | {name: variables[name] for name in self.own})
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value: a range and a pitch must be given."""
         return self.inner.defaults | {name: 0.0 for name in self.own if name not in self.without_default}
 
-    def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state of the model inside."""
-        return self.inner.initial_state(parameters.inner)
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels receive, from the values that a person sets."""
+        return self.Parameters(self.inside(values), self.coefficients(**{name: values[name] for name in self.own}))
 
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name not in self.own and self.inner.is_array(name)
+    def values(self, parameters: Any) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        inner, coefficients = parameters
+        return self.inner.values(inner) | {name: getattr(coefficients, name) for name in self.own}
 
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name not in self.own and self.inner.is_integer(name)
+
+E = TypeVar("E", bound=EnclosingModel)
+
+
+def enclosed(made: type[E], model: FrictionModel, **facts: Any) -> E:
+    """Return a model around another one, which it is like in all that is not told."""
+    alike = {
+        "State": model.State, "commit": commit, "memory_size": lambda p: model.memory_size(p.inner),
+        "reference": model.reference, "relations": relations_of(model), "module": model.module,
+        "example": dict(model.example), "inner": model,
+    }  # fmt: skip
+    return made(**(alike | facts))

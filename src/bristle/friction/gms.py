@@ -54,10 +54,12 @@ class State(NamedTuple):
 
 
 class Move(NamedTuple):
-    """What a trial hands to commit."""
+    """What a trial hands to commit: the motion, the Stribeck force [N or N*m], the mean of the decay towards it."""
 
     v: float
     dt: float
+    G: float
+    decay: float
 
 
 class Element(NamedTuple):
@@ -69,10 +71,11 @@ class Element(NamedTuple):
 
 
 @kernel
-def element_after(f, slips, v, dt, k, limit, attraction):
+def element_after(f, slips, v, dt, k, limit, attraction, decay):
     """Return the `Element` after a step at constant velocity, with forces [N or N*m] counted along the motion.
 
-    `limit` [N or N*m] is its share of the Stribeck force, `attraction` [1/s] the rate at which it relaxes to it.
+    `limit` [N or N*m] is its share of the Stribeck force, `attraction` [1/s] the rate at which it relaxes to it,
+    `decay` the mean of that over the step, which is the same for every element.
     """
     if not slips and f < limit:
         ramp = k * v * dt
@@ -80,16 +83,15 @@ def element_after(f, slips, v, dt, k, limit, attraction):
             return Element(f + ramp, f + 0.5 * ramp, 0.0)
         stuck = (limit - f) / ramp
         return Element(limit, stuck * 0.5 * (f + limit) + (1.0 - stuck) * limit, 1.0)
-    decay = relaxation(attraction * dt)
     return Element(f + (limit - f) * decay * attraction * dt, f + (limit - f) * (1.0 - decay), 1.0)
 
 
 @kernel
-def element(memory, i, v, dt, G, p):
+def element(memory, i, v, dt, G, decay, p):
     """Return the `Element` number `i` after a step at constant velocity."""
     side = direction(v)
     slips = memory[p.k_i.size + i] == side
-    return element_after(side * memory[i], slips, abs(v), dt, p.k_i[i], p.nu_i[i] * G, p.C / G)
+    return element_after(side * memory[i], slips, abs(v), dt, p.k_i[i], p.nu_i[i] * G, p.C / G, decay)
 
 
 @kernel
@@ -97,10 +99,11 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and the motion."""
     v = motion.v
     G = stribeck_force(v, p)
+    decay = relaxation(p.C / G * dt)
     total = 0.0
     for i in range(p.k_i.size):
-        total += element(memory, i, v, dt, G, p).mean
-    return direction(v) * total + p.sigma_2 * v, Move(v, dt)
+        total += element(memory, i, v, dt, G, decay, p).mean
+    return direction(v) * total + p.sigma_2 * v, Move(v, dt, G, decay)
 
 
 @kernel
@@ -112,9 +115,8 @@ def commit(state, memory, move, p):
         for i in range(p.k_i.size):
             memory[p.k_i.size + i] = 0.0
         return state
-    G = stribeck_force(move.v, p)
     for i in range(p.k_i.size):
-        after = element(memory, i, move.v, move.dt, G, p)
+        after = element(memory, i, move.v, move.dt, move.G, move.decay, p)
         memory[i] = side * after.F
         memory[p.k_i.size + i] = side * after.slips
     return state

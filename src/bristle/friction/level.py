@@ -25,7 +25,7 @@ from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
 from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
-from bristle.friction.enclosing import EnclosingModel, commit, relations_of
+from bristle.friction.enclosing import CoefficientsModel, enclosed
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
 __all__ = [
@@ -90,7 +90,7 @@ def trial(state, memory, motion, dt, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RisenModel(EnclosingModel):
+class RisenModel(CoefficientsModel):
     """A friction model with slots that raise its level."""
 
     coefficients = Rise
@@ -103,15 +103,10 @@ class RisenModel(EnclosingModel):
 
     def assemble(self, values: Mapping[str, Any]) -> Risen:
         """Return what kernels receive, from the values that a person sets."""
-        inner = {name: values[name] for name in self.inner.variables}
         level, viscous = (values[name] if name else 0.0 for name in _dry_and_viscous(self.inner))
         # Of a level of nothing no share can be told.
         rise = {"level": level or math.inf, "viscous": viscous} | {name: values[name] for name in self.own}
-        return Risen(self.inner.assemble(inner), Rise(**rise))
-
-    def values(self, parameters: Risen) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
-        return self.inner.values(parameters.inner) | {name: getattr(parameters.rise, name) for name in self.own}
+        return Risen(self.inside(values), Rise(**rise))
 
 
 def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
@@ -143,19 +138,14 @@ def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 
 @once
 def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
-    return RisenModel(
+    return enclosed(
+        RisenModel,
+        model,
         name="+".join((model.name, *slots)),
         description=f"{model.description}, its level rising with {' and '.join(RISES_WITH[slot] for slot in slots)}",
         Parameters=Risen,
-        State=model.State,
         trial=trial,
-        commit=commit,
-        memory_size=lambda p: model.memory_size(p.inner),
-        reference=model.reference,
-        relations=relations_of(model),
-        module=model.module,
         example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in LEVELS[slot]},
-        inner=model,
         slots=slots,
     )
 

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.motion import RECORDED
-from bristle.friction import MODELS, base_of, is_static, with_slots
+from bristle.core.slot import Slot
+from bristle.core.surroundings import OF_MOTION
+from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, is_static, with_slots
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import directional, variations_of
 
-__all__ = ["SLOT_OF", "model_with"]
+__all__ = ["CHANNELS", "SLOT_OF", "goes_by_name", "model_with"]
 
+CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {
+    name: OF_MOTION[name] for name in RECORDED
+}
+"""What of the surroundings a slot of bristle depends on and a log may have, by name."""
 SLOT_OF = {
     "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple",
-    "transmitted": "transmitted", **{name: name for name in RECORDED},
+    "transmitted": "transmitted", **{slot.channel.name: name for name, slot in CHANNEL_SLOTS.items()},
+    **{name: name for name in RECORDED},
 }  # fmt: skip
 """The slot that has what a cause needs."""
 
@@ -21,6 +28,8 @@ SLOT_OF = {
 def model_with(cause: str, friction: Model) -> str:
     """Return the name of a model that has what another one lacks by a cause; empty where there is none."""
     component, base = friction.component, base_of(friction.component)
+    if cause in CHANNELS and cause in {surrounding.name for surrounding in component.surroundings}:
+        return ""
     if cause in SLOT_OF:
         return _beside(component, SLOT_OF[cause])
     if cause == "presliding":
@@ -36,6 +45,17 @@ def model_with(cause: str, friction: Model) -> str:
     return "" if base is MODELS["stribeck_free"] else "stribeck_free"
 
 
+def goes_by_name(component: FrictionModel) -> bool:
+    """Return whether a model is found by its name: neither it nor a slot of it is a person's own."""
+    base = base_of(component)
+    return MODELS.get(base.name) is base and not _own_slots(component)
+
+
+def _own_slots(component: FrictionModel) -> dict[str, Slot]:
+    """Return the slots of a person's own that a model has, by name."""
+    return {slot.name: slot for slot in channel_slots_of(component) if CHANNEL_SLOTS.get(slot.name) != slot}
+
+
 def _falls(component: FrictionModel) -> bool:
     """Return whether the friction of a model falls with speed: it has a speed over which it does."""
     return any(
@@ -46,15 +66,15 @@ def _falls(component: FrictionModel) -> bool:
 
 def _takes(base: FrictionModel, slot: str) -> bool:
     """Return whether a model can have a slot: one that raises a level needs a level, and no elements that share it."""
-    return slot not in LEVELS or (has_level(base) and not any(base.is_array(name) for name in base.variables))
+    has_elements = any(base.is_array(name) for name in base.variables)
+    return slot not in (*LEVELS, *CHANNEL_SLOTS) or (has_level(base) and not has_elements)
 
 
 def _beside(component: FrictionModel, slot: str) -> str:
     """Return the name of a model with one more slot; empty where it has that one."""
     operators = tuple(part for part in component.name.split("+") if part in REACHES)
-    slots = (*operators, *variations_of(component), *(("asymmetry",) if directional(component) else ()))
-    return (
-        ""
-        if slot in slots or not _takes(base_of(component), slot)
-        else with_slots(base_of(component), (*slots, slot)).name
-    )
+    slots = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
+    if slot in slots or not _takes(base_of(component), slot):
+        return ""
+    own = _own_slots(component)
+    return with_slots(base_of(component), (*(own.get(name, name) for name in slots), slot)).name

@@ -18,7 +18,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -27,12 +27,11 @@ from bristle.core.dispatch import friction_trial
 from bristle.core.edge import Amount, amount, guarded
 from bristle.core.edge import model as of_family
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction, relaxation
 from bristle.core.once import once
-from bristle.core.read_only import ReadOnly
 from bristle.core.surroundings import at_rest
 from bristle.core.variable import Variable
+from bristle.friction.enclosing import EnclosingModel, enclosed
 
 __all__ = ["is_static", "with_presliding"]
 
@@ -84,36 +83,24 @@ def commit(state, memory, move, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PreslidingModel(FrictionModel):
+class PreslidingModel(EnclosingModel):
     """A static friction model whose force turns over a distance."""
-
-    inner: FrictionModel
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return presliding, (self.inner,)
 
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the map, and the distance."""
-        return ReadOnly(self.inner.variables | {PRESLIDING: DISTANCE})
-
     @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self.inner.defaults
+    def beside(self) -> Mapping[str, Variable]:
+        """The distance."""
+        return {PRESLIDING: DISTANCE}
 
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name != PRESLIDING and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name != PRESLIDING and self.inner.is_integer(name)
+    def initial_state(self, parameters: Parameters) -> State:
+        """Return the virgin state: the map inside has none."""
+        return State()
 
     def assemble(self, values: Mapping[str, Any]) -> Parameters:
         """Return what kernels receive, from the values that a person sets."""
-        inner = {name: value for name, value in values.items() if name != PRESLIDING}
-        return Parameters(self.inner.assemble(inner), values[PRESLIDING])
+        return Parameters(self.inside(values), values[PRESLIDING])
 
     def values(self, parameters: Parameters) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
@@ -123,22 +110,17 @@ class PreslidingModel(FrictionModel):
 @once
 def presliding(model: FrictionModel) -> PreslidingModel:
     """Return the descriptor of a static `model` with pre-sliding."""
-    return PreslidingModel(
+    return enclosed(
+        PreslidingModel,
+        model,
         name=model.name,
         description=f"{model.description}, with pre-sliding",
         Parameters=Parameters,
         State=State,
         trial=trial,
         commit=commit,
-        reference=model.reference,
-        module=model.module,
-        relations=tuple(relation._replace(holds=_of_inner(relation.holds)) for relation in model.relations),
-        inner=model,
+        example={},
     )
-
-
-def _of_inner(holds: Callable[[Any], bool]) -> Callable[[Any], bool]:
-    return lambda p: holds(p.inner)
 
 
 @guarded(friction=of_family("friction"))

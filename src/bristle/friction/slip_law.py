@@ -29,10 +29,21 @@ from bristle.core.mathematics import (
     newton_next,
     power,
     smooth_step,
-    smooth_step_slope,
+    smooth_step_point,
 )
 
-__all__ = ["FIRST", "GROWTH", "PARTS", "SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
+__all__ = [
+    "FIRST",
+    "GROWTH",
+    "PARTS",
+    "SlipLaw",
+    "Stretch",
+    "slip",
+    "slip_point",
+    "slip_slope",
+    "slip_weight",
+    "stretch",
+]
 
 # Of a long step: the longest first part, over the length in which the contact turns, how parts grow, how many.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
@@ -67,18 +78,24 @@ def slip(r, law):
 
 
 @kernel
-def slip_slope(r, law):
-    r"""Return :math:`d\Phi/dr`."""
+def slip_point(r, law):
+    r"""Return :math:`\Phi(r)` and :math:`d\Phi/dr`: together they cost little more than one."""
     if law.rho < 0.0:
         steepness = 1.0 if law.exponent == 1.0 else law.exponent * power(abs(r), law.exponent - 1.0)
-        return steepness if r >= 0.0 else law.unloading * steepness
+        return slip(r, law), steepness if r >= 0.0 else law.unloading * steepness
     if r <= law.rho:
-        return 0.0
+        return 0.0, 0.0
     if r >= 1.0:
-        return 1.0
+        return r, 1.0
     steepness = 1.0 / (1.0 - law.rho)
-    opened = (r - law.rho) * steepness
-    return smooth_step(opened) + smooth_step_slope(opened) * (r * steepness)
+    opened, slope = smooth_step_point((r - law.rho) * steepness)
+    return opened * r, opened + slope * (r * steepness)
+
+
+@kernel
+def slip_slope(r, law):
+    r"""Return :math:`d\Phi/dr`."""
+    return slip_point(r, law)[1]
 
 
 @kernel
@@ -147,8 +164,9 @@ def stretch_once(r, kappa, law):
     search = newton_from(abs(far), abs(far))
     for _ in range(NEWTON_LAST):
         mean = r + theta * way * search.x
-        residual = search.x - way * kappa * (1.0 - slip(mean, law))
-        search = newton_next(search, residual, 1.0 + kappa * theta * slip_slope(mean, law))
+        slipped, slope = slip_point(mean, law)
+        residual = search.x - way * kappa * (1.0 - slipped)
+        search = newton_next(search, residual, 1.0 + kappa * theta * slope)
         # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
         if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE:
             break

@@ -1,8 +1,8 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-Some let it vary (`bristle.friction.variation`), some raise the level of its dry part (`bristle.friction.level`), and a
-person may have some of his own (`bristle.friction.own_slot`). ``+asymmetry`` lets the
-directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
+Some let it vary (`bristle.friction.variation`), some raise the level of its dry part (`bristle.friction.level`), and
+some are a factor over one channel of a log, ours or a person's own (`bristle.friction.channel_slot`). ``+asymmetry``
+lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
 ``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
@@ -36,8 +36,10 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
+from bristle.friction.channel_slot import ChannelSlotModel, channel_slots_of
+from bristle.friction.channels import CHANNEL_SLOTS
+from bristle.friction.enclosing import EnclosingModel
 from bristle.friction.level import LEVELS, RISES_WITH, Rise, Risen
-from bristle.friction.own_slot import OwnSlotModel, own_slots_of
 from bristle.friction.variation import ADDS, VARIATIONS, VARIES_WITH, Place, Varied
 
 __all__ = [
@@ -56,15 +58,18 @@ __all__ = [
     "variations_of",
 ]
 
-SLOTS = (*VARIATIONS, *LEVELS, "asymmetry")
+SLOTS = (*VARIATIONS, *LEVELS, *CHANNEL_SLOTS, "asymmetry")
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
     | ADDS
     | {name: f"a level of dry friction that rises with {cause}" for name, cause in RISES_WITH.items()}
+    | {name: slot.description for name, slot in CHANNEL_SLOTS.items()}
     | {"asymmetry": "parameters by direction of motion, NAME_pos and NAME_neg"}
 )
 """What each slot gives a model, in a few words."""
-PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {name: (VARIATIONS | LEVELS).get(name, ()) for name in SLOTS}
+PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
+    **VARIATIONS, **LEVELS, **{name: tuple(slot.variables) for name, slot in CHANNEL_SLOTS.items()}, "asymmetry": (),
+}  # fmt: skip
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
@@ -142,14 +147,18 @@ def arrival(state, memory, contact, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SlottedModel(FrictionModel):
+class SlottedModel(EnclosingModel):
     """A friction model with an offset and, where asked for, parameters of its own for each direction."""
 
-    inner: FrictionModel
     asymmetry: bool
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _slotted, (self.inner, self.asymmetry)
+
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The offset."""
+        return {"offset": OFFSET}
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
@@ -158,7 +167,7 @@ class SlottedModel(FrictionModel):
         for name, variable in self.inner.variables.items():
             for key in self.keys(name):
                 variables[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
-        return ReadOnly(variables | {"offset": OFFSET})
+        return ReadOnly(variables | dict(self.beside))
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -169,14 +178,6 @@ class SlottedModel(FrictionModel):
     def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state of the model inside."""
         return self.inner.initial_state(parameters.forward)
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name in self.inner.variables and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name in self.inner.variables and self.inner.is_integer(name)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
@@ -248,8 +249,8 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
 
 
 def slot_needing(component: FrictionModel, channel: str) -> str:
-    """Return which slot of a model depends on a channel of a log: those of bristle are called after it."""
-    return next((slot.name for slot in own_slots_of(component) if slot.channel.name == channel), channel)
+    """Return which slot of a model depends on a channel of a log: the others are called after it."""
+    return next((slot.name for slot in channel_slots_of(component) if slot.channel.name == channel), channel)
 
 
 @guarded(friction=model("friction"))
@@ -264,7 +265,7 @@ def unvaried(friction: Model) -> Model:
 
 def _still(layer: Any, p: Any) -> Any:
     """Return parameters of layers in which nothing varies."""
-    if isinstance(layer, OwnSlotModel):
+    if isinstance(layer, ChannelSlotModel):
         return p._replace(slot=layer.slot.neutral, inner=_still(layer.inner, p.inner))
     if isinstance(p, Varied):
         return p._replace(place=Place(), inner=_still(layer.inner, p.inner))

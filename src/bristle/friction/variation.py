@@ -13,7 +13,7 @@ look alike on a drive in one direction only. Each part is linear in its coeffici
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -25,7 +25,7 @@ from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
 from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
-from bristle.friction.enclosing import EnclosingModel, commit, relations_of
+from bristle.friction.enclosing import CoefficientsModel, enclosed, relations_of
 
 __all__ = [
     "ADDS",
@@ -150,7 +150,7 @@ def rate(state, motion, p):
 
 
 @dataclass(frozen=True, kw_only=True)
-class VariedModel(EnclosingModel):
+class VariedModel(CoefficientsModel):
     """A friction model with slots that let it vary."""
 
     coefficients = Place
@@ -161,15 +161,6 @@ class VariedModel(EnclosingModel):
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
         return _varied, (self.inner, self.slots)
 
-    def assemble(self, values: Mapping[str, Any]) -> Varied:
-        """Return what kernels receive, from the values that a person sets."""
-        inner = {name: values[name] for name in self.inner.variables}
-        return Varied(self.inner.assemble(inner), Place(**{name: values[name] for name in self.own}))
-
-    def values(self, parameters: Varied) -> dict[str, Any]:
-        """Return the values that a person sets, from what kernels receive."""
-        return self.inner.values(parameters.inner) | {name: getattr(parameters.place, name) for name in self.own}
-
 
 def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
     """Return `model` with slots that let it vary; the model itself where there are none of them."""
@@ -179,22 +170,18 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
 
 @once
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
-    return VariedModel(
+    return enclosed(
+        VariedModel,
+        model,
         name="+".join((model.name, *slots)),
         description=", ".join((model.description, *_in_words(slots))),
         Parameters=Varied,
-        State=model.State,
         trial=trial,
-        commit=commit,
         rate=rate if model.rate else None,
-        memory_size=lambda p: model.memory_size(p.inner),
-        reference=model.reference,
         relations=(*relations_of(model), *_relations(slots)),
         # A factor times a coefficient of the model is not linear in both.
         linear=model.linear and slots == ("periodic",),
-        module=model.module,
         example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in VARIATIONS[slot]},
-        inner=model,
         slots=slots,
     )
 

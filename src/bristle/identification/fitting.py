@@ -13,7 +13,7 @@ from bristle.core.held_out import HeldOut
 from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
-from bristle.friction import base_of, own_slots_of
+from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
@@ -76,7 +76,7 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
                          value=component.name, mend="Take one that has, such as coulomb_viscous")  # fmt: skip
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
-    slots += [slot.name for slot in own_slots_of(component)]
+    slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
         raise InputError(f"has elements, which +{slots[0]} cannot be fitted beside", path="model", value=component.name,
                          mend="Ask for dahl or lugre with this slot")  # fmt: skip

@@ -29,11 +29,12 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.core.motion import RECORDED
 from bristle.core.variable import Kind
+from bristle.friction.next_model import CHANNELS
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.missing_columns import columns_by_cause
+from bristle.identification.recorded_surroundings import holds
 from bristle.identification.settings import Settings
 from bristle.identification.waves import frequency_in, refined, waves
 
@@ -56,7 +57,7 @@ AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
 OVERTONE = 0.1  # of the residual without the ripple, that one tells
-ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *RECORDED, "transmitted")
+ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
 
@@ -120,8 +121,8 @@ class Rows:
            slope: np.ndarray) -> Rows:  # fmt: skip
         """Return the rows of a data set."""
         surroundings = dict[str, np.ndarray]()
-        for name in RECORDED:
-            if all(name in segment.surroundings for segment in dataset.segments):
+        for name, surrounding in CHANNELS.items():
+            if holds(dataset, surrounding):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
         return cls(
             dataset.time, dataset.position, dataset.velocity, dataset.acceleration, dataset.effort, residual, jacobian,

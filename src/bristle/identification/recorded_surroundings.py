@@ -11,9 +11,14 @@ from bristle.core.surroundings import Surrounding
 from bristle.friction.slots import slot_needing
 from bristle.identification.dataset import Dataset
 
-__all__ = ["refuse_unrecorded"]
+__all__ = ["holds", "refuse_unrecorded"]
 
 ALIKE = 1e-9  # of two scales of a unit that are one
+
+
+def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
+    """Return whether a log has this channel, and of this quantity."""
+    return _has(dataset, surrounding) and _is_of_its_quantity(dataset, surrounding)
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
@@ -26,7 +31,7 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
     """
     for surrounding in component.surroundings:
         name = surrounding.name
-        if name in dataset.segments[0].surroundings and all(name in part.surroundings for part in dataset.segments):
+        if _has(dataset, surrounding):
             _refuse_another(surrounding, dataset)
         elif surrounding.is_recorded:
             slot, written = slot_needing(component, name), _written(surrounding, dataset)
@@ -34,6 +39,15 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
                 f"has no {name}, which +{slot} needs", path="log",
                 mend=f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}",
             )  # fmt: skip
+
+
+def _has(dataset: Dataset, surrounding: Surrounding) -> bool:
+    return all(surrounding.name in segment.surroundings for segment in dataset.segments)
+
+
+def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
+    unit, in_si = dataset.units.get(surrounding.name, ""), surrounding.variable.unit(dataset.kind)
+    return not surrounding.is_own or (units.compatible(unit, in_si) and abs(units.factor(unit, in_si) - 1.0) < ALIKE)
 
 
 def _written(surrounding: Surrounding, dataset: Dataset) -> str:
@@ -49,10 +63,10 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
     place, allowed = f"columns.{name}", f"{variable.description}, in {wanted} or a multiple of it"
     if not surrounding.is_own:
         return
-    if not (units.compatible(unit, wanted) and abs(units.factor(unit, wanted) - 1.0) < ALIKE):
+    if not _is_of_its_quantity(dataset, surrounding):
         raise InputError(
             "is of another quantity than the slot takes it for", path=f"{place}.unit", value=unit, allowed=allowed,
-            mend="Mend the unit in the axis file, or the channel in the file of the slot",
+            mend="Mend the unit in the axis file, or the channel in the file of the slot, if that is yours",
         )  # fmt: skip
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:

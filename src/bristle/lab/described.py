@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from markupsafe import escape
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.slot import Slot
 from bristle.core.typography import typeset
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.build import Builder
@@ -18,7 +19,9 @@ from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tree import Function
 from bristle.exports.wasm import Module, module_of
 from bristle.files.components import key_of
-from bristle.friction import MODELS, base_of
+from bristle.files.user_model import code_of
+from bristle.friction import MODELS, base_of, channel_slots_of
+from bristle.friction.next_model import goes_by_name
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
@@ -31,7 +34,16 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = ["body_described", "described", "example_named", "values_of", "variables_of", "walks_of"]
+__all__ = [
+    "body_described",
+    "described",
+    "example_named",
+    "file_of",
+    "head_of",
+    "values_of",
+    "variables_of",
+    "walks_of",
+]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -91,7 +103,7 @@ def described(
         "conditions": conditions_of(model.component), "shares": shares_of(model.component),
         "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
-        "scales": scales._asdict(), "head": _head(model), "fastest": fastest, "mass": mass,
+        "scales": scales._asdict(), "head": head_of(model.component), "fastest": fastest, "mass": mass,
         "varies": bool(variations_of(model.component)),
     }  # fmt: skip
 
@@ -182,13 +194,20 @@ def _stack(subject: Subject) -> dict[str, int] | None:
     return {name: STATE + names.index(name) for name in ("z", "side", "depth")}
 
 
-def _head(model: Model) -> dict[str, str]:
+def head_of(component: FrictionModel) -> dict[str, str]:
     """Return how a model is named in a model file and in Python."""
-    base, *slots = model.name.split("+")
-    component = base_of(model.component)
-    if MODELS.get(base) is component:
-        python = f'br.friction.find("{model.name}")'
-        return {"toml": f'model = "{model.name}"', "python": python}
-    file = inspect.getfile(component.trial).replace("\\", "/").rpartition("/")[2]
-    named = f"\nslots = {slots}".replace("'", '"') if slots else ""
-    return {"toml": f'file = "{file}"{named}', "python": ""}
+    (base, *slots), inner = component.name.split("+"), base_of(component)
+    named = {slot.name: file_of(slot) for slot in channel_slots_of(component)}
+    slots = [named.get(slot, slot) for slot in slots]
+    if MODELS.get(base) is inner:
+        python = f'br.friction.find("{component.name}")' if goes_by_name(component) else ""
+        return {"toml": f'model = "{"+".join([base, *slots])}"', "python": python}
+    file = inspect.getfile(inner.trial).replace("\\", "/").rpartition("/")[2]
+    beside = f"\nslots = {slots}".replace("'", '"') if slots else ""
+    return {"toml": f'file = "{file}"{beside}', "python": ""}
+
+
+def file_of(slot: Slot) -> str:
+    """Return what names a slot in a model file: its file, or its name where it has none."""
+    code = code_of(slot)
+    return slot.name if code is None else code.source.name

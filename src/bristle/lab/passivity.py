@@ -19,6 +19,7 @@ from bristle.exports.tree import Function
 from bristle.exports.types import REAL
 from bristle.friction import (
     bouc_wen,
+    channel_slots_of,
     coulomb,
     coulomb_viscous,
     dahl,
@@ -83,8 +84,8 @@ BRISTLES = {
 
 def passivity_of(model: Model) -> dict[str, Any] | None:
     """Return what decides whether a model is passive, by direction; None where no condition is known."""
-    # Of a level that rises none is known.
-    if not set(LEVELS).isdisjoint(variations_of(model.component)):
+    # Of a level that rises none is known, nor of what rises with a channel.
+    if channel_slots_of(model.component) or not set(LEVELS).isdisjoint(variations_of(model.component)):
         return None
     names, inner = model.component.variables, type(inner_of(model.parameters)[0])
     sided = any(name.endswith(tuple(SIDES.values())) for name in names)

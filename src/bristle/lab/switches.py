@@ -18,17 +18,17 @@ from bristle.core.contracts import NOMINAL_TEMPERATURE, Kind, Model, make_model
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
-from bristle.friction import MODELS, base_of, with_slots
+from bristle.friction import MODELS, base_of, channel_slots_of, with_slots
 from bristle.friction.level import LEVELS, Rise, has_level
 from bristle.friction.level import RISES_WITH as RISING
-from bristle.friction.slots import WHAT_SLOTS_DO, by_direction
+from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
 from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
-from bristle.lab.described import described, example_named, variables_of, walks_of
+from bristle.lab.described import described, example_named, file_of, head_of, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
 from bristle.lab.scales import Scales, pulled_by, scales_of
 from bristle.lab.sliders import Slider
-from bristle.lab.surroundings import AROUND, Surroundings, surrounded
+from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
@@ -96,18 +96,23 @@ def offered(model: Model) -> tuple[str, ...]:
 
 
 def plain_of(model: Model) -> Model:
-    """Return a friction model without its slots; of what differs by direction, the mean."""
-    base = base_of(model.component)
+    """Return a friction model without the slots that are put on here; of what differs by direction, the mean."""
+    component = _with(model, ())
     values: dict[str, Any] = {"offset": model.values.get("offset", 0.0)}
-    for name in base.variables:
+    for name in component.inner.variables:
         sides = [model.values[key] for key in by_direction(model.component, name)]
         values[name] = sides[0] if len(sides) == 1 else _rounded(0.5 * (sides[0] + sides[1]))
-    return make_model(with_slots(base, ()), values, kind=model.kind, validate=False)
+    return make_model(component, values, kind=model.kind, validate=False)
+
+
+def _with(model: Model, slots: Sequence[str]) -> SlottedModel:
+    """Return a friction model with these slots, besides those over a channel that it has anyway."""
+    return with_slots(base_of(model.component), [*slots, *reversed(channel_slots_of(model.component))])
 
 
 def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
     """Return a friction model without slots with some, and the values that those begin with."""
-    component = with_slots(base_of(plain.component), [slot for slot in SLOTS if slot in slots])
+    component = _with(plain, [slot for slot in SLOTS if slot in slots])
     values: dict[str, Any] = {}
     for name in component.variables:
         own = _of_both(name, plain)
@@ -195,7 +200,7 @@ def switched(
     )
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
-        component = with_slots(base_of(plain.component), ["asymmetry"])
+        component = _with(plain, ["asymmetry"])
         values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
         directed = make_model(component, values, kind=plain.kind, validate=False)
         module = described(directed, mass=mass, proven=False, led=model)
@@ -216,9 +221,29 @@ def switched(
     }  # fmt: skip
     if slots:
         rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
-        rows = [row | ({} if _of_both(row["name"], plain) in plain.values else {"slot": True}) for row in rows]
+        base = base_of(plain.component).variables
+        rows = [row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True}) for row in rows]
         facts["own"] = {"slots": list(slots), "rows": rows}
-    return facts
+    return facts | _over(plain, facts) if channel_slots_of(plain.component) else facts
+
+
+def _over(plain: Model, facts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a page knows of a model with slots over a channel, which stay on: names, and what is around it."""
+    slots, bare = channel_slots_of(plain.component)[::-1], with_slots(base_of(plain.component), ())
+    component = surrounded(plain.component)
+    model = make_model(component, component.defaults | dict(plain.values), kind=plain.kind, validate=False)
+    rows = {row["name"]: row for row in variables_of(model, facts["wide"]["places"], 1.0, {})}
+    over = []
+    for slot in slots:
+        row = rows.get(around_named(slot.channel), {})
+        symbol = SYMBOLS.get(around_named(slot.channel), f"<i>{slot.channel.name[0]}</i>")
+        around = row | {"slot": True, "symbol": symbol, "nothing": slot.channel.usual}
+        words = f"varying with {slot.channel.variable.description}"
+        over.append({"name": slot.name, "file": file_of(slot), "words": words} | ({"around": around} if row else {}))
+    return {
+        "model": bare.name, "description": bare.description, "head": head_of(bare), "over": over,
+        "variables": [row | ({} if row["name"] in bare.variables else {"slot": True}) for row in facts["variables"]],
+    }  # fmt: skip
 
 
 @cache
@@ -230,8 +255,9 @@ def common_module() -> bytes:
 
 def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
     """Return the module of a friction model with every slot, in which nothing varies, and where the levels are."""
-    component = surrounded(with_slots(base_of(plain.component), offered(plain)))
-    values = {name: (plain.values | NEUTRAL)[_of_both(name, plain)] for name in component.variables}
+    component = surrounded(_with(plain, offered(plain)))
+    neutral = component.defaults | dict(plain.values) | NEUTRAL
+    values = {name: neutral[_of_both(name, plain)] for name in component.variables}
     subject = subject_of(make_model(component, values, kind=plain.kind, validate=False))
     functions = {"rest": lambda builder: at_rest_of(subject, builder)}
     module = module_of(subject, plant, choices=True, others=functions)

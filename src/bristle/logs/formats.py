@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.request import Request
-from bristle.logs.table import Table
 
 __all__ = ["FORMATS", "LogFormat", "format_of", "is_archive_of_arrays", "reading"]
 
@@ -39,7 +38,9 @@ class LogFormat(NamedTuple):
         The package that it asks for, and the extra that this comes with. Such a reader is native code, or may be: it
         runs in a process of its own.
     read : callable or None
-        ``read(data, request)``, of a format of a person's own: a `Table`.
+        ``read(data, request)``, of a format of a person's own: a `Table`, or arrays by name.
+    example : bytes
+        What a small file of this format holds, of a person's own: what ``bristle check`` tries its reader on.
     """
 
     name: str
@@ -48,7 +49,8 @@ class LogFormat(NamedTuple):
     holds_tables: bool = False
     package: str = ""
     extra: str = ""
-    read: Callable[[bytes, Request], Table] | None = None
+    read: Callable[[bytes, Request], Any] | None = None
+    example: bytes = b""
 
 
 def _begins(*starts: bytes, suffix: str = "") -> Callable[[bytes, str], bool]:

@@ -10,6 +10,7 @@ from bristle.core.variable import unit_of
 from bristle.report.changes import WORDS, interval_of, percent_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.fronts.comparison import comparison_front, comparison_ruling
+from bristle.report.further import further_figures
 from bristle.report.log_facts import log_facts
 from bristle.report.messages import as_data, message
 from bristle.report.page import Picture, picture, render
@@ -17,9 +18,18 @@ from bristle.report.table import Table
 
 if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison
+    from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
-__all__ = ["HEADS", "change_rows", "comparison_report", "comparison_sentences", "comparison_summary", "remarks_of"]
+__all__ = [
+    "HEADS",
+    "change_rows",
+    "change_table",
+    "comparison_report",
+    "comparison_sentences",
+    "comparison_summary",
+    "remarks_of",
+]
 
 VERDICTS = {"lower": "lower", "higher": "higher", "no_change": "no change told", "unknown": "no interval"}
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
@@ -66,6 +76,11 @@ def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
+def change_table(compared: Comparison) -> Table:
+    """Return each quantity before and after, with its change."""
+    return Table("Before and after", HEADS, change_rows(compared))
+
+
 def remarks_of(compared: Comparison) -> list[str]:
     """Return what was compared, and what may mislead, in sentences; the latter begin with ``warning:``."""
     doubts = [f"{doubt.severity}: {message(doubt)}" for doubt in compared.diagnostics if doubt.severity != "note"]
@@ -86,8 +101,9 @@ def _compared(compared: Comparison) -> str:
 
 
 def comparison_report(
-    compared: Comparison, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None
-) -> str:
+    compared: Comparison, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None,
+    figures: Sequence[ReportFigure] = (),
+) -> str:  # fmt: skip
     """Return the report of two logs as one HTML page.
 
     Parameters
@@ -102,8 +118,10 @@ def comparison_report(
         Versions, files, checksums.
     banner : str, optional
         What a reader must know before anything else.
+    figures : sequence of ReportFigure
+        A user's own.
     """
-    from bristle import figures
+    from bristle.figures import comparison
 
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
@@ -112,11 +130,12 @@ def comparison_report(
         front=comparison_front(compared, name, _short_picture(compared)), sentences=comparison_sentences(compared),
         warnings=warnings,
         remarks=remarks_of(compared)[len(warnings) :],
-        changes=Table("Before and after", HEADS, change_rows(compared)),
+        changes=change_table(compared),
         friction=_friction_table(compared),
-        picture=picture("comparison", lambda: figures.comparison(compared), *_caption(compared)),
+        picture=picture("comparison", lambda: comparison(compared), *_caption(compared)),
         logs=[(f"The log {side}", log_facts(logs[0], logs[1:])) for side, logs in sides.items()],
         notes=[note for logs in sides.values() for log in logs for note in log.notes],
+        further=further_figures(figures, {"comparison": compared}),
     )  # fmt: skip
 
 

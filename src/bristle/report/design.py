@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +20,14 @@ from bristle.report.design_tables import (
 )
 from bristle.report.front import length_text
 from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, design_front, design_ruling, peak_of
+from bristle.report.further import further_figures
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
 from bristle.stability import PHASE_ENOUGH, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
+    from bristle.figures.report_figure import ReportFigure
     from bristle.loop_design import Budget, Design, Proposal
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
@@ -33,7 +35,9 @@ __all__ = ["design_report", "design_sentences", "design_summary"]
 NO_LESS = 0.05  # of an error: what a cause takes away from it that is as good as nothing
 
 
-def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
+def design_report(
+    design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()
+) -> str:
     """Return the report of a loop that is designed as one HTML page.
 
     Parameters
@@ -44,6 +48,8 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         The command that repeats it.
     provenance : mapping of str to str
         Versions, files, checksums.
+    figures : sequence of ReportFigure
+        A user's own.
     """
     return render(
         "design.html",
@@ -61,6 +67,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         circles=circle_table(design.circles, design) if design.circles else None,
         circle=_circle_words(design),
         pictures=_pictures(design),
+        further=further_figures(figures, {"design": design}),
     )
 
 

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core.typography import number, scale_of, with_unit
+from bristle.report.further import further_figures
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
+    from bristle.figures.report_figure import ReportFigure
     from bristle.study.dataset import Runs
 
 __all__ = ["failed_table", "spread_tables", "study_report", "study_sentences", "study_summary", "worst_table"]
@@ -200,7 +202,9 @@ def failed_table(summary: Mapping[str, Any]) -> Table | None:
     return Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), rows)
 
 
-def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
+def study_report(
+    runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()
+) -> str:  # fmt: skip
     """Return the report of a study as one HTML page.
 
     Parameters
@@ -211,6 +215,8 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         As `study_summary` returns it.
     command : str
         The command that repeats it.
+    figures : sequence of ReportFigure
+        A user's own.
     """
     influence = _influence_table(summary)
     return render(
@@ -218,6 +224,7 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         facts=_facts(summary, runs.described), sentences=study_sentences(summary), spreads=spread_tables(summary),
         pictures=_pictures(runs, summary), influence=influence, indices=_index_table(summary),
         worst=worst_table(summary), failed=failed_table(summary), columns=_column_table(runs.described),
+        further=further_figures(figures, {"study": runs}),
     )  # fmt: skip
 
 

@@ -1,8 +1,9 @@
-"""Public tests: the contract suites of friction models, laws, sensors, figures and targets, ours or a user's."""
+"""Public tests: the contract suites of models, slots, laws, sensors, readers, figures and targets, ours or a user's."""
 
 from bristle.testing.admission import admit, admit_friction_of
 from bristle.testing.contract import CHECKS, Check, check_model, example_of
 from bristle.testing.figures import check_figure
+from bristle.testing.readers import check_reader
 from bristle.testing.targets import check_target
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "admit_friction_of",
     "check_figure",
     "check_model",
+    "check_reader",
     "check_target",
     "example_of",
 ]

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.documented import Documented
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.experiment import Experiment
 from bristle.engine import interpreted
-from bristle.friction import base_of, own_slots_of
+from bristle.friction import base_of, channel_slots_of
 from bristle.testing.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM, check_model
 
 __all__ = ["admit", "admit_friction_of"]
@@ -40,10 +41,14 @@ def admit(model: FrictionModel | Model) -> None:
     """
     component = model.component if isinstance(model, Model) else model
     own = base_of(component)
-    for slot in own_slots_of(component):
+    for slot in filter(_is_own, channel_slots_of(component)):
         _admit(slot, _file_of(slot.factor, slot), _quick(OF_SLOT), "slot")
-    if own.module.partition(".")[0] != "bristle":
+    if _is_own(own):
         _admit(model, _file_of(own.trial, own), _quick(CHECKS), "friction model")
+
+
+def _is_own(described: Documented) -> bool:
+    return described.module.partition(".")[0] != "bristle"
 
 
 def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:

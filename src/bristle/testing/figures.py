@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core.lazy import cached_property
-from bristle.core.variable import KINDS, Kind
+from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 if TYPE_CHECKING:
@@ -22,8 +22,28 @@ if TYPE_CHECKING:
 __all__ = ["FIGURE_CHECKS", "check_figure", "example_facts"]
 
 SAMPLES, STEP = 3000, 1e-3  # of the log that is made up [s]
+DRAWS = 40  # of the study
 FORMS = ("svg", "pdf", "png")
 ADVICE = "Draw with bristle.figures.style.panels, from what is handed in, and return its figure"
+
+
+class _Examples(Mapping[str, Any]):
+    """Small results of a made-up axis, each computed when it is first asked for."""
+
+    def __init__(self, kind: Kind) -> None:
+        self.kind: Kind = kind
+        self.results: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.results:
+            self.results[name] = EXAMPLES[name](self)
+        return self.results[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(EXAMPLES)
+
+    def __len__(self) -> int:
+        return len(EXAMPLES)
 
 
 @cache
@@ -35,41 +55,107 @@ def example_facts(kind: Kind) -> Facts:
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    from bristle.identification import identify
+    return _Examples(kind)
+
+
+def _log(facts: _Examples) -> Any:
     from bristle.logs.log import Log
-    from bristle.prediction import predict
 
     t = STEP * np.arange(SAMPLES)
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
     velocity = np.gradient(position, t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     effort += 0.2 * np.random.default_rng(1).normal(size=t.size)
-    log = Log.from_columns({"time": t, "position": position, "effort": effort, "velocity": velocity}, kind=kind)
-    identification = identify(log, "viscous,coulomb_viscous", draws=0)
-    best = identification.best
-    return {
-        "identification": identification, "log": log, "simulation": _simulated(kind),
-        "prediction": predict(best.plant, best.friction, log, None, "inverse"),
-    }  # fmt: skip
+    columns = {"time": t, "position": position, "effort": effort, "velocity": velocity}
+    return Log.from_columns(columns, kind=facts.kind)
 
 
-def _simulated(kind: Kind) -> Any:
-    """Return a loop with and without friction fed forward, computed without the compiler."""
-    from bristle.engine import interpreted
+def _identification(facts: _Examples) -> Any:
+    from bristle.identification import identify
+
+    return identify(facts["log"], "viscous,coulomb_viscous", draws=0)
+
+
+def _prediction(facts: _Examples) -> Any:
+    from bristle.prediction import predict
+
+    best = facts["identification"].best
+    return predict(best.plant, best.friction, facts["log"], None, "inverse")
+
+
+def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
+    """Return a loop with and without friction fed forward."""
     from bristle.files.experiment import experiment_from
     from bristle.files.sources import Sources
-    from bristle.simulation import simulate
 
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
         "schema": 1, "kind": kind, "name": "example", "plant": {"model": "inertia", "M": 12.0}, "friction": friction,
         "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
-        "reference": {"model": "sine", "amplitude": 0.01, "frequency": 5.0},
-        "run": {"duration": 0.5, "sample_time": STEP, "settle": 0.1},
-        "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}},
+        "reference": {"model": "sine", "amplitude": 0.01, "frequency": frequency},
+        "run": {"duration": 2.5 / frequency, "sample_time": STEP, "settle": 0.5 / frequency},
+        "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}}, **further,
     }  # fmt: skip
+    return experiment_from(described, Path("example.toml"), Sources(Path()))
+
+
+def _simulation(facts: _Examples) -> Any:
+    from bristle.engine import interpreted
+    from bristle.simulation import simulate
+
     with interpreted():
-        return simulate(experiment_from(described, Path("example.toml"), Sources(Path())))
+        return simulate(_experiment(facts.kind, 5.0))
+
+
+def _design(facts: _Examples) -> Any:
+    from bristle.engine import interpreted
+    from bristle.loop_design import design
+
+    with interpreted():
+        return design(_experiment(facts.kind, 2.0, sensor={"resolution": 1e-6}))
+
+
+def _comparison(facts: _Examples) -> Any:
+    """Return two logs of one motion, of which the second follows its reference better."""
+    from bristle.comparison import compare
+    from bristle.logs.log import Log
+
+    t = STEP * np.arange(2 * SAMPLES)
+    reference, velocity = 0.02 * np.sin(6.0 * t), 0.12 * np.cos(6.0 * t)
+    logs = []
+    for seed, size in enumerate((2e-5, 1e-5)):
+        noise = np.random.default_rng(seed).normal(size=(2, t.size))
+        columns = {
+            "time": t, "reference": reference, "position": reference - size * np.sign(velocity) + 1e-6 * noise[0],
+            "effort": 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[1],
+        }  # fmt: skip
+        logs.append((Log.from_columns(columns, kind=facts.kind), None))
+    return compare(logs[:1], logs[1:])
+
+
+def _study(facts: _Examples) -> Any:
+    """Return the runs of a study as its folder holds them."""
+    from bristle.study.dataset import Runs
+
+    force, length = (unit_of(quantity, facts.kind) for quantity in ("force", "length"))
+    columns = {
+        "run": {"role": "run", "unit": ""}, "friction.F_C": {"role": "drawn", "unit": force},
+        "following_error.rms": {"role": "metric", "unit": length, "description": "following error, root mean square"},
+        "status": {"role": "run", "unit": ""}, "reason": {"role": "run", "unit": ""},
+    }  # fmt: skip
+    described = {
+        "name": "example", "kind": facts.kind, "runs": DRAWS, "draws": DRAWS, "seed": 1, "sampling": "latin_hypercube",
+        "grid": {}, "sobol_indices": False, "metrics": ["following_error.rms"], "columns": columns,
+    }  # fmt: skip
+    level = np.random.default_rng(1).normal(5.0, 0.5, DRAWS)
+    numbers = {"run": np.arange(DRAWS), "friction.F_C": level, "following_error.rms": 1e-6 * level}
+    return Runs(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
+
+
+EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
+    "identification": _identification, "log": _log, "simulation": _simulation, "prediction": _prediction,
+    "design": _design, "comparison": _comparison, "study": _study,
+}  # fmt: skip
 
 
 def check_figure(figure: ReportFigure) -> list[Check]:

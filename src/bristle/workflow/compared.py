@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bristle.comparison import Comparison
 from bristle.comparison import compare as sides_compared
@@ -21,6 +21,9 @@ from bristle.files.arguments import axes_for, log_and_axis
 from bristle.files.provenance import provenance
 from bristle.files.results import Results, results_folder
 from bristle.logs.log import Log
+
+if TYPE_CHECKING:
+    from bristle.figures.report_figure import ReportFigure
 
 __all__ = ["Compared", "compare"]
 
@@ -37,11 +40,14 @@ class Compared(WithCard, Comparison):
         What repeats it.
     read : mapping
         What was read beside the logs, by what it is.
+    figures : tuple of ReportFigure
+        A person's own, for the report.
     """
 
     axis_name: str
     call: str
     read: Mapping[str, Any]
+    figures: tuple[ReportFigure, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -55,7 +61,9 @@ class Compared(WithCard, Comparison):
         """The report, one HTML page."""
         from bristle.report.comparison import comparison_report
 
-        return comparison_report(self, name=self.axis_name, command=self.call, provenance=self.provenance)
+        return comparison_report(
+            self, name=self.axis_name, command=self.call, provenance=self.provenance, figures=self.figures
+        )
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -101,21 +109,29 @@ class Compared(WithCard, Comparison):
         columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
         return pandas.DataFrame(rows, columns=columns)
 
-    def report(self, path: str | PathLike[str]) -> Path:
+    def report(
+        self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()
+    ) -> Path:  # fmt: skip
         """Write the report, one HTML file that needs nothing else.
 
         Parameters
         ----------
         path : path-like
             The file; one that is there is replaced.
+        figures : sequence of ReportFigure or path-like
+            Your own, or the files that define them, which are executed: they stand behind all else.
 
         Returns
         -------
         Path
             The file.
         """
-        file = Path(path)
-        file.write_text(self.page, encoding="utf-8")
+        file, comparison = Path(path), self
+        if figures:
+            from bristle.figures.own import figures_named
+
+            comparison = replace(self, figures=figures_named(figures, "compare"))
+        file.write_text(comparison.page, encoding="utf-8")
         return file
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
@@ -204,7 +220,7 @@ def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None 
 
 def compared_as(
     before: Any, after: Any, *, axis: Any = None, window: float | None = None, call: str = "", name: str = "",
-    read: Mapping[str, Any] | None = None,
+    read: Mapping[str, Any] | None = None, figures: Sequence[ReportFigure] = (),
 ) -> Compared:  # fmt: skip
     """Return what `compare` does, told in words of one's own.
 
@@ -218,6 +234,8 @@ def compared_as(
         What people call the axis.
     read : mapping, optional
         What was read beside the logs, by what it is.
+    figures : sequence of ReportFigure
+        A person's own, for the report.
     """
     sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
     named_logs = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
@@ -229,7 +247,10 @@ def compared_as(
     first, second = pairs[: len(sides[0])], pairs[len(sides[0]) :]
     comparison = sides_compared(first, second, window)
     fields = {field: getattr(comparison, field) for field in Comparison.__dataclass_fields__}
-    return Compared(**fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {})
+    return Compared(
+        **fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {},
+        figures=tuple(figures),
+    )  # fmt: skip
 
 
 def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:

@@ -21,12 +21,11 @@ def write(request: Request) -> Product:
     if not request.single:
         subject = subject_of(request.model)
         return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
-    from bristle.exports.single import CONSTANTS, TOLERANCE
+    from bristle.exports.single import CONSTANTS, single_note
 
     subject = subject_of(request.model, CONSTANTS)
     files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=True)
-    note = f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest force"
-    return Product(dict(files), (note,))
+    return Product(dict(files), (single_note("force"),))
 
 
 def write_law(law: Law, name: str, source: Source) -> dict[str, str | bytes]:

@@ -15,13 +15,17 @@ __all__ = ["TARGET"]
 
 def write(request: Request) -> Product:
     """Return the function block, its self-test, and both as XML."""
-    from bristle.exports.st import st_files
+    from bristle.exports.single import CONSTANTS, single_note
+    from bristle.exports.st import OUT, st_files
     from bristle.exports.st_names import checked
     from bristle.exports.subject import subject_of
 
     checked(request.name)
-    files = st_files(subject_of(request.model), request.name, request.source, request.dt)
-    return Product(dict(files), ("the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0",))
+    subject = subject_of(request.model, CONSTANTS if request.single else None)
+    files = st_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=request.single)
+    notes = ["the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0"]
+    notes += [single_note(OUT[subject.is_operator])] if request.single else []
+    return Product(dict(files), tuple(notes))
 
 
 def write_law(law: Law, name: str, source: Source) -> dict[str, str | bytes]:
@@ -38,6 +42,8 @@ TARGET = Target(
     title="Structured Text",
     write=write,
     write_law=write_law,
+    tunable=True,
+    single=True,
     operators=True,
     description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen",
 )

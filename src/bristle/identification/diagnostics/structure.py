@@ -11,7 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.variable import KINDS
 from bristle.friction import is_static
-from bristle.friction.next_model import SLOT_OF, model_with
+from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.estimation import Estimation
 from bristle.identification.missing_force import Missing, Rows, missing_forces
 from bristle.identification.result import Fit
@@ -25,7 +25,7 @@ CODES = {
     "gravity": "missing_gravity", "transmitted": "missing_transmitted",
     "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
-"""The code of each cause."""
+"""The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
@@ -69,8 +69,11 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
     """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names.
 
-    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden.
+    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden. Beside what is a
+    person's own nothing is tried.
     """
+    if not goes_by_name(fit.friction.component):
+        return ()
     causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
     names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
     named = [name for name in names if name]
@@ -111,7 +114,9 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
     if cause == "gravity":
         numbers |= {"amplitude": missing.amplitude}
         del numbers["model"]
-    return Diagnostic(CODES[cause], "", "warning", numbers, friction.kind)
+    if cause not in CODES:
+        numbers |= {"channel": cause}
+    return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 
 
 def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str, Number]:

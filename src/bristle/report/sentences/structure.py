@@ -130,6 +130,12 @@ STRUCTURE: dict[str, Sentence] = {
         "this model changes with the temperature already",
         "friction changes with the temperature",
     ),
+    "missing_channel": _missing(
+        "friction changes with the recorded {channel}: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model either changes with it already, or has nothing that could",
+        "friction changes with a further channel of the log that a slot of bristle depends on",
+    ),
     "missing_transmitted": _missing(
         "friction rises with the effort that passes on to the load, as in a gear: {force:force}, {percent:.2g} % of it",
         "`{model}`",

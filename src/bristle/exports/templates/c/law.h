@@ -34,14 +34,15 @@ typedef struct {
 {% for input in inputs %}    double {{ input.declared }}; /* {{ input.told }} [{{ input.unit }}] */
 {% endfor %}} {{ name }}_inputs;
 
-typedef struct {{ name }} {
+{% include "c/parameters.h" %}typedef struct {{ name }} {
     double effort; /* last effort commanded [{{ unit_force }}] */
     int32_t begun; /* whether there was one */
     int32_t flags; /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
 {% if state %}    struct {
 {% for line in state %}        {{ line }}
 {% endfor %}    } state;
-{% endif %}{% if memory %}    double memory[{{ memory }}]; /* what the contact of the compensator remembers */
+{% endif %}{% if memory %}    {{ scalar }} memory[{{ memory }}]; /* what the contact of the compensator remembers */
+{% endif %}{% if parameters %}    {{ name }}_parameters parameters;
 {% endif %}} {{ name }};
 
 /* Bytes that `{{ name }}_save` writes. */
@@ -54,7 +55,7 @@ void {{ name }}_start({{ name }} *axis);
 /* The effort to be commanded [{{ unit_force }}]. Call it once in every cycle, {{ rate }} times a second. */
 double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs);
 
-/* Write what the law keeps from cycle to cycle into {{ guard }}_SAVED bytes, the same on every target. */
+/* Write what the law keeps from cycle to cycle into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
 
 /* Go on from what was saved. Return 1; or 0, and change nothing, where the bytes are not those of this law or damaged. */

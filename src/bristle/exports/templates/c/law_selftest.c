@@ -1,5 +1,6 @@
-/* Self-test of {{ name }}: a walk of {{ count }} samples that the law follows a sample late. Its efforts hash to what bristle
-   {{ version }} computed in Python, or this target does not give the same bits. Prints the hash; exit code 0 or 1. */
+/* Self-test of {{ name }}: a walk of {{ count }} samples that the law follows a sample late. Its efforts {% if tolerance %}are near those that
+   bristle {{ version }} computed in Python with double precision.{% else %}hash to what bristle
+   {{ version }} computed in Python, or this target does not give the same bits.{% endif %} Prints the hash; exit code 0 or 1. */
 
 #include "{{ name }}.h"
 
@@ -20,8 +21,7 @@ int main(void)
     static {{ name }} axis, copy;
     static unsigned char saved[{{ guard }}_SAVED];
     static {{ name }}_inputs inputs;
-    const double expected_last = {{ last }};
-    uint64_t hash = UINT64_C(0xCBF29CE484222325);
+{% include "c/expected.c" %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
     uint32_t bits = {{ seed }}U;
     double effort = 0.0;
     for (unsigned k = 1; k < {{ positions }}U; ++k) {
@@ -42,7 +42,7 @@ int main(void)
         }
 {% endfor %}        effort = {{ name }}_effort(&axis, &inputs);
         hash = hashed(hash, effort);
-        if (k == COUNT / 2U) {
+{% include "c/missed.c" %}        if (k == COUNT / 2U) {
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
@@ -54,11 +54,7 @@ int main(void)
     }
     printf("{{ name }}: hash %08lx%08lx, last effort %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), effort);
-    if (hash != UINT64_C({{ hash }})) {
-        printf("expected {{ hash_text }}, last effort %.17g\n", expected_last);
-        return fails("other bits: is -ffp-contract=off given?");
-    }
-    inputs.measured = (x[COUNT] - x[COUNT]) / (x[COUNT] - x[COUNT]);
+{% include "c/judged.c" %}    inputs.measured = (x[COUNT] - x[COUNT]) / (x[COUNT] - x[COUNT]);
     if ({{ name }}_effort(&axis, &inputs) != effort || (axis.flags & {{ guard }}_REFUSED) == 0) {
         return fails("a position that is no number is not held off");
     }
@@ -66,6 +62,6 @@ int main(void)
     if ({{ name }}_load(&copy, saved, sizeof saved)) {
         return fails("damaged bytes are taken");
     }
-    printf("{{ name }}: the same bits as bristle\n");
+    printf("{{ name }}: {% if tolerance %}bristle in single precision{% else %}the same bits as bristle{% endif %}\n");
     return 0;
 }

@@ -14,11 +14,7 @@
     static {{ name }} axis, copy;
     static unsigned char saved[{{ guard }}_SAVED];
 {% if not operator %}    const double dt = {{ dt }};
-{% endif %}{% if tolerance %}    /* Forces of bristle in double precision; {{ tolerance }} of the largest one may be missed in single precision. */
-    static const double expected[] = { {{- checkpoints | join(', ') -}} };
-    double worst = 0.0;
-{% else %}    const double expected_last = {{ last }};
-{% endif %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
+{% endif %}{% include "c/expected.c" %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
     uint32_t bits = {{ seed }}U;
     double x = 0.0, force = 0.0;
     {{ name }}_start(&axis);
@@ -31,11 +27,7 @@
         }
         force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
         hash = hashed(hash, force);
-{% if tolerance %}        if (k % {{ every }}U == 0U) {
-            const double miss = force > expected[k / {{ every }}U] ? force - expected[k / {{ every }}U] : expected[k / {{ every }}U] - force;
-            worst = miss > worst ? miss : worst;
-        }
-{% endif %}        if (k == COUNT / 2U) {
+{% include "c/missed.c" %}        if (k == COUNT / 2U) {
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
@@ -47,15 +39,7 @@
     }
     printf("{{ name }}: hash %08lx%08lx, last force %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), force);
-{% if tolerance %}    printf("{{ name }}: off by %.2g of the largest force\n", worst / {{ largest }});
-    if (!(worst <= {{ tolerance }} * {{ largest }})) {
-        return fails("farther off than single precision explains");
-    }
-{% else %}    if (hash != UINT64_C({{ hash }})) {
-        printf("expected {{ hash_text }}, last force %.17g\n", expected_last);
-        return fails("other bits: is -ffp-contract=off given?");
-    }
-{% endif %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
+{% include "c/judged.c" %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
         return fails("a position that is no number is not held off");
     }
     saved[sizeof saved / 2U] ^= 4U;

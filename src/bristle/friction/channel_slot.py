@@ -1,4 +1,4 @@
-r"""Slots of a person's own: the friction of a model, varied by a factor of one channel of a log.
+r"""Slots that are a factor of friction over one channel of a log: those in `bristle.friction.channels`, and one's own.
 
 .. math::
     F = g(c)\,F_\text{model} \qquad\text{or}\qquad F = F_\text{model} + (g(c) - 1)\,(F_\text{model} - F_v v)
@@ -16,20 +16,18 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
 from bristle.core.once import once
-from bristle.core.read_only import ReadOnly
 from bristle.core.slot import LEVEL, Slot
 from bristle.core.surroundings import Surrounding, motion_with, reader_of
 from bristle.core.variable import Variable
-from bristle.friction.enclosing import commit, relations_of
+from bristle.friction.enclosing import EnclosingModel, enclosed, relations_of
 from bristle.friction.level import viscous_of
 from bristle.friction.variation import SMALLEST_FACTOR
 
 if TYPE_CHECKING:
     from bristle.core.docstring import Paragraph
 
-__all__ = ["OwnSlotModel", "own_slots_of", "with_own_slot"]
+__all__ = ["ChannelSlotModel", "channel_slots_of", "with_channel_slot"]
 
 
 class Kernels(NamedTuple):
@@ -41,14 +39,13 @@ class Kernels(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnSlotModel(FrictionModel):
-    """A friction model with a slot of a person's own."""
+class ChannelSlotModel(EnclosingModel):
+    """A friction model with a slot over a channel of a log."""
 
-    inner: FrictionModel
     slot: Slot
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
-        return with_own_slot, (self.inner, self.slot)
+        return with_channel_slot, (self.inner, self.slot)
 
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
@@ -65,53 +62,40 @@ class OwnSlotModel(FrictionModel):
         """What of its surroundings its slots depend on."""
         return (*self.inner.surroundings, self.slot.channel)
 
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model, then those of the slot."""
-        return ReadOnly(self.inner.variables | self.slot.variables)
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The parameters of the slot."""
+        return self.slot.variables
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value."""
         return self.inner.defaults | self.slot.defaults
 
-    def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state of the model inside."""
-        return self.inner.initial_state(parameters.inner)
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name not in self.slot.variables and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name not in self.slot.variables and self.inner.is_integer(name)
-
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return what kernels receive, from the values that a person sets."""
-        inner = self.inner.assemble({name: values[name] for name in self.inner.variables})
         own = self.slot.assemble({name: values[name] for name in self.slot.variables})
         viscous = viscous_of(self.inner)
-        return self.Parameters(inner, own, values[viscous] if viscous else 0.0)
+        return self.Parameters(self.inside(values), own, values[viscous] if viscous else 0.0)
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
         return self.inner.values(parameters.inner) | self.slot.values(parameters.slot)
 
 
-def own_slots_of(component: FrictionModel) -> tuple[Slot, ...]:
-    """Return the slots of a person's own that a model has, the outermost first."""
+def channel_slots_of(component: FrictionModel) -> tuple[Slot, ...]:
+    """Return the slots over a channel that a model has, of bristle and of a person's own, the outermost first."""
     layer: Any = component
     slots: tuple[Slot, ...] = ()
     while hasattr(layer, "inner"):
-        slots += (layer.slot,) if isinstance(layer, OwnSlotModel) else ()
+        slots += (layer.slot,) if isinstance(layer, ChannelSlotModel) else ()
         layer = layer.inner
     return slots
 
 
 @once
-def with_own_slot(model: FrictionModel, slot: Slot) -> OwnSlotModel:
-    """Return `model` with a slot of a person's own.
+def with_channel_slot(model: FrictionModel, slot: Slot) -> ChannelSlotModel:
+    """Return `model` with a slot over a channel of a log.
 
     Raises
     ------
@@ -124,20 +108,17 @@ def with_own_slot(model: FrictionModel, slot: Slot) -> OwnSlotModel:
                          mend="Give the parameter of the slot another name")  # fmt: skip
     motion_with((*model.surroundings, slot.channel))
     kernels = _kernels_of(slot)
-    return OwnSlotModel(
+    return enclosed(
+        ChannelSlotModel,
+        model,
         name=f"{model.name}+{slot.name}",
         description=f"{model.description}, varying with {slot.channel.variable.description}",
         Parameters=kernels.Parameters,
-        State=model.State,
         trial=kernels.trial,
-        commit=commit,
         rate=kernels.rate if model.rate else None,
-        memory_size=lambda p: model.memory_size(p.inner),
-        reference=model.reference,
         relations=(*relations_of(model), *(_of_slot(relation) for relation in slot.relations)),
         module=slot.module,
         example=dict(model.example) | dict(slot.example),
-        inner=model,
         slot=slot,
     )
 

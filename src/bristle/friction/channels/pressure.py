@@ -1,0 +1,57 @@
+r"""Friction of the seals of a hydraulic or pneumatic cylinder, which the pressure that they hold presses on.
+
+.. math:: F = F_\text{model} + k_P\,(P - P_0)\,(F_\text{model} - F_v v)
+
+A lip of rubber is pressed on rod and bore by its interference, and by the pressure behind it: the level of its friction
+rises with both [1]_, to first order [2]_. What is viscous stays what it is.
+
+References
+----------
+.. [1] X. B. Tran, H. Yanada, "Dynamic friction behaviors of pneumatic cylinders", Intelligent Control and Automation
+   4(2), 2013. doi:10.4236/ica.2013.42022
+.. [2] F. A. Sârbu, F. Arnăuţ, A. Deaconescu, T. Deaconescu, "Theoretical and experimental research concerning the
+   friction forces developed in hydraulic cylinder coaxial sealing systems made from polymers", Polymers 16(1), 2024.
+   doi:10.3390/polym16010157
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core.kernel import kernel
+from bristle.core.slot import LEVEL, Slot
+from bristle.core.surroundings import Surrounding
+from bristle.core.variable import Variable
+
+# A pressure is one of a rotational axis too, such as that of a vane actuator.
+PRESSURE = "force of travel/travel^2"
+
+
+class Parameters(NamedTuple):
+    """Parameters of the slot."""
+
+    k_P: Annotated[
+        float,
+        Variable(
+            "travel^2/force of travel", "change of friction over the pressure", nominal=1e-7, excitation="channel"
+        ),
+    ] = 0.0
+    P_0: Annotated[float, Variable(PRESSURE, "pressure that friction is told at", nominal=1e6)] = 0.0
+
+
+@kernel
+def factor(pressure, p):
+    """Return the factor of the level of friction at a pressure [Pa]."""
+    return 1.0 + p.k_P * (pressure - p.P_0)
+
+
+SLOT = Slot(
+    name="pressure",
+    description="a level of dry friction that rises with the pressure that seals hold",
+    channel=Surrounding(
+        "pressure", Variable(PRESSURE, "pressure that the seals hold", min=0.0, nominal=1e7), usual=0.0
+    ),
+    Parameters=Parameters,
+    factor=factor,
+    of=LEVEL,
+    reference="doi:10.4236/ica.2013.42022",
+    example={"k_P": 1e-7},
+)

@@ -1,0 +1,85 @@
+"""Instructions of a step on a Cortex-M, and the size of its code: what the page on the export says of them.
+
+``python -m tests.exports.instructions [MODEL ...]``: a row for each model and core, along the walk of the self-test.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.exports.other_targets import FLAGS, TARGETS
+
+import bristle as br
+from bristle.core.contracts import Model
+from bristle.exports.subject import subject_of
+from bristle.exports.walk import PART, RESTS, SEED, walk_of
+from bristle.friction import MODELS
+from bristle.testing import example_of
+
+COUNTED = ("lugre", "maxwell_slip", "dahl", "preisach_lugre", "preisach_contact")
+STEPS, DT = 20_000, 5e-4
+SHIFT = 10  # an instruction takes 2 to the power of this [ns], which the timer of 25 MHz resolves
+TICKS = 2**SHIFT / 40.0
+CORES = {"Cortex-M7": False, "Cortex-M4F": True}
+"""The cores, and whether single precision is counted there."""
+
+
+class Count(NamedTuple):
+    """Instructions of a step, in the mean and at most, in which step that is, and bytes of code at ``-Os``."""
+
+    mean: float
+    worst: float
+    step: int
+    code: int
+
+
+def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
+    """Return what a step of a model costs on a core."""
+    target, single = TARGETS[core], CORES[core]
+    br.export(model, "c", folder, step=DT, float32=single)
+    subject = subject_of(model)
+    call = "axis_x_output(axis, x)" if subject.is_operator else f"axis_x_force(axis, x, {DT!r})"
+    scales = ", ".join(repr(scale) for scale in walk_of(subject, DT).scales)
+    lines = {"AXIS": "axis_x", "START": "axis_x_start", "SCALES": f"{{{scales}}}", "CALL(axis, x)": call,
+             "STEPS": f"{steps}U", "SEED": f"{SEED}U", "RESTS": f"{RESTS}U", "PART": f"{PART}U"}  # fmt: skip
+    text = ['#include "axis_x.h"', *(f"#define {name} {value}" for name, value in lines.items()), ""]
+    (folder / "walk.h").write_text("\n".join(text), encoding="ascii")
+    built = [*target.build, *FLAGS, "-I."]
+    start = _said([*target.build[:5], "-print-file-name=rdimon-crt0.o"], folder)
+    count = Path(target.further[0]).with_name("count.c")
+    _said([*built, "axis_x.c", str(count), *target.further, start, "-o", "count", "-lm"], folder)
+    _said([*built, "-Os", "-c", "axis_x.c", "-o", "axis_x.o"], folder)
+    size = _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder).splitlines()[1].split()[0]
+    mean, worst, step = _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
+    return Count(int(mean) / TICKS, int(worst) / TICKS, int(step), int(size))
+
+
+def _said(command: list[str], folder: Path) -> str:
+    ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if ran.returncode:
+        raise RuntimeError(f"{' '.join(command)}: {(ran.stdout + ran.stderr)[-800:]}")
+    return ran.stdout.strip()
+
+
+def main() -> int:
+    """Count, and tell."""
+    for core, single in CORES.items():
+        if TARGETS[core].lacking:
+            print(f"{core}: not counted, for {TARGETS[core].lacking} is not here")
+            continue
+        print(f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps")
+        for name in sys.argv[1:] or COUNTED:
+            with tempfile.TemporaryDirectory() as place:
+                found = counted(example_of(MODELS[name]), core, Path(place) / "out")
+            print(
+                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

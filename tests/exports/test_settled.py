@@ -1,0 +1,135 @@
+"""What the parameters of a model decide is decided where its source is written; its bits are tried by every export."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import power
+from bristle.exports.build import Builder
+from bristle.exports.settled import fact_of, settled
+from bristle.exports.subject import settled_subject, subject_of
+from bristle.exports.tree import Binary, Call, Compare, Constant, If, Logic, Return, Variable, walk
+from bristle.exports.tunable import tunable_of
+from bristle.exports.types import REAL, TRUTH, Array, type_of
+from bristle.testing import example_of
+
+
+class Chosen(NamedTuple):
+    kind: int
+    level: float
+    gain: float
+    table: np.ndarray
+
+
+P = Chosen(2, 0.5 + 1e-9, 3.0, np.array([1.0, 2.0]))
+
+
+@kernel
+def asked(x, p):
+    if p.kind == 1:
+        return p.table[0] * x
+    above = p.level > 0.5
+    result = x
+    if above and p.kind > 1:
+        result = p.gain * x
+    else:
+        result = power(x, p.gain)
+    return result if x > 0.0 or p.gain < 0.0 else power(-x, 2.0)
+
+
+@kernel
+def both(x, p):
+    return power(x, p.gain) + power(x, 2.0) + power(x, p.level)
+
+
+@kernel
+def looped(x, p):
+    at = 0
+    total = 0.0
+    while at < p.kind:
+        total += x
+        at += 1
+    for i in range(p.kind):
+        total += p.table[i]
+    return total
+
+
+def left_of(function, known=None, *, single=False):
+    builder, kind = Builder(), type_of(P)
+    entry = builder.function(function, [REAL, kind])
+    known = {"p": fact_of(P, kind)} if known is None else known
+    before = list(walk(entry.body))
+    unit, (left,) = settled(builder.unit, [entry], known, single=single)
+    assert list(walk(entry.body)) == before  # other targets are written of the same tree
+    return unit, left
+
+
+def parts(function, kind):
+    return [part for part in walk(function.body) if isinstance(part, kind)]
+
+
+def test_a_choice_that_is_known_is_made():
+    unit, left = left_of(asked)
+    assert parts(left, If) == []
+    assert [part.operator for part in parts(left, Compare)] == [">"]  # of x alone
+    assert parts(left, Logic) == []
+    assert len(parts(left, Return)) == 1
+    assert [call.function.name for call in parts(left, Call)] == ["mathematics_power"]
+    (squares,) = [function for function in unit.functions if function.name == "mathematics_power"]
+    assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
+
+
+def test_numbers_stay_with_the_parameters():
+    _, left = left_of(asked)
+    assert [part.value for part in parts(left, Constant) if part.type == REAL] == [0.0]  # nobody asks for the 2
+    assert any(isinstance(part, Binary) and part.operator == "*" for part in walk(left.body))
+
+
+def test_single_precision_is_asked_as_it_will_answer():
+    _, double = left_of(asked)
+    _, single = left_of(asked, single=True)
+    assert [part.name for part in parts(double, Variable)] != [part.name for part in parts(single, Variable)]
+    assert len(parts(single, Call)) == 2  # 0.5 + 1e-9 is 0.5 there, and no more than it
+
+
+def test_a_function_is_written_for_what_it_is_called_with():
+    unit, left = left_of(both)
+    names = [call.function.name for call in parts(left, Call)]
+    assert names == ["mathematics_power", "mathematics_power_2", "mathematics_power"]
+    assert [function.name for function in unit.functions if "log" in function.name]  # of 3 and 0.5, not of 2
+    assert len({function.name for function in unit.functions}) == len(unit.functions)
+
+
+def test_what_may_be_changed_is_not_known():
+    kind = type_of(P)
+    _, left = left_of(asked, {"p": fact_of(P, kind, [("level",), ("gain",)])})
+    assert len(parts(left, If)) == 1
+    _, nothing = left_of(asked, {})
+    assert len(parts(nothing, If)) == 2
+
+
+def test_a_loop_keeps_what_it_counts():
+    _, left = left_of(looped)
+    assert len(parts(left, Compare)) == 1
+    assert [part.value for part in parts(left, Constant) if part.type != REAL].count(2) == 2
+
+
+@pytest.mark.parametrize(("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.75), ("lugre", 1.0)])
+def test_models_keep_what_they_need(name, share):
+    model = example_of(br.friction.MODELS[name])
+    subject = subject_of(model)
+
+    def size(one):
+        return sum(1 for function in one.unit.functions for _ in walk(function.body))
+
+    alone, tuned = settled_subject(subject), settled_subject(subject, tunable_of(model).places)
+    assert size(alone) <= share * size(subject)
+    assert size(alone) <= size(tuned) <= size(subject)
+
+
+def test_arrays_and_truths():
+    assert fact_of(np.ones(3), Array(3)) is None
+    assert fact_of(True, TRUTH) == 1

@@ -1,0 +1,115 @@
+"""The contract of a reader of logs: those of bristle meet it, and each demand is missed by one that is wrong there."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from tests.logs.binary_exports import BINARY
+from tests.logs.conftest import WRITERS
+from tests.logs.exports import EXPORTS, motion
+
+from bristle.cli.main import main
+from bristle.files.user_reader import load_reader_file
+from bristle.logs.formats import FORMATS
+from bristle.testing import check_reader
+from bristle.testing.readers import READER_CHECKS
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "key_value_log.py"
+WRITTEN = {"hdf5": "h5", "parquet": "parquet", "npz": "npz", "tdms": "tdms", "mat": "mat", "csv": "csv"}
+EXPORTED = {"mf4": "MF4, one group", "mcap": "MCAP, JSON", "sinumerik": "SINUMERIK", "json_records": "records"}
+
+
+def bytes_of(name, folder, recording):
+    """A small file of a format of bristle, written by another program or library."""
+    if name in EXPORTED:
+        return (EXPORTS | BINARY)[EXPORTED[name]].write(folder, motion(0.3)).read_bytes()
+    file = folder / f"log.{WRITTEN[name]}"
+    WRITERS[WRITTEN[name]](file, recording)
+    return file.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "log_format", [pytest.param(one, marks=[pytest.mark.slow] * bool(one.package), id=one.name) for one in FORMATS]
+)
+def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, recording):
+    checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == len(READER_CHECKS)
+
+
+def test_the_reader_of_the_pages_meets_it():
+    checks = check_reader(load_reader_file(EXAMPLE))
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == len(READER_CHECKS)
+
+
+def own(folder, *changes):
+    """The reader of the pages, with something in it written otherwise."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "own.py").write_text(text, encoding="utf-8")
+    return folder / "own.py"
+
+
+ROWS = "    lines = data.decode()"
+CUT = 'data.decode().split("\\n")[:-1]'
+WHOLE = "data.decode().splitlines()"
+
+
+@pytest.mark.parametrize(
+    ("changes", "demand", "said", "mend"),
+    [
+        ([('"lines of name=value"', '" "')], "described reader", "the title is ' '", "Say in a few words"),
+        ([(", example=EXAMPLE.encode()", "")], "described reader", "no bytes of an example", r"example=b"),
+        ([("example=EXAMPLE.encode()", "example=EXAMPLE")], "described reader", "no bytes of an example", r"example=b"),
+        ([("    return len(first)", '    return suffix == ".kv" and len(first)')], "recognises its example",
+         "in a file named so: log", "first 4096 bytes"),
+        ([("float(row[name])", "row[name]")], "columns of numbers", "it gives 0 columns", "arrays of numbers"),
+        ([("in rows]) for name", "in rows[len(name) % 2:]]) for name")], "columns of numbers",
+         "'position' has 7 rows, and 't' has 8", "one length"),
+        ([("t [ms]", "t [moments]")], "units that exist", "'moments', which is no unit", "leave it out|Write"),
+        ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' goes back after row 4",
+         "order"),
+        ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "no numbers",
+         "without a time"),
+        ([(ROWS, "    recognises.calls = getattr(recognises, 'calls', 0) + 1\n" + ROWS),
+          ("float(row[name])", "recognises.calls + float(row[name])")], "same log twice", "the second reading differs",
+         "no counter"),
+        ([("    return len(first)", "    return True or len(first)")], "leaves other files", "of another kind is taken",
+         "more of the first bytes"),
+        ([("    first = head", "    head.decode()\n    first = head")], "leaves other files",
+         "recognises stops with UnicodeDecodeError", "return False"),
+        ([(CUT, WHOLE)], "tells where a file ends early", r"row \d of .* and not .* as in the whole file", "no end"),
+        ([("    units =", "    rows = [row for row in rows if 'iq' in row] or [{'t_ms': 0, 'pos': 0}]\n    units =")],
+         "tells where a file ends early", "has 0 rows, and nothing is said", "Raise InputError"),
+        ([("import numpy as np", "import numpy as np\n\nfrom bristle.core import InputError"),
+          (ROWS, "    if len(data) < len(EXAMPLE):\n        raise InputError('is cut off', path='log')\n" + ROWS)],
+         "tells where a file ends early", "refused without its name: log: is cut off", r"path=str\(request\.source\)"),
+    ],
+)  # fmt: skip
+def test_what_a_reader_does_wrong_is_told_with_the_mend(tmp_path, changes, demand, said, mend):
+    failed, *_ = [check for check in check_reader(load_reader_file(own(tmp_path, *changes))) if not check.passed]
+    assert failed.name == demand
+    assert re.search(said, failed.detail), failed.detail
+    assert re.search(mend, failed.advice), failed.advice
+
+
+def test_a_reader_that_ends_the_program_is_told_with_its_line(tmp_path):
+    file = own(tmp_path, (ROWS, "    raise SystemExit\n" + ROWS))
+    (failed,) = [check for check in check_reader(load_reader_file(file)) if not check.passed]
+    assert (failed.name, failed.detail) == ("columns of numbers", "stops with SystemExit:  (own.py, line 18)")
+
+
+def test_check_runs_the_contract_of_a_reader(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", str(EXAMPLE), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["model"], found["passed"], len(found["certificates"])) == ("key_value_log", True, len(READER_CHECKS))
+    own(tmp_path, (CUT, WHOLE))
+    assert main(["check", "own.py"]) == 1
+    shown = capsys.readouterr()
+    assert "The contract of a reader of logs: key_value_log" in shown.out
+    assert "tells where a file ends early: after" in shown.err

@@ -1,0 +1,220 @@
+"""Slots of bristle over a channel of a log: one file and one name each, and friction of seals under pressure."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.files.own_slot import SLOT
+
+import bristle as br
+from bristle.core import InputError
+from bristle.core.errors import InputWarning
+from bristle.core.slot import refuse_unfit
+from bristle.engine import force_along, interpreted
+from bristle.files import load_slot_file, read_model, write_model
+from bristle.friction import (
+    CHANNEL_SLOTS,
+    MODELS,
+    channel_slots_of,
+    channels,
+    coulomb_viscous,
+    find,
+    is_static,
+    unvaried,
+    with_slots,
+)  # fmt: skip
+from bristle.friction.next_model import model_with
+from bristle.testing import check_model
+from bristle.testing.contract import OF_SLOT
+
+ROOT = Path(__file__).parents[2]
+V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([0.0, 2e6, 5e6, 1e7])
+
+
+def test_every_file_has_its_name_in_the_list():
+    folder = Path(channels.__file__).parent
+    files = {file.stem for file in folder.glob("*.py") if re.search(r"^SLOT = ", file.read_text(), re.MULTILINE)}
+    assert files == set(CHANNEL_SLOTS)
+    for name, slot in CHANNEL_SLOTS.items():
+        assert slot.name == name
+        refuse_unfit(slot)
+        assert re.search(r"doi:10\.\d{4}", slot.reference)
+        assert not set(slot.variables) & {one for model in MODELS.values() for one in model.variables}
+
+
+@pytest.mark.parametrize("name", CHANNEL_SLOTS)
+def test_every_slot_meets_the_contract_and_stays_the_one_that_it_is(name):
+    checks = check_model(CHANNEL_SLOTS[name])
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == len(OF_SLOT)
+    model = find(f"coulomb_viscous+{name}")
+    assert channel_slots_of(model) == (CHANNEL_SLOTS[name],)
+    assert channel_slots_of(model)[0] is CHANNEL_SLOTS[name]
+
+
+# --- seals under pressure ----------------------------------------------------------------------------------------
+
+
+def test_pressure_raises_what_is_dry_and_leaves_what_is_viscous():
+    model = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+    with interpreted():
+        force = force_along(model, V, 1e-3, pressure=PRESSURE)
+        unpressed = force_along(model, V, 1e-3)
+    level = 80.0 * (1.0 + 0.02 * (PRESSURE / 1e5 - 10.0))
+    assert force == pytest.approx(level * np.sign(V) + 300.0 * V)
+    assert unpressed == pytest.approx(64.0 * np.sign(V) + 300.0 * V)
+    with interpreted():
+        still = force_along(unvaried(model), V, 1e-3, pressure=PRESSURE)
+    assert still == pytest.approx(80.0 * np.sign(V) + 300.0 * V)
+
+
+def test_a_pressure_is_one_of_a_turning_axis_too():
+    model = find("coulomb+pressure")(kind="rotational", F_C="2 N*m", k_P="0.01 1/bar", P_0="-10 bar")
+    assert model.values["k_P"] == pytest.approx(1e-7)
+    assert model.component.surroundings[0].variable.unit("rotational") == "N/m^2"
+    with interpreted():
+        assert force_along(model, V, 1e-3, pressure=9e6) == pytest.approx(4.0 * np.sign(V))
+
+
+def test_it_stands_in_one_place_of_a_name_and_goes_with_all_others():
+    model = with_slots(coulomb_viscous, ["pressure", "asymmetry", "load"])
+    assert model is find("coulomb_viscous+load+pressure+asymmetry")
+    assert model.name == "coulomb_viscous+load+pressure+asymmetry"
+    assert [one.name for one in model.surroundings] == ["load", "pressure"]
+    with pytest.raises(InputError, match="a slot twice"):
+        find("lugre+pressure+pressure")
+    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or one of your own"):
+        find("lugre+presure")
+
+
+def test_a_model_file_names_it_and_no_code_is_asked_for(tmp_path):
+    own = load_slot_file(ROOT / "examples" / "humidity.py")
+    model = find("lugre+pressure")(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=1e6, k_P=2e-7)
+    write_model(tmp_path / "model.toml", None, model)
+    assert 'model = "lugre+pressure"' in (tmp_path / "model.toml").read_text()
+    assert [file.name for file in tmp_path.iterdir()] == ["model.toml"]
+    assert read_model(tmp_path / "model.toml").friction == model
+    both = with_slots(coulomb_viscous, ["pressure", own])(F_C=20.0, F_v=1.0, k_P=2e-7, k_H=0.3)
+    write_model(tmp_path / "both.toml", None, both)
+    assert 'model = "coulomb_viscous+pressure+humidity.py"' in (tmp_path / "both.toml").read_text()
+    with pytest.warns(InputWarning, match=r"humidity\.py .* is run"):
+        assert read_model(tmp_path / "both.toml", allow_code=True).friction == both
+
+
+def test_one_of_ones_own_may_not_have_its_name(tmp_path):
+    text = (ROOT / "examples" / "humidity.py").read_text(encoding="utf-8")
+    (tmp_path / "mine.py").write_text(text.replace('name="humidity"', 'name="pressure"'), encoding="utf-8")
+    with pytest.raises(InputError, match=r"a name that cannot be asked for; found 'pressure'"):
+        load_slot_file(tmp_path / "mine.py")
+
+
+def test_the_next_model_has_it_once_and_keeps_what_is_a_persons_own():
+    plain = coulomb_viscous(F_C=8.0, F_v=30.0)
+    assert model_with("pressure", plain) == "coulomb_viscous+pressure"
+    pressed = find("coulomb_viscous+pressure")(F_C=8.0, F_v=30.0)
+    assert model_with("pressure", pressed) == ""
+    assert model_with("direction", pressed) == "coulomb_viscous+pressure+asymmetry"
+    own = load_slot_file(ROOT / "examples" / "humidity.py")
+    damp = with_slots(coulomb_viscous, [own])(F_C=8.0, F_v=30.0)
+    assert model_with("direction", damp) == "coulomb_viscous+humidity+asymmetry"
+    oiled = with_slots(coulomb_viscous, [load_slot_file(SLOT.replace('"oiled"', '"smeared"').encode())])(
+        F_C=8.0, F_v=30.0
+    )  # by another equation
+    assert model_with("pressure", oiled) == ""
+    assert model_with("pressure", find("maxwell_slip")(**find("maxwell_slip").example)) == ""
+
+
+# --- another one -------------------------------------------------------------------------------------------------
+
+GROWN = '''
+import importlib.util, json, sys
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+
+LIST, FOLDER = "bristle.friction.channels", sys.argv[1]
+
+class Grown(SourceFileLoader):
+    """The list with one more name; the file of it lies in another folder."""
+    def get_code(self, name):
+        text = self.get_source(name)
+        assert text.count('FILES = ("pressure",') == 1
+        return compile(text.replace('FILES = ("pressure",', 'FILES = ("pressure", "humidity",'), self.path, "exec")
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name != LIST:
+            return None
+        file = str(Path(path[0], "channels", "__init__.py"))
+        spec = importlib.util.spec_from_file_location(name, file, loader=Grown(name, file))
+        spec.submodule_search_locations.append(FOLDER)
+        return spec
+
+sys.meta_path.insert(0, Finder())
+import contextlib, io
+import bristle as br
+from bristle.cli.main import main
+from bristle.friction import MODELS, find, with_slots
+from bristle.friction.next_model import model_with
+from bristle.lab.described import example_named
+from bristle.lab.switches import switched
+
+def printed(*arguments):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(list(arguments)) == 0, arguments
+    return out.getvalue()
+
+spec = importlib.util.spec_from_file_location("generate", sys.argv[2])
+generate = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(generate)
+model = find("coulomb_viscous+humidity+pressure")(F_C=8.0, F_v=30.0, k_H=0.4)
+br.write_model("model.toml", None, model)
+br.export(model, "c", "out")
+page = switched(with_slots(MODELS["coulomb"], ["humidity"])(F_C=8.0, k_H=0.4))
+print(json.dumps({
+    "name": model.name,
+    "same": br.read_model("model.toml").friction == model,
+    "files": sorted(file.name for file in Path().iterdir()),
+    "list": printed("models"), "one": printed("models", "humidity"),
+    "json": json.loads(printed("models", "lugre+humidity", "--json")),
+    "reference": generate.PAGES["models.md"](), "symbols": generate.PAGES["symbols.md"](),
+    "next": model_with("humidity", MODELS["coulomb"](F_C=1.0)),
+    "header": Path("out", "axis_x.h").read_text(),
+    "page": [page["model"], page["head"], page["over"][0]["name"], page["over"][0]["around"]["name"],
+             [row["name"] for row in page["variables"]]],
+}))
+'''
+
+
+def test_another_one_is_one_file_and_one_name(tmp_path):
+    """The slot of the pages, put into the folder as it stands, with its name in the list: all else follows."""
+    folder, work = tmp_path / "folder", tmp_path / "work"
+    for made in (folder, work):
+        made.mkdir()
+    (folder / "humidity.py").write_bytes((ROOT / "examples" / "humidity.py").read_bytes())
+    line = [sys.executable, "-c", GROWN, str(folder), str(ROOT / "docs" / "generate.py")]
+    ended = subprocess.run(line, cwd=work, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    found = json.loads(ended.stdout)
+    assert (found["name"], found["same"]) == ("coulomb_viscous+pressure+humidity", True)
+    assert found["files"] == ["model.toml", "out"]
+    assert re.search(r"\+humidity\s+│?\s*k_H, h_0", found["list"])
+    assert "Needs humidity of the log: relative humidity" in found["one"]
+    assert found["json"]["models"][0]["channels"] == ["humidity"]
+    assert "### humidity" in found["reference"]
+    assert "[`+humidity`](#humidity)" in found["reference"]
+    assert "[humidity](models.md#humidity)" in found["symbols"]
+    assert found["next"] == "coulomb+humidity"
+    assert "double humidity" in found["header"]
+    model, head, name, around, rows = found["page"]
+    assert (model, head["toml"], name, around) == ("coulomb", 'model = "coulomb"', "humidity", "around_humidity")
+    assert rows == ["F_C", "k_H", "h_0", "offset"]
+
+
+def test_what_is_static_stays_so():
+    assert is_static(find("coulomb+pressure")(F_C=1.0))
+    assert br.friction.with_presliding(find("coulomb+pressure")(F_C=1.0), 1e-6).values["k_P"] == 0.0
