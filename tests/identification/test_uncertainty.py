@@ -6,6 +6,7 @@ from scipy import stats
 from tests.identification.known_logs import Motion, log_of, sliding_effort
 from tests.identification.test_redundancy import one_way
 
+from bristle.core import Axis
 from bristle.identification import identify
 from bristle.identification.covariance import _root
 
@@ -20,7 +21,8 @@ def one_way_log(**friction):
 
 
 def test_a_level_alone_is_a_mean():
-    fit = identify(one_way_log(F_v=0.0, offset=0.0), "coulomb", mass=12.0, offset=0.0, blocks=0, draws=0).best
+    log, told = one_way_log(F_v=0.0, offset=0.0), {"mass": 12.0, "offset": 0.0, "axis": Axis(held=False)}
+    fit = identify(log, "coulomb", blocks=0, draws=0, **told).best
     level, friction = fit.parameters["F_C"], fit.traces.friction
     assert friction.size == ROWS
     assert level.value == pytest.approx(friction.mean())
