@@ -61,8 +61,10 @@ def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_predi
         one = found["parameters"][name]
         if one["status"] == "identified":
             low, high = one["interval"]
-            assert low < one["value"] < high
-            assert abs(one["value"] - TRUTH[name]) < 1.5 * (high - low)
+            # The filter rounds what friction does at reversals: the value may lie beside the interval, which is told.
+            assert low < TRUTH[name] < high
+            notes = [each["numbers"] for each in found["diagnostics"] if each["code"] == "shifted"]
+            assert (name in str(notes)) == (not low < one["value"] < high)
             assert one["interval_percent"] == pytest.approx(50.0 * (high - low) / abs(one["value"]))
     resampling = found["resampling"]
     assert resampling["draws"] == 40
