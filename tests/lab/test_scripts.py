@@ -271,3 +271,8 @@ def test_a_sweep_goes_evenly_from_end_to_end_and_back(tmp_path):
     assert min(v) == pytest.approx(-0.02, rel=0.01)
     assert np.abs(np.diff(np.abs(np.diff(v[1:])))).max() < 1e-3
     assert x[-1] == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_slow_loop_has_a_half_a_quarter_or_an_eighth_of_its_samples(tmp_path):
+    script = "say([1.01, 2, 2.01, 4, 4.01, 8, 8.01, 1000].map(samplesWithin));"
+    assert node(tmp_path, [], script) == [10000, 10000, 5000, 5000, 2500, 2500, 2500, 2500]

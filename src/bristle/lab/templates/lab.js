@@ -14,16 +14,11 @@ const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const MOST_PAST = 200, MOST_TURNS = 400;
 const LONG = 6, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
-const MOST_HALVED = 3;
 let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
-
-// How many samples take so many times less: some half of a half of all, so that the values of the start, which are drawn
-// beside those of now, need not be computed anew with each move.
-function samplesWithin(times) { return SAMPLES / 2 ** Math.min(Math.ceil(Math.log2(times)), MOST_HALVED); }
 
 // While a slider moves, a loop that takes long has fewer samples; once it stands still it has all of them.
 function drawNow(moves = false) {

@@ -10,7 +10,11 @@ const PRESETS = {
   drawn: { word: "Draw", turns: null, amplitude: 5 },
   log: { word: "Log", turns: [0], amplitude: 5 }, // only where one is on the page
 };
-const SAMPLES = 20000;
+const SAMPLES = 20000, MOST_HALVED = 3;
+
+// How many samples take so many times less: some half of a half of all, so that the values of the start, which are drawn
+// beside those of now, need not be computed anew with each move.
+function samplesWithin(times) { return SAMPLES / 2 ** Math.min(Math.ceil(Math.log2(times)), MOST_HALVED); }
 
 // Positions at one speed from turn to turn, a sample at each turn: `at` holds the samples of the turns.
 function pathThrough(turns, amplitude, count) {
