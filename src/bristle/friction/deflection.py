@@ -196,7 +196,7 @@ def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
     """
     z, f = start.z, start.f
     r = inverse * f
-    if law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0:
+    if is_linear(law):
         # The slope of the slip is the same wherever the step ends: where it would without feedback need not be known.
         after, weight = f, 1.0
     else:
@@ -205,6 +205,12 @@ def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
     if weight > 0.0:
         return slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scale, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
+
+
+@kernel
+def is_linear(law):
+    """Return whether the slip is the ratio itself."""
+    return law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0
 
 
 @kernel
@@ -224,8 +230,14 @@ def slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scal
     if start.steepness == 0.0 and inverse * after <= 1.0 and r + theta * (inverse * after - r) <= law.rho:
         # The gate opens only at the end: in the mean of the step it is closed.
         return Stroke(f + theta * (after - f), z + far, after, branch)
-    search = newton_from(reach, reach * share_left(r, start.steepness, far / dx, travel * theta * chord))
-    u = z + way * search.x
+    if law.rho < 0.0:
+        # The first step of Newton's method from the start takes the tangent, which waits for nothing.
+        share = 1.0 / (1.0 + 0.5 * travel * max(branch_slope(near, z, q), 0.0) * start.steepness)
+    else:
+        share = share_left(r, start.steepness, far / dx, travel * theta * chord)
+    search = newton_from(reach, reach * share)
+    x = search.x
+    u = z + way * x
     if is_beside(branch, way, u):
         branch = branch_at(stack, memory, u)
     after, k = branch_point(branch, u, q)
@@ -234,28 +246,30 @@ def slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scal
         mean = r + theta * (inverse * after - r)
         steepest = max(steepest, k)
         slipped, slope = slip_point(mean, law)
-        residual = search.x - way * dx * (1.0 - slipped)
+        residual, rise = x - way * dx * (1.0 - slipped), 1.0 + travel * theta * k * slope
+        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
+        if abs(residual) <= RELATIVE * x or steepest * abs(inverse * residual) <= OF_SLIDING:
+            x -= residual / max(rise, 1.0)
+            break
         if residual < 0.0 and (inverse * after - 1.0) * (r - 1.0) < 0.0:
             break
-        search = newton_next(search, residual, 1.0 + travel * theta * k * slope)
-        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
-        if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
-            break
+        search = newton_next(search, residual, rise)
         before = u
-        u = z + way * search.x
+        x = search.x
+        u = z + way * x
         if u == before:
             break
         if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
         after, k = branch_point(branch, u, q)
-    last = z + way * search.x
+    change = way * x
+    last = z + change
     if is_beside(branch, way, last) or k * abs(inverse * (last - u)) > ALONG_TANGENT:
         branch = branch_at(stack, memory, last)
         after = branch_output(branch, last, q)
     else:
         # So short a step runs along the tangent: what it leaves out is of second order.
         after += k * (last - u)
-    change = way * search.x
     if (inverse * after - 1.0) * (r - 1.0) < 0.0:
         change, after, branch = reaching(stack, memory, z, change, after, k, 1.0 / inverse, q, branch)
     return Stroke(f + theta * (after - f), z + change, after, branch)
@@ -289,7 +303,7 @@ def reaching(stack, memory, z, far, f, slope, level, q, branch):
     """Return the `Reached` short of `far`, where the force is `f` with this slope: there it is `level` [N or N*m]."""
     way = 1.0 if far > 0.0 else -1.0
     search = newton_next(newton_from(abs(far), abs(far)), way * (f - level), slope)
-    u, after, k = z + far, f, slope
+    u, after = z + far, f
     for _ in range(NEWTON_LAST):
         before = u
         u = z + way * search.x
@@ -298,12 +312,8 @@ def reaching(stack, memory, z, far, f, slope, level, q, branch):
         if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
         after, k = branch_point(branch, u, q)
-        residual = way * (after - level)
-        search = newton_next(search, residual, k)
-        if abs(residual) <= ALONG_TANGENT * abs(level):
-            break
-    last = z + way * search.x
-    if is_beside(branch, way, last):
-        branch = branch_at(stack, memory, last)
-        return Reached(way * search.x, branch_output(branch, last, q), branch)
-    return Reached(way * search.x, after + k * (last - u), branch)
+        search = newton_next(search, way * (after - level), k)
+        last = z + way * search.x
+        if k * abs(last - u) <= ALONG_TANGENT * abs(level) and not is_beside(branch, way, last):
+            return Reached(way * search.x, after + k * (last - u), branch)
+    return Reached(way * search.x, after, branch)
