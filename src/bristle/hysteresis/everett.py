@@ -70,12 +70,18 @@ def loop_tip_slope(k):
 @kernel
 def loading_curve(x, shape, exponent):
     """Return the virgin force over f_p of a Masing kernel at the travel x >= 0 over f_p/s."""
+    if shape == DAHL_MASING and exponent == 2.0:
+        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
+    return other_curve(x, shape, exponent)
+
+
+@kernel(inline=False)
+def other_curve(x, shape, exponent):
+    """Return `loading_curve` but for Dahl's with the exponent 2."""
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return -expm1(-x)
-    if exponent == 2.0:
-        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
     m = exponent - 1.0
     if m * x <= -1.0:
         return 1.0
@@ -85,13 +91,19 @@ def loading_curve(x, shape, exponent):
 @kernel
 def loading_slope(x, shape, exponent):
     """Return the derivative of `loading_curve`."""
+    if shape == DAHL_MASING and exponent == 2.0:
+        share = 1.0 / (1.0 + x)
+        return share * share
+    return other_slope(x, shape, exponent)
+
+
+@kernel(inline=False)
+def other_slope(x, shape, exponent):
+    """Return `loading_slope` but for Dahl's with the exponent 2."""
     if shape == TIP_MASING:
         return loop_tip_slope(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return exp(-x)
-    if exponent == 2.0:
-        share = 1.0 / (1.0 + x)
-        return share * share
     m = exponent - 1.0
     if m * x <= -1.0:
         return 0.0
