@@ -312,8 +312,11 @@ def reaching(stack, memory, z, far, f, slope, level, q, branch):
         if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
         after, k = branch_point(branch, u, q)
-        search = newton_next(search, way * (after - level), k)
-        last = z + way * search.x
-        if k * abs(last - u) <= ALONG_TANGENT * abs(level) and not is_beside(branch, way, last):
-            return Reached(way * search.x, after + k * (last - u), branch)
+        residual = way * (after - level)
+        if k > 0.0 and abs(residual) <= ALONG_TANGENT * abs(level):
+            x = search.x - residual / k
+            last = z + way * x
+            if not is_beside(branch, way, last):
+                return Reached(way * x, after + k * (last - u), branch)
+        search = newton_next(search, residual, k)
     return Reached(way * search.x, after, branch)
