@@ -68,8 +68,7 @@ class Stroke(NamedTuple):
 
 
 class Run(NamedTuple):
-    """A long step so far: where it is, what is left of it, the integral of the force, and the longest next part.
-    """
+    """A long step so far: where it is, what is left of it, the integral of the force, and the longest next part."""
 
     z: float
     f: float

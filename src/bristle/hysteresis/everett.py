@@ -77,7 +77,7 @@ def loading_curve(x, shape, exponent):
 
 @kernel(inline=False)
 def other_curve(x, shape, exponent):
-    """Return `loading_curve` but for Dahl's with the exponent 2."""
+    """Return `loading_curve` but for Dahl's with the exponent 2: apart, for it would make a step too long to optimise."""
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:

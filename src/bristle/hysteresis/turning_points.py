@@ -93,15 +93,17 @@ def branch_at(stack, memory, u):
     begin = stack.z
     while depth >= 2:
         end = memory[depth - 2]
-        if side * (u - end) < 0.0:
+        if side * (u - end) >= 0.0:
+            begin = end
+            depth -= 2
+        else:
             return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
-        begin = end
-        depth -= 2
     if depth == 1:
         end = -memory[0]
-        if side * (u - end) < 0.0:
+        if side * (u - end) >= 0.0:
+            begin = end
+        else:
             return Branch(memory[0], memory[memory.size // 2], side, 1, begin, end)
-        begin = end
     return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
 
 
