@@ -184,9 +184,7 @@ def cos(x):
 @kernel
 def smooth_step(y):
     r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`: from 0 at y = 0 to 1 at y = 1, and nowhere else."""
-    s, c = _of_half_quarter(y)
-    total = s + c
-    return 0.5 * total * total
+    return smooth_step_point(y)[0]
 
 
 @kernel

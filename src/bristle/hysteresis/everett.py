@@ -77,7 +77,7 @@ def loading_curve(x, shape, exponent):
 
 @kernel(inline=False)
 def other_curve(x, shape, exponent):
-    """Return `loading_curve` but for Dahl's with the exponent 2: apart, for it would make a step too long to optimise."""
+    """Return `loading_curve` of all others: apart, or a step would be too long for the compiler to specialise."""
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
@@ -99,7 +99,7 @@ def loading_slope(x, shape, exponent):
 
 @kernel(inline=False)
 def other_slope(x, shape, exponent):
-    """Return `loading_slope` but for Dahl's with the exponent 2."""
+    """Return `loading_slope` of all others."""
     if shape == TIP_MASING:
         return loop_tip_slope(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
