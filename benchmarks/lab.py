@@ -35,7 +35,7 @@ MEASURE = """
 
 
 def measured(folder):
-    """Return, for each model and set of slots, the milliseconds of each move, until all is drawn, and what share is whole."""
+    """Return, by model and slots, the milliseconds of each move, and until all is drawn, and what share was whole."""
     page = Path(folder) / "lab.html"
     page.write_text(lab_page(), encoding="utf-8")
     times = {}
