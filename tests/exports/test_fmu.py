@@ -285,10 +285,11 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tm
     import subprocess
 
     monkeypatch.setattr(fmu_build, "zig", list)
-    for name in ("preisach_lugre_2", "preisach_lugre_3"):
-        with zipfile.ZipFile(fmus / name / "axis_x_mass.fmu") as archive:
+    written = [(name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")]
+    for name, unit in (*written, ("coulomb_3", "axis_x")):
+        with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
             archive.extractall(tmp_path / name)
-        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, "axis_x_mass.c"]
+        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c"]
         ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
         assert ran.returncode == 0, ran.stderr[:2000]
     first, second = [br.export(example_of(MODELS["dahl"]), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
