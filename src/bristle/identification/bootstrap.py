@@ -30,6 +30,7 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.identification.contrast import Contrast, between
 from bristle.identification.covariance import Jackknife
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
@@ -110,18 +111,20 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def turned(solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0) -> list[Turned]:
+def turned(
+    solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0, moved: np.ndarray | float = 0.0
+) -> list[Turned]:  # fmt: skip
     """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
 
     The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
-    what fits are off in the mean a share is in `doubt`, as one standard error.
+    what fits are off in the mean a share is in `doubt`, as one standard error. Draws are `moved` after that.
     """
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
     off = doubt * (np.mean(thetas, axis=0) - centre)
     spread = np.random.default_rng(SEED).standard_normal(len(thetas) // 2 + 1)
     drawn = thetas + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[: len(thetas)]
-    drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn)
+    drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn) - moved
     return [solution.space.turned(theta, middle) for theta in drawn]
 
 
@@ -143,7 +146,7 @@ def bootstrap(
     visible = scatter_in(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
     fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
                  Refit(solution, free, linear=linear), cycles, slope, solution.theta, problem.parameters,
-                 Jackknife.of(solution, cycles))  # fmt: skip
+                 Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free))  # fmt: skip
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
@@ -160,8 +163,9 @@ def bootstrap(
         for pair in pool.map(fits.pair, pairs):
             drawn += pair
             report(min(len(drawn) / count, 1.0))
-    thetas = np.array([fit.theta for fit in drawn[:count]])
-    squares, draws = _squares(drawn).above(quiet), turned(solution, thetas, fits.centre, fits.replicates.doubt)
+    thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
+    moved = between(fits.contrast.change(residual), changes, np.random.default_rng(SEED))
+    squares, draws = _squares(drawn).above(quiet), turned(solution, thetas, fits.centre, fits.replicates.doubt, moved)
     low, high = (scatter / squares.deviation(share) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
         solution, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws), fits.disturbance,
@@ -238,10 +242,11 @@ CERTAIN = ChiSquare(0.0, math.inf)
 class _Drawn(NamedTuple):
     """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
 
-    The scatter is the one that is visible, in units of the estimated one.
+    The scatter is the one that is visible, in units of the estimated one; the `change` that of the contrast.
     """
 
     theta: np.ndarray
+    change: np.ndarray
     jackknife: np.ndarray
     scatter: float
     square: float
@@ -267,6 +272,7 @@ class _Fits:
     centre: np.ndarray
     parameters: ParameterSet
     jackknife: Jackknife
+    contrast: Contrast
     squares: ChiSquare = CERTAIN
 
     def disturbed(self, **changes: float) -> _Fits:
@@ -298,6 +304,7 @@ class _Fits:
         theta, residual = self.refit.solve(replicate, solution.theta)
         return _Drawn(
             theta,
+            self.contrast.change(residual),
             self.jackknife.std(residual),
             scatter_in(self.cycles, self.slope, residual) / ratio if self.cycles.count >= FEWEST_CYCLES else 0.0,
             float(np.mean(residual**2)),

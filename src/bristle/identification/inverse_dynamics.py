@@ -27,6 +27,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
+from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, derivative, mechanical, transmitted_by
 from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
@@ -44,6 +45,7 @@ __all__ = ["InverseDynamics", "RowReplicates"]
 
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
+AWAY, AWAY_TIME = 3.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -169,6 +171,13 @@ class InverseDynamics:
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
         return half_cycles(self.dataset)
+
+    @cached_property
+    def away(self) -> Away:
+        """The rows away from reversals and rests, and a damping that differs by direction."""
+        periods, dataset = AWAY / self.dataset.cutoff, self.dataset
+        far = dataset.samples_from_rest * dataset.sample_time > max(periods, AWAY_TIME)
+        return Away(far, np.abs(dataset.velocity)[:, None])
 
     @cached_property
     def columns(self) -> np.ndarray:

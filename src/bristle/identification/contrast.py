@@ -1,0 +1,102 @@
+r"""What a fit would say without its reversals, and beside a damping that differs by direction.
+
+A filter in a channel, a delay that is hardly known, a body that sticks: around reversals a log errs by all of it, and
+so does a fit. Least squares asks all rows alike; away from reversals
+
+.. math:: \min_\delta \sum_\text{away} \left(r - J \delta - \gamma\, |\dot q|\right)^2
+
+says by how much its parameters would be others. Where that is more than it is in replicates of the log, which have none
+of those errors, it is no chance (Hausman's contrast [1]_), and the truth may lie with either. A parameter that rows
+away from reversals do not tell well stays what it is.
+
+References
+----------
+.. [1] J. A. Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978. doi:10.2307/1913827
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.identification.parameter_space import Solution
+
+__all__ = ["Away", "Contrast", "between"]
+
+AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of a parameter
+APART = 1e-3  # of a column: what the others cannot take
+SINGULAR = 1e-7  # of the largest singular value
+FEWEST = 50  # rows
+BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
+
+
+@dataclass(frozen=True)
+class Away:
+    """The rows away from reversals, shape (row,) of bool, and forces beside friction, shape (row, force)."""
+
+    rows: np.ndarray
+    beside: np.ndarray
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """The change of coordinates by a residual, `matrix`, shape (coordinate, row); of some rows only."""
+
+    matrix: np.ndarray
+    rows: np.ndarray
+
+    @classmethod
+    def of(cls, solution: Solution, away: Away, free: np.ndarray) -> Contrast:
+        """Return the contrast of a solution of which some coordinates are free, shape (coordinate,) of bool."""
+        space, theta, jacobian = solution.space, solution.theta, solution.jacobian
+        at_edge = np.array([name in solution.at_edge for name in space.names])
+        inner = free & ~at_edge & (theta > space.low) & (theta < space.high)
+        inner &= np.linalg.norm(jacobian, axis=0) > 0.0
+        nothing = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
+        if np.count_nonzero(away.rows) < FEWEST or not inner.any():
+            return nothing
+        places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
+        usual, beside = _std(columns), _apart(away.beside, columns)[away.rows]
+        while places.size:
+            inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
+            share = np.linalg.norm(inverse[: places.size], axis=1) / usual
+            worst = int(np.argmax(share))
+            if share[worst] <= AS_WELL:
+                matrix = np.zeros((theta.size, inverse.shape[1]))
+                matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
+                return cls(matrix, np.flatnonzero(away.rows))
+            places, columns, usual = (np.delete(part, worst, axis=-1) for part in (places, columns, usual))
+        return nothing
+
+    def change(self, residual: np.ndarray) -> np.ndarray:
+        """Return by how much the other fit lies beside one that leaves this residual, shape (coordinate,)."""
+        return self.matrix @ residual[self.rows]
+
+
+def between(change: np.ndarray, usual: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return how far draws move towards the other fit, shape (draw, coordinate).
+
+    `usual` are the changes in fits to replicates, in pairs, of the same shape.
+    """
+    beyond, variance = change - np.mean(usual, axis=0), np.var(usual, axis=0)
+    square = np.maximum(beyond**2, np.finfo(float).tiny)
+    clear = np.sqrt(np.maximum(1.0 - variance / square, 0.0))
+    low, high = BETWEEN
+    share = rng.uniform(low, high, len(usual) // 2 + 1)
+    shares = np.stack([share, low + high - share], axis=1).ravel()[: len(usual)]
+    return shares[:, None] * clear * (change - usual)
+
+
+def _std(columns: np.ndarray) -> np.ndarray:
+    """Return what the standard errors of all coordinates are, of white noise of 1."""
+    return np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1)
+
+
+def _apart(forces: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the forces that are none of the columns, each of length one."""
+    length = np.linalg.norm(forces, axis=0)
+    unit = forces[:, length > 0.0] / length[length > 0.0]
+    basis = np.linalg.qr(columns)[0]
+    left = np.linalg.norm(unit - basis @ (basis.T @ unit), axis=0)
+    return unit[:, left > APART]
