@@ -26,6 +26,8 @@ from bristle.identification.roles import Role, acts_in_sliding, names_of
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
+OTHER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
+"""What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,12 @@ class Judgement:
 
     def _unsure(self, name: str) -> Diagnostic | None:
         """Return why a parameter cannot be identified; None where it can."""
+        alone = self._unsure_alone(name)
+        lacks = alone is None and name not in self.solution.at_edge and self._lacks_its_other(name)
+        return self.excitation.cause(name) if lacks else alone
+
+    def _unsure_alone(self, name: str) -> Diagnostic | None:
+        """Return the same, whatever is known of the parameter that it goes with."""
         least, variable = self.excitation.settings, self.excitation.variables[name]
         value, std = self.excitation.values[name], max(self._std[name])
         if self.excitation.is_hidden(name, filtered=self.filtered):
@@ -88,8 +96,6 @@ class Judgement:
             return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
-        if self._lacks_its_force(name):
-            return self.excitation.cause(name)
         peak = self.excitation.scales.peak
         if acts_in_sliding(variable) and value > least.beyond_effort * peak:
             return Diagnostic("beyond_effort", name, "warning", {"effort": peak}, self._kind)
@@ -120,14 +126,15 @@ class Judgement:
         numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": resolution}
         return Diagnostic("coarse_elements", name, "warning", numbers, self._kind)
 
-    def _lacks_its_force(self, name: str) -> bool:
-        """Return whether a velocity tells how a force falls, and no such force is known."""
+    def _lacks_its_other(self, name: str) -> bool:
+        """Return whether a velocity tells how a force falls, or a force from where, and no such other is known."""
         variables = self.excitation.variables
-        if not Role.FALL.fits(variables[name]):
+        role = next((role for role in OTHER if role.fits(variables[name])), None)
+        if role is None:
             return False
-        forces = [force for force in self.solution.values if Role.BREAK_AWAY.fits(variables[force])]
-        return bool(forces) and all(
-            force in self.solution.at_edge or self._unsure(force) is not None for force in forces
+        others = [other for other in self.solution.values if OTHER[role].fits(variables[other])]
+        return bool(others) and all(
+            other in self.solution.at_edge or self._unsure_alone(other) is not None for other in others
         )
 
     def _at_edge(self, name: str) -> Diagnostic:
