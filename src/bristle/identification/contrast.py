@@ -25,7 +25,7 @@ from bristle.identification.parameter_space import Solution
 __all__ = ["Away", "Contrast", "between"]
 
 AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of a parameter
-APART = 1e-3  # of a column: what the others cannot take
+APART = 0.02  # of a force: what the columns cannot take
 SINGULAR = 1e-7  # of the largest singular value
 FEWEST = 50  # rows
 BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
@@ -57,7 +57,7 @@ class Contrast:
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():
             return nothing
         places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
-        usual, beside = _std(columns), _apart(away.beside, columns)[away.rows]
+        usual, beside = _std(columns), _apart(away.beside[away.rows], columns[away.rows])
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
