@@ -28,14 +28,16 @@ AS_WELL = 3.0  # times the standard error: what rows away from reversals tell of
 APART = 0.02  # of a force: what the columns cannot take
 SINGULAR = 1e-7  # of the largest singular value
 FEWEST = 50  # rows
+CHANCE = 2.0  # standard deviations, by which fits to replicates may differ: no more than that is none
 BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
 
 
 @dataclass(frozen=True)
 class Away:
-    """The rows away from reversals, shape (row,) of bool, and forces beside friction, shape (row, force)."""
+    """The rows away from reversals, and those far away, shape (row,) of bool; forces beside friction (row, force)."""
 
     rows: np.ndarray
+    far: np.ndarray
     beside: np.ndarray
 
 
@@ -69,6 +71,11 @@ class Contrast:
             places, columns, usual = (np.delete(part, worst, axis=-1) for part in (places, columns, usual))
         return nothing
 
+    @property
+    def told(self) -> np.ndarray:
+        """Which coordinates rows away from reversals tell, shape (coordinate,) of bool."""
+        return self.matrix.any(axis=1)
+
     def change(self, residual: np.ndarray) -> np.ndarray:
         """Return by how much the other fit lies beside one that leaves this residual, shape (coordinate,)."""
         return self.matrix @ residual[self.rows]
@@ -81,7 +88,7 @@ def between(change: np.ndarray, usual: np.ndarray, rng: np.random.Generator) -> 
     """
     beyond, variance = change - np.mean(usual, axis=0), np.var(usual, axis=0)
     square = np.maximum(beyond**2, np.finfo(float).tiny)
-    clear = np.sqrt(np.maximum(1.0 - variance / square, 0.0))
+    clear = np.sqrt(np.maximum(1.0 - CHANCE**2 * variance / square, 0.0))
     low, high = BETWEEN
     share = rng.uniform(low, high, len(usual) // 2 + 1)
     shares = np.stack([share, low + high - share], axis=1).ravel()[: len(usual)]

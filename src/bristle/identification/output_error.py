@@ -173,7 +173,8 @@ class OutputError:
     @cached_property
     def away(self) -> Away:
         """Nowhere: a simulated signal keeps the traces of each reversal."""
-        return Away(np.zeros(self.measured.size, dtype=bool), np.empty((self.measured.size, 0)))
+        nowhere = np.zeros(self.measured.size, dtype=bool)
+        return Away(nowhere, nowhere, np.empty((nowhere.size, 0)))
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""

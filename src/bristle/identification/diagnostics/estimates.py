@@ -13,6 +13,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
+from bristle.identification.contrast import Contrast
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.diagnostics.residual import noisy_inertia
@@ -80,8 +81,11 @@ class Judgement:
     def _unsure(self, name: str) -> Diagnostic | None:
         """Return why a parameter cannot be identified; None where it can."""
         alone = self._unsure_alone(name)
-        lacks = alone is None and name not in self.solution.at_edge and self._lacks_its_other(name)
-        return self.excitation.cause(name) if lacks else alone
+        if alone is not None or name in self.solution.at_edge:
+            return alone
+        if self._lacks_its_other(name):
+            return self.excitation.cause(name)
+        return self._hidden_by_reversals(name)
 
     def _unsure_alone(self, name: str) -> Diagnostic | None:
         """Return the same, whatever is known of the parameter that it goes with."""
@@ -136,6 +140,24 @@ class Judgement:
         return bool(others) and all(
             other in self.solution.at_edge or self._unsure_alone(other) is not None for other in others
         )
+
+    def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
+        """Return why a fall of friction is not seen: by rows near reversals only, whose stiffness is not either."""
+        variables, names = self.excitation.variables, self.solution.space.names
+        fall = [other for other in names if any(role.fits(variables[other]) for role in OTHER)]
+        stiff = [other for other in self.solution.values if Role.STIFFNESS.fits(variables[other])]
+        if name not in fall or not stiff or not self.filtered:
+            return None
+        if all(self._told_away[names.index(other)] for other in fall):
+            return None
+        reasons = [reason for reason in map(self._unsure_alone, stiff) if reason is not None]
+        return replace(reasons[0], parameter=name) if len(reasons) == len(stiff) else None
+
+    @cached_property
+    def _told_away(self) -> np.ndarray:
+        """Which coordinates rows far from reversals tell nearly as well as all do."""
+        away, free = self.problem.away, np.ones(len(self.solution.space.names), dtype=bool)
+        return Contrast.of(self.solution, replace(away, rows=away.far), free).told
 
     def _at_edge(self, name: str) -> Diagnostic:
         edge, variable = self.solution.at_edge[name], self.excitation.variables[name]
