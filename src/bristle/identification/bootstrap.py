@@ -147,7 +147,7 @@ def bootstrap(
     visible = levels.scatter(residual)
     fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
                  Refit(solution, free, linear=linear), levels, solution.theta, problem.parameters,
-                 Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free))  # fmt: skip
+                 Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free, residual))  # fmt: skip
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
@@ -165,7 +165,7 @@ def bootstrap(
             drawn += pair
             report(min(len(drawn) / count, 1.0))
     thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
-    moved = between(fits.contrast.change(residual), changes, np.random.default_rng(SEED))
+    moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
     draws, level = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved), level.as_seen(_squares(drawn))
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(

@@ -45,7 +45,7 @@ __all__ = ["InverseDynamics", "RowReplicates"]
 
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
-AWAY, AWAY_TIME = 3.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
+AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
 FAR_AWAY = 6.0  # times as long: where a slide is a steady one
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
@@ -186,10 +186,11 @@ class InverseDynamics:
 
     @cached_property
     def away(self) -> Away:
-        """The rows away from reversals and rests, and a damping that differs by direction."""
-        dataset = self.dataset
+        """The rows away from reversals and rests; a slide of six times as long is a steady one."""
+        dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
         time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
-        return Away(time > least, time > FAR_AWAY * least, np.abs(dataset.velocity)[:, None])
+        turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
+        return Away(time > least, time > FAR_AWAY * least, x, dataset.velocity, turns)
 
     @cached_property
     def columns(self) -> np.ndarray:

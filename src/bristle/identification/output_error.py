@@ -173,8 +173,7 @@ class OutputError:
     @cached_property
     def away(self) -> Away:
         """Nowhere: a simulated signal keeps the traces of each reversal."""
-        nowhere = np.zeros(self.measured.size, dtype=bool)
-        return Away(nowhere, nowhere, np.empty((nowhere.size, 0)))
+        return Away.nowhere(self.measured.size)
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
