@@ -30,7 +30,7 @@ APART = 0.02  # of a force: what the columns cannot take
 SINGULAR = 1e-7  # of the largest singular value
 FEWEST = 50  # rows
 LEAST_TURNS, WAVE_SHARE = 3.0, 0.05  # of waves: turns over the range, share of the squares that are left over
-CHANCE = 1.5  # standard deviations, by which fits to replicates may differ: no more than that is none
+CHANCE = 2.0  # standard deviations, by which fits to replicates may differ: no more than that is none
 BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
 
 
@@ -113,7 +113,7 @@ class Contrast:
     @property
     def told(self) -> np.ndarray:
         """Which coordinates rows away from reversals tell, shape (coordinate,) of bool."""
-        return self.matrix.any(axis=1)
+        return np.asarray(np.any(self.matrix != 0.0, axis=1))
 
     def change(self, residual: np.ndarray) -> np.ndarray:
         """Return by how much the other fit lies beside one that leaves this residual, shape (coordinate,)."""
