@@ -74,8 +74,8 @@ class Away:
             return speed
         pair = waves(x, np.ones_like(x), frequency)[:, :2]
         basis = np.linalg.qr(pair[self.rows])[0]
-        told = float(np.sum((basis.T @ left[self.rows]) ** 2))
-        return np.hstack([speed, pair]) if told > WAVE_SHARE * float(left @ left) else speed
+        square = float(np.sum((basis.T @ left[self.rows]) ** 2))
+        return np.hstack([speed, pair]) if square > WAVE_SHARE * float(left @ left) else speed
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Contrast:
         return nothing
 
     @property
-    def told(self) -> np.ndarray:
+    def determined(self) -> np.ndarray:
         """Which coordinates rows away from reversals tell, shape (coordinate,) of bool."""
         return np.asarray(np.any(self.matrix != 0.0, axis=1))
 

@@ -12,7 +12,7 @@ def test_without_anything_that_looks_like_it_a_scatter_is_known_by_its_ratio():
     assert level.scatter() == pytest.approx(0.2)
     for deviation in (0.5, 2.0):
         assert level.scatter(deviation) == pytest.approx(0.2 / deviation)
-        assert level.seen(level.scatter(deviation)) == pytest.approx(0.2 / deviation)
+        assert level.visible_of(level.scatter(deviation)) == pytest.approx(0.2 / deviation)
 
 
 def test_a_scatter_that_is_not_seen_may_be_there():

@@ -27,7 +27,7 @@ from bristle.identification.roles import Role, acts_in_sliding, names_of
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
-OTHER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
+PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 """What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
 
 
@@ -83,7 +83,7 @@ class Judgement:
         alone = self._unsure_alone(name)
         if alone is not None or name in self.solution.at_edge:
             return alone
-        if self._lacks_its_other(name):
+        if self._lacks_its_partner(name):
             return self.excitation.cause(name)
         return self._hidden_by_reversals(name)
 
@@ -130,34 +130,34 @@ class Judgement:
         numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": resolution}
         return Diagnostic("coarse_elements", name, "warning", numbers, self._kind)
 
-    def _lacks_its_other(self, name: str) -> bool:
-        """Return whether a velocity tells how a force falls, or a force from where, and no such other is known."""
+    def _lacks_its_partner(self, name: str) -> bool:
+        """Return whether a velocity tells how a force falls, or a force from where, and no such partner is known."""
         variables = self.excitation.variables
-        role = next((role for role in OTHER if role.fits(variables[name])), None)
+        role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:
             return False
-        others = [other for other in self.solution.values if OTHER[role].fits(variables[other])]
-        return bool(others) and all(
-            other in self.solution.at_edge or self._unsure_alone(other) is not None for other in others
+        partners = [partner for partner in self.solution.values if PARTNER[role].fits(variables[partner])]
+        return bool(partners) and all(
+            partner in self.solution.at_edge or self._unsure_alone(partner) is not None for partner in partners
         )
 
     def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
         """Return why a fall of friction is not seen: by rows near reversals only, whose stiffness is not either."""
         variables, names = self.excitation.variables, self.solution.space.names
-        fall = [other for other in names if any(role.fits(variables[other]) for role in OTHER)]
-        stiff = [other for other in self.solution.values if Role.STIFFNESS.fits(variables[other])]
+        fall = [part for part in names if any(role.fits(variables[part]) for role in PARTNER)]
+        stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
         if name not in fall or not stiff or not self.filtered:
             return None
-        if all(self._told_away[names.index(other)] for other in fall):
+        if all(self._tells_away[names.index(part)] for part in fall):
             return None
         reasons = [reason for reason in map(self._unsure_alone, stiff) if reason is not None]
         return replace(reasons[0], parameter=name) if len(reasons) == len(stiff) else None
 
     @cached_property
-    def _told_away(self) -> np.ndarray:
+    def _tells_away(self) -> np.ndarray:
         """Which coordinates rows far from reversals tell nearly as well as all do."""
         away, free = self.problem.away, np.ones(len(self.solution.space.names), dtype=bool)
-        return Contrast.of(self.solution, replace(away, rows=away.far), free).told
+        return Contrast.of(self.solution, replace(away, rows=away.far), free).determined
 
     def _at_edge(self, name: str) -> Diagnostic:
         edge, variable = self.solution.at_edge[name], self.excitation.variables[name]
