@@ -141,6 +141,10 @@ def ripple_in(
 
 
 def force_of(weighed: Weighed, cause: str, columns: np.ndarray, *, explained: np.ndarray, left: np.ndarray) -> Missing:
+    """Return the force that a model lacks by a cause, fitted beside what is explained.
+
+    `left` is what that leaves of each part, fitted to the others.
+    """
     after, force, coefficients = weighed.with_columns(explained, columns)
     share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
     amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0

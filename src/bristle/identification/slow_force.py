@@ -31,6 +31,7 @@ from bristle.identification.settings import Settings
 __all__ = ["slow_forces"]
 
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
+FEWEST_CYCLES = 10  # fewer do not tell a scatter of friction from a cause
 FEWEST_UNITS = 24  # half-cycles, or parts of them, that have a sign of their own
 SIGNS = 499  # drawn for each
 SMALL, TINY = 1e-3, 1e-9
@@ -75,6 +76,8 @@ def _largest(
     rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least
 ) -> tuple[tuple[Missing, ...], float]:  # fmt: skip
     """Return the cause that tells most behind the filter, none or one, and what is left beside all causes."""
+    if rows.cycles.count < FEWEST_CYCLES:
+        return (), 0.0
     passed = _LowPass.of(rows)
     explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
     residual = passed(rows.residual)
@@ -82,7 +85,7 @@ def _largest(
     weighed = Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope)))
     ripple, period = (None, 0.0) if math.isinf(least.ripple) else ripple_in(rows, weighed, explained, rows.narrow)
     left, forces = weighed.left(explained), list[Missing]()
-    for name, columns in (causes | ({} if ripple is None else {"ripple": ripple})).items():
+    for name, columns in ({**causes} | ({} if ripple is None else {"ripple": ripple})).items():
         slow = passed(columns)
         force = force_of(weighed, name, slow, explained=explained, left=left)
         large = force.force >= (least.ripple if name == "ripple" else least.force)

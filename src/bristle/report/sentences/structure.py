@@ -83,8 +83,8 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "missing_flanks": Sentence(
         (
-            "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side amid "
-            "motion as elsewhere: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one "
+            "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as "
+            "elsewhere amid motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one "
             "flank to the other; no model of bristle has play: record the position behind it too, and look for it in "
             "coupling and screw",
         ),
