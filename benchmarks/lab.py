@@ -15,25 +15,27 @@ MEASURE = """
   const canvas = document.getElementById("loop"), context = canvas.getContext("2d");
   const slider = document.querySelector("#cards input[type=range]:not(:disabled)");
   const moving = [], all = [];
+  let whole = 0;
   for (let k = 0; k < moves; k++) {
     slider.value = 900 + (k * 37) % 200;
     const before = performance.now();
     slider.dispatchEvent(new Event("input"));
     context.getImageData(0, 0, 1, 1);  // everything drawn so far is drawn now
     moving.push(performance.now() - before);
+    whole += lab.samples === SAMPLES;
     // As the slider is let go, what was drawn with fewer samples is drawn with all.
     slider.dispatchEvent(new Event("change"));
     context.getImageData(0, 0, 1, 1);
     all.push(performance.now() - before);
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
   }
-  return [moving, all];
+  return [moving, all, whole];
 })(MOVES)
 """
 
 
 def measured(folder):
-    """Return, for each model and set of slots, the milliseconds of each move, while it moves and until all is drawn."""
+    """Return, by model and slots, the milliseconds of each move, and until all is drawn, and what share was whole."""
     page = Path(folder) / "lab.html"
     page.write_text(lab_page(), encoding="utf-8")
     times = {}
@@ -42,7 +44,8 @@ def measured(folder):
             for slots in ("", "asymmetry", "position ripple asymmetry"):
                 tab.open("about:blank")
                 tab.open(f"{page.as_uri()}#{urlencode({'model': name, 'slots': slots})}")
-                times[name, slots] = [sorted(row) for row in tab.run(MEASURE.replace("MOVES", str(MOVES)))]
+                moving, every, whole = tab.run(MEASURE.replace("MOVES", str(MOVES)))
+                times[name, slots] = sorted(moving), sorted(every), whole / MOVES
     return times
 
 
@@ -53,8 +56,8 @@ def told(times):
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        for (name, slots), (moving, every) in measured(folder).items():
-            print(f"{name:20s} {slots:26s} moving {told(moving)}; all {told(every)}")
+        for (name, slots), (moving, every, whole) in measured(folder).items():
+            print(f"{name:20s} {slots:26s} moving {told(moving)}, {whole:4.0%} whole; all {told(every)}")
 
 
 if __name__ == "__main__":

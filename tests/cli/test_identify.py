@@ -125,14 +125,14 @@ def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bri
 
 
 def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, place):
-    assert bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run").code == 0
+    assert bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run").code == 0
     page = Path("run/report.html").read_text()
-    assert "bristle identify log.csv --axis axis.toml --out run" in page
+    assert "bristle identify log.csv --axis axis.toml --draws 0 --out run" in page
     assert not re.search(r"""(src|href)=["']?https?:""", page)
 
 
 def test_results_are_kept_without_force(bristle, place):
-    arguments = ("identify", "log.csv", "--axis", "axis.toml", "--out", "run")
+    arguments = ("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run")
     assert bristle(*arguments).code == 0
     before = Path("run/model.toml").read_bytes()
     again = bristle(*arguments, "--model", "viscous")
@@ -150,9 +150,8 @@ def test_filter_options_change_the_treatment(bristle, place):
 
 
 def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
-    found = bristle(
-        "identify", "log.csv", "--axis", "axis.toml", "--model", "own.py+asymmetry", "--out", "run", "--json"
-    )
+    asked = ("--model", "own.py+asymmetry", "--draws", 0)
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
     assert found.code == 0
     assert set(found.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
     Path("own.py").unlink()
@@ -199,7 +198,7 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
 def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
     own = place / "own.py"
     own.write_text(f"print('hello')\n{own.read_text()}")
-    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--json")
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0, "--json")
     assert ended.data["model"] == "own"
     assert ended.err == "hello\n"
 
@@ -207,7 +206,7 @@ def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place
 def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
     own = place / "own.py"
     own.write_text(own.read_text().replace("return p.F_0", "return -p.F_0"))
-    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py")
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--draws", 0)
     assert ended.code == 0
     (line,) = [line for line in ended.err.splitlines() if "contract" in line]
     assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
@@ -218,7 +217,7 @@ def test_the_command_line_takes_several_logs(bristle, place):
     text = (place / "log.csv").read_text().splitlines()
     half = len(text) // 2
     (place / "second.csv").write_text("\n".join([text[0], *text[half:]]) + "\n")
-    found = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--out", "both", "--json")
+    found = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--draws", 0, "--out", "both", "--json")
     assert found.code == 0, found.err
     assert found.data["further_logs"] == ["second.csv"]
     assert {"log", "log_2", "log_2_sha256", "axis"} <= set(found.data["provenance"])

@@ -146,6 +146,16 @@ def test_powers_of_a_half_are_square_roots():
         assert mathematics.power(x, 0.5) == math.sqrt(x)
 
 
+@pytest.mark.parametrize("y", [0.1, 0.5, 1.0, 1.7, 2.0, 2.5, 3.0, 4.0])
+def test_powers_are_exact_but_for_the_rounding_of_their_logarithm(y):
+    whole = y in (0.5, 1.0, 2.0, 3.0)
+    with mpmath.workprec(200):
+        for x in np.abs(decades(-20.0, 20.0, 100)).tolist():
+            most = 2.0 if whole else 3.0 + abs(y * math.log(x))
+            assert abs(mathematics.power(x, y) / mpmath.power(x, y) - 1) < most * UNIT
+    assert [mathematics.power(x, y) for x in (0.0, -0.0, -1.0)] == [0.0] * 3
+
+
 def test_the_fitted_weight_is_exact_to_the_last_places_on_both_sides_of_its_seams():
     rates = np.concatenate(
         [np.geomspace(1e-8, 50.0, 400), [np.nextafter(0.03, 0.0), 0.03, np.nextafter(0.25, 0.0), 0.25]]

@@ -17,7 +17,7 @@ from tests.lab.browser import browser
 
 import bristle as br
 from bristle.exports.subject import subject_of
-from bristle.exports.wasm import module_of
+from bristle.exports.wasm import ALONE, module_of
 from bristle.exports.wasm_binary import leb, signed_leb
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
@@ -162,7 +162,7 @@ def test_a_model_is_a_few_kilobytes():
     for name, most in ("sided_lugre", (2_500, 3_500)), ("sided_preisach_lugre", (16_000, 28_000)):
         subject = subject_of(example(name))
         assert len(module_of(subject).binary) < most[0]
-        assert len(module_of(subject, inlined=True).binary) < most[1]
+        assert len(module_of(subject, added=ALONE).binary) < most[1]
 
 
 def test_what_is_exported_runs_its_functions_where_they_are_called(tmp_path):
@@ -170,7 +170,7 @@ def test_what_is_exported_runs_its_functions_where_they_are_called(tmp_path):
     br.export(model, "wasm", tmp_path / "out", name="axis_x")
     subject = subject_of(model)
     written = (tmp_path / "out" / "axis_x.wasm").read_bytes()
-    assert written == module_of(subject, inlined=True).binary != module_of(subject).binary
+    assert written == module_of(subject, added=ALONE).binary != module_of(subject).binary
 
 
 def test_layers_that_share_a_kernel_leave_together():

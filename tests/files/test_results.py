@@ -551,6 +551,7 @@ def run_writer(out: Path, mark: str, size: int) -> None:
     assert process.returncode == 0
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments(tmp_path):
     out, size, chance = tmp_path / "run", 200_000, random.Random(20)
     began = time.perf_counter()

@@ -49,10 +49,10 @@ from bristle.exports.wasm_binary import (
 from bristle.exports.wasm_code import Code
 from bristle.friction import unvaried
 
-__all__ = ["Module", "Part", "module_of", "module_of_parts", "wasm_files"]
+__all__ = ["ALONE", "Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
 PAGE, FIRST = 65536, 8
-MOST_ADDED = 500  # parts of the tree that running a function where it is called may add
+ALONE, PACKED = 500, 60  # parts of the tree that running a function where it is called may add
 VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
 TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
@@ -135,7 +135,7 @@ class _Memory:
 
 
 def module_of(
-    subject: Subject, plant: Model | None = None, *, choices: bool = False, inlined: bool = False,
+    subject: Subject, plant: Model | None = None, *, choices: bool = False, added: int = PACKED,
     others: Mapping[str, Callable[[Builder], Function]] | None = None,
 ) -> Module:  # fmt: skip
     """Return a friction model as a module of WebAssembly.
@@ -148,9 +148,9 @@ def module_of(
         A plant that a second function, ``step``, moves against this friction.
     choices : bool
         Whether what is one of several names may be changed as numbers may: to its place among the names.
-    inlined : bool
-        Whether functions run where they are called, which saves the calls and makes the module larger. Modules that are
-        packed together are small by the functions that they share.
+    added : int
+        How many parts of the tree a function may add that runs where it is called: that saves the calls and makes the
+        module larger. Modules that are packed together are small by the functions that they share.
     others : mapping of str to callable, optional
         By name, what builds further functions of the contact: their numbers are called ``x`` and ``dt``.
     """
@@ -159,7 +159,7 @@ def module_of(
     roots = {"advance": cycle.entry} if core is None else {"advance": cycle.entry, "step": core.entry}
     roots |= {name: build(builder) for name, build in (others or {}).items()}
     unit = pruned(builder.unit, list(roots.values()))
-    layout = _Memory(unit, _called(unit, list(roots.values())) if inlined else unit.functions)
+    layout = _Memory(unit, _called(unit, list(roots.values()), added))
     size = max(subject.memory_size, 1)
     places = {"lasting": layout.add(cycle.begin), "memory": layout.add(np.zeros(size))}
     begins = dict.fromkeys(roots, places)
@@ -196,8 +196,9 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
     parts : mapping of str to Part
         By the name that is exported.
     """
-    unit = pruned(builder.unit, [part.entry for part in parts.values()])
-    layout = _Memory(unit, unit.functions)
+    roots = [part.entry for part in parts.values()]
+    unit = pruned(builder.unit, roots)
+    layout = _Memory(unit, _called(unit, roots, PACKED))
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
     entries, addresses = {}, {}
     for name, part in parts.items():
@@ -218,14 +219,14 @@ def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[in
     ]  # fmt: skip
 
 
-def _called(unit: Unit, roots: list[Function]) -> list[Function]:
-    """Return the functions that stay functions: the others run where they are called, which adds little."""
+def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
+    """Return the functions that stay functions: the others run where they are called, which adds few parts."""
     calls = Counter(id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call))
     functions, sizes = [], dict[int, int]()
     for function in unit.functions:
         parts = list(walk(function.body))
         size = len(parts) + sum(sizes.get(id(part.function), 0) for part in parts if isinstance(part, Call))
-        if function in roots or (calls[id(function)] - 1) * size > MOST_ADDED:
+        if function in roots or (calls[id(function)] - 1) * size > added:
             functions.append(function)
         else:
             sizes[id(function)] = size
@@ -261,7 +262,7 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
 
 def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
     """Return the module of a friction model, and the script that loads it."""
-    module = module_of(subject, inlined=True)
+    module = module_of(subject, added=ALONE)
     facts = {
         "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
         "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,

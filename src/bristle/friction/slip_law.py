@@ -81,8 +81,10 @@ def slip(r, law):
 def slip_point(r, law):
     r"""Return :math:`\Phi(r)` and :math:`d\Phi/dr`: together they cost little more than one."""
     if law.rho < 0.0:
-        steepness = 1.0 if law.exponent == 1.0 else law.exponent * power(abs(r), law.exponent - 1.0)
-        return slip(r, law), steepness if r >= 0.0 else law.unloading * steepness
+        share = 1.0 if law.exponent == 1.0 else power(abs(r), law.exponent - 1.0)
+        if r < 0.0:
+            share *= law.unloading
+        return share * r, share * law.exponent
     if r <= law.rho:
         return 0.0, 0.0
     if r >= 1.0:

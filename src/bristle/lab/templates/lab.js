@@ -13,7 +13,7 @@ const ready = new Map();
 const past = [], future = [];
 const SLOTS = ["asymmetry", "position", "ripple", "periodic", "load", "temperature", "transmitted"];
 const MOST_PAST = 200, MOST_TURNS = 400;
-const LONG = 6, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
+const LONG = 6, LONG_LOOP = 8, PAUSE = 80, JUDGED = 150, STANDS = 120; // [ms]
 let kept = "", waiting = 0, settling = 0, loopTook = 0, restTook = 0, judging = 0, verdictTook = 0, shown = {};
 
 const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data.replay)), { record: byId("record") });
@@ -22,10 +22,10 @@ const lab = Object.assign(newBench(colours(), data.replay && recordedMotion(data
 
 // While a slider moves, a loop that takes long has fewer samples; once it stands still it has all of them.
 function drawNow(moves = false) {
-  const before = performance.now(), isLong = moves && loopTook > LONG;
+  const before = performance.now(), isLong = moves && loopTook > LONG_LOOP;
   clearTimeout(settling);
   settling = isLong ? setTimeout(drawNow, STANDS) : 0;
-  lab.samples = isLong ? samplesWithin(loopTook / LONG) : SAMPLES;
+  lab.samples = isLong ? samplesWithin(loopTook / LONG_LOOP) : SAMPLES;
   loopView(lab, byId("loop"), byId("loop-reading"));
   const memoryView = lab.model.stack ? planeView : lab.model.elements ? elementsView : null;
   if (memoryView) memoryView(lab, byId("plane"), byId("plane-reading"));
