@@ -29,7 +29,7 @@ GAP = 1.5  # of the time from row to row, beyond which some are left out
 SMALLEST = float(np.finfo(float).tiny)
 SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
 FAR = 3.0  # periods of the cut-off from a reversal
-NARROW = 0.125  # of the cut-off, where nobody looked for where the acceleration is no noise
+NARROW = 0.125  # of the cut-off: faster than that, rows know of corners and of the filters more than of friction
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Rows:
             dataset.time, dataset.position, dataset.velocity, dataset.acceleration, dataset.effort, residual, jacobian,
             dataset.effort - residual, friction, slope, cycles, surroundings, dataset.cutoff, dataset.kind,
             dataset.samples_from_reversal * dataset.sample_time,
-            dataset.alignment.slow if dataset.alignment and dataset.alignment.slow else NARROW * dataset.cutoff,
+            min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
         )  # fmt: skip
 
     def at(self, rows: np.ndarray) -> Rows:

@@ -88,13 +88,13 @@ class Settings(CheckThresholds):
         "half-cycles that it was not fitted to, for the model to lack it", most=1.0,
     )  # fmt: skip
     missing_share_around: float = _set(
-        0.36, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
+        0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
     )
     missing_force: float = _set(
-        0.004, "share of the friction force, root mean square, below which a model lacks no force"
+        0.006, "share of the friction force, root mean square, below which a model lacks no force"
     )
     missing_effort: float = _set(
-        0.004, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
+        0.006, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
     )
     missing_slow_share: float = _set(
         0.2, "the same of what is left below the frequencies at which the acceleration is noise, for a force that the "
