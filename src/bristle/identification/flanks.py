@@ -39,8 +39,8 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
     if np.count_nonzero(around) < ENOUGH or np.unique(near[around]).size < FEWEST_CHANGES:
         return (), 0.0
-    there, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
-    ratio, excess = math.sqrt(there / max(elsewhere, SMALLEST)), max(there - elsewhere, 0.0)
+    square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
+    ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
     force = math.sqrt(excess / square.size)
     if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(
         np.sqrt(np.mean(rows.friction**2))

@@ -55,9 +55,9 @@ def lagging_columns(rows: Rows) -> np.ndarray:
     columns = []
     for lag in LAGS:
         keep, gain = np.exp(-step / lag), 1.0 - np.exp(-np.minimum(step, usual) / lag)
-        seen, late = np.empty_like(speed), float(speed[0])
-        for row, (kept, now) in enumerate(zip(keep.tolist(), (gain * speed).tolist(), strict=True)):
-            late = kept * late + now
-            seen[row] = late
-        columns.append(np.exp(-seen[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
+        lagged, late = np.empty_like(speed), float(speed[0])
+        for row, (share, gained) in enumerate(zip(keep.tolist(), (gain * speed).tolist(), strict=True)):
+            late = share * late + gained
+            lagged[row] = late
+        columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
     return rows.side[:, None] * np.hstack(columns)

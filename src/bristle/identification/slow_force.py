@@ -117,9 +117,9 @@ class _LowPass:
 
         behind = np.empty_like(signals, dtype=float)
         for start, end in zip(self.starts, self.ends, strict=True):
-            taken = gaussian_filter1d(np.ones(end - start), self.width, mode="constant")
+            weight = gaussian_filter1d(np.ones(end - start), self.width, mode="constant")
             slow = gaussian_filter1d(signals[start:end], self.width, axis=0, mode="constant")
-            behind[start:end] = (slow.T / taken).T
+            behind[start:end] = (slow.T / weight).T
         return behind
 
 
@@ -134,5 +134,5 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     pulls = units.summed(free * weighed.without(explained)[:, None])
     signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (SIGNS, units.count))
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
-    taken = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
-    return bool(taken[0] > np.quantile(taken[1:], level))
+    squares = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
+    return bool(squares[0] > np.quantile(squares[1:], level))
