@@ -39,5 +39,5 @@ def composite() -> Iterator[Ratio]:
             )  # fmt: skip
             count = effort.size
             yield Ratio(
-                f"composite ({transition}), {case}", ours / count, theirs / count, ratio, 2.5, "a step of LuGre"
+                f"composite ({transition}), {case}", ours / count, theirs / count, ratio, 1.75, "a step of LuGre"
             )

@@ -117,6 +117,11 @@ def test_compiled_functions_give_the_same_bits(name):
     assert np.array_equal(compiled, plain, equal_nan=True)
 
 
+def test_a_decay_has_the_bits_of_the_exponential():
+    for x in [0.0, *np.abs(decades(-300.0, 3.0)).tolist(), 708.0, np.nextafter(708.0, 709.0), 1e300, math.inf]:
+        assert mathematics.decay(x) == mathematics.exp(-x)
+
+
 def test_the_smooth_step_rises_as_half_a_sine():
     y = np.linspace(0.0, 1.0, 1001)
     with mpmath.workprec(200):

@@ -178,7 +178,7 @@ def test_nothing_of_a_library_but_the_square_root(written):
 
 def test_kernels_are_absorbed_as_they_are_here(written):
     text = (written / "preisach_lugre" / "axis_x.c").read_text()
-    assert "\nABSORBED double mathematics_exp(" in text
+    assert "\nABSORBED double mathematics_decay(" in text
     assert "\nstatic inline Stroke deflection_in_parts(" in text
 
 

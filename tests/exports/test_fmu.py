@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from tests.exports.importing import PLANT, STEP, WRITTEN, example, needs_compiler, needs_fmpy
 from tests.exports.native import COMPILER, WARNINGS, differing
 
 import bristle as br
@@ -17,78 +18,12 @@ from bristle.cli.main import main
 from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu_build
 from bristle.files.model import write_model
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.plants.terms import with_terms
 from bristle.testing import example_of
 
-needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 needs_ecos = pytest.mark.skipif(importlib.util.find_spec("ecospy") is None, reason="needs ecospy")
-STEP, COUNT = 1e-3, 1000
-PLANT = br.plants.inertia(M=2.0)
-SLOTS = {"preisach_lugre": ("asymmetry", "load"), "gms": ("asymmetry",)}
-
-
-def example(name):
-    return example_of(with_slots(MODELS[name], SLOTS.get(name, ())))
-
-
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """FMUs of some models, of one for both versions."""
-    found = pytest.MonkeyPatch()
-    found.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
-    folder = tmp_path_factory.mktemp("written")
-    for name, fmi in (("preisach_lugre", 2), ("preisach_lugre", 3), ("gms", 2), ("lugre", 3), ("coulomb", 3)):
-        br.export(example(name), f"fmu{fmi}", folder / f"{name}_{fmi}", step=STEP, plant=PLANT)
-    found.undo()
-    return folder
-
-
-class Importer:
-    """An FMU in FMPy, one version like the other."""
-
-    def __init__(self, path, folder):
-        import fmpy
-        from fmpy.fmi2 import FMU2Slave
-        from fmpy.fmi3 import FMU3Slave
-
-        self.described = fmpy.read_model_description(str(path))
-        self.fmi = int(self.described.fmiVersion[0])
-        self.places = {variable.name: variable.valueReference for variable in self.described.modelVariables}
-        fmpy.extract(str(path), str(folder))
-        identifier = self.described.coSimulation.modelIdentifier
-        kind = FMU2Slave if self.fmi == 2 else FMU3Slave
-        self.unit = kind(guid=self.described.guid or self.described.instantiationToken, unzipDirectory=str(folder),
-                         modelIdentifier=identifier, instanceName="tested")  # fmt: skip
-
-    def start(self, time=0.0, **values):
-        self.unit.instantiate()
-        self.set(**values)
-        if self.fmi == 2:
-            self.unit.setupExperiment(startTime=time)
-            self.unit.enterInitializationMode()
-        else:
-            self.unit.enterInitializationMode(startTime=time)
-        self.unit.exitInitializationMode()
-        return self
-
-    def set(self, **values):
-        if values:
-            setter = self.unit.setReal if self.fmi == 2 else self.unit.setFloat64
-            setter([self.places[name] for name in values], list(values.values()))
-
-    def get(self, *names):
-        getter = self.unit.getReal if self.fmi == 2 else self.unit.getFloat64
-        return list(getter([self.places[name] for name in names]))
-
-    def step(self, time, length, **values):
-        self.set(**values)
-        self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=length)
-
-    def close(self):
-        self.unit.terminate()
-        self.unit.freeInstance()
+COUNT = 1000
 
 
 @pytest.fixture(scope="module")
@@ -98,21 +33,6 @@ def ecos():
     if beside.exists():
         ctypes.CDLL(str(beside), mode=ctypes.RTLD_GLOBAL)
     return importlib.import_module("ecospy")
-
-
-@pytest.fixture
-def opened(written, tmp_path):
-    """Return an FMU that is instantiated by FMPy."""
-    open_ones = []
-
-    def open_one(name, mass=False):
-        path = written / name / f"axis_x{'_mass' * mass}.fmu"
-        open_ones.append(Importer(path, tmp_path / f"unpacked_{len(open_ones)}"))
-        return open_ones[-1]
-
-    yield open_one
-    for each in open_ones:
-        each.close()
 
 
 def velocities(count=COUNT):
@@ -129,24 +49,24 @@ def efforts(count=COUNT):
     return 60.0 * np.sin(np.arange(count) * 0.02) * np.repeat(np.random.default_rng(6).uniform(0, 1, count // 50), 50)
 
 
-NAMES = ("preisach_lugre_2", "preisach_lugre_3", "gms_2", "lugre_3", "coulomb_3")
+NAMES = tuple(WRITTEN)
 
 
 @needs_compiler
 @needs_fmpy
 @pytest.mark.parametrize("mass", [False, True])
 @pytest.mark.parametrize("name", NAMES)
-def test_an_importer_finds_no_problem(written, name, mass):
+def test_an_importer_finds_no_problem(fmus, name, mass):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(written / name / f"axis_x{'_mass' * mass}.fmu")) == []
+    assert validate_fmu(str(fmus / name / f"axis_x{'_mass' * mass}.fmu")) == []
 
 
 @needs_compiler
 @needs_fmpy
 @pytest.mark.parametrize("name", NAMES)
 def test_friction_along_a_velocity_has_the_bits_of_bristle(opened, name):
-    v, model = velocities(), example(name[:-2])
+    v, model = velocities(), example(name)
     x = np.cumsum(v) * STEP
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
     unit, forces = opened(name).start(), []
@@ -170,7 +90,7 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
         unit.step(0.25 + k * STEP, STEP, effort=u[k])
         seen.append([*before, *unit.get("force")])
     with interpreted():
-        trace = run_open_loop(PLANT, example(name[:-2]), u, STEP, x=1e-3, v=0.02)
+        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
@@ -180,10 +100,10 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
 @needs_compiler
 @needs_ecos
 @pytest.mark.parametrize("name", NAMES)
-def test_a_second_importer_sees_the_same_bits(ecos, written, name):
+def test_a_second_importer_sees_the_same_bits(ecos, fmus, name):
     u = efforts(200)
     with ecos.EcosSimulationStructure() as structure:
-        structure.add_model("axis", written / name / "axis_x_mass.fmu")
+        structure.add_model("axis", fmus / name / "axis_x_mass.fmu")
         structure.add_parameter_set("start", {"axis::x": 1e-3, "axis::v": 0.02})
         with ecos.EcosSimulation(STEP, structure=structure) as simulation:
             simulation.init(parameter_set="start")
@@ -194,18 +114,18 @@ def test_a_second_importer_sees_the_same_bits(ecos, written, name):
                 simulation.step()
                 seen.append([*before, simulation.get_real("axis::force")])
     with interpreted():
-        trace = run_open_loop(PLANT, example(name[:-2]), u, STEP, x=1e-3, v=0.02)
+        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     for found, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
         assert differing(np.ascontiguousarray(found), expected) == 0
 
 
 @needs_compiler
 @needs_fmpy
-def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, written, monkeypatch):
+def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu_build, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
     plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
-    found = br.export(example("coulomb"), "fmu2", written / "termed", step=STEP, plant=plant)
+    found = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("constant" in note for note in found.notes)
     u, seen = efforts()[:300], []
     unit = opened("termed", mass=True).start()
@@ -213,7 +133,7 @@ def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, w
         seen += unit.get("x")
         unit.step(k * STEP, STEP, effort=u[k])
     with interpreted():
-        trace = run_open_loop(plant, example("coulomb"), u, STEP)
+        trace = run_open_loop(plant, example("coulomb_3"), u, STEP)
     assert differing(np.array(seen), trace.position) == 0
     with pytest.raises(Exception, match="SetReal failed"):
         unit.set(M=3.0)
@@ -223,7 +143,7 @@ def test_a_plant_whose_parameters_are_constant_moves_alike_and_says_so(opened, w
 @needs_fmpy
 def test_long_and_odd_communication_steps_are_internal_steps(opened):
     u = efforts(COUNT)
-    one, other = opened("lugre_3", mass=True).start(), opened("lugre_3", mass=True).start()
+    one, other = opened("lugre_2", mass=True).start(), opened("lugre_2", mass=True).start()
     for k in range(0, 120, 4):
         for i in range(4):
             one.step((k + i) * STEP, STEP, effort=u[k])
@@ -295,7 +215,7 @@ def test_a_depth_beyond_the_memory_is_refused_even_with_a_right_digest(opened):
     unit.step(0.0, STEP, v=1e-3)
     saved = bytearray(bytes(unit.unit.serializeFMUstate(unit.unit.getFMUstate())))
     lasting = 8 * (4 + len(unit.places))
-    depth = lasting + 8 * list(example("preisach_lugre").component.State._fields).index("depth")
+    depth = lasting + 8 * list(example("preisach_lugre_2").component.State._fields).index("depth")
     for value, fine in ((3.0, True), (1e6, False), (-1.0, False), (1.5, False)):
         saved[depth : depth + 8] = np.array(value).tobytes()
         saved[-8:] = digest(bytes(saved[:-8])).to_bytes(8, "little")
@@ -316,7 +236,7 @@ def test_parameters_are_tunable_and_their_ranges_are_kept(opened):
             unit.set(**{"k_i[2]": 2e6, "F_S_neg": 26.5})
         unit.step(k * STEP, STEP, v=v[k], x=0.0)
         forces += unit.get("force")
-    model = example("gms")
+    model = example("gms_2")
     with interpreted():
         expected = force_along(model, v, STEP, np.zeros(400))
     assert forces[:200] == expected[:200].tolist()
@@ -333,11 +253,11 @@ def test_parameters_are_tunable_and_their_ranges_are_kept(opened):
 @needs_fmpy
 def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
     v = velocities(400)
-    unit, forces = opened("lugre_3").start(sigma_0=2e6, F_C=11.0), []
+    unit, forces = opened("lugre_2").start(sigma_0=2e6, F_C=11.0), []
     for k in range(400):
         unit.step(k * STEP, STEP, v=v[k], x=0.0)
         forces += unit.get("force")
-    model = example("lugre").with_values(sigma_0=2e6, F_C=11.0)
+    model = example("lugre_2").with_values(sigma_0=2e6, F_C=11.0)
     with interpreted():
         expected = force_along(model, v, STEP, np.zeros(400))
     assert differing(np.array(forces), expected) == 0
@@ -346,7 +266,7 @@ def test_changed_parameters_before_the_start_give_the_model_with_these(opened):
 def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu_build, "zig", list)
     monkeypatch.setattr(fmu_build, "compiler", lambda: None)
-    found = br.export(example("coulomb"), "fmu3", tmp_path / "out")
+    found = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
     assert any("holds its source only" in note for note in found.notes)
     assert any("no mass" in note for note in found.notes)
     assert found.files == ("axis_x.fmu",)
@@ -361,17 +281,18 @@ def test_without_a_compiler_the_source_is_written_and_said_so(tmp_path, monkeypa
 
 
 @needs_compiler
-def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(written, tmp_path, monkeypatch):
+def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tmp_path, monkeypatch):
     import subprocess
 
     monkeypatch.setattr(fmu_build, "zig", list)
-    for name in ("preisach_lugre_2", "preisach_lugre_3"):
-        with zipfile.ZipFile(written / name / "axis_x_mass.fmu") as archive:
+    written = [(name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")]
+    for name, unit in (*written, ("coulomb_3", "axis_x")):
+        with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
             archive.extractall(tmp_path / name)
-        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, "axis_x_mass.c"]
+        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c"]
         ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
         assert ran.returncode == 0, ran.stderr[:2000]
-    first, second = [br.export(example("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
+    first, second = [br.export(example_of(MODELS["dahl"]), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
 
@@ -379,7 +300,7 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(written,
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(fmu_build, "zig", list)
     monkeypatch.setattr(fmu_build, "compiler", lambda: None)
-    write_model(tmp_path / "model.toml", PLANT, example("coulomb"))
+    write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
     assert "holds its source only" in capsys.readouterr().out

@@ -24,7 +24,7 @@ class Chosen(NamedTuple):
     table: np.ndarray
 
 
-P = Chosen(2, 0.5 + 1e-9, 3.0, np.array([1.0, 2.0]))
+P = Chosen(2, 0.5 + 1e-9, 3.5, np.array([1.0, 2.0]))
 
 
 @kernel
@@ -99,7 +99,7 @@ def test_a_function_is_written_for_what_it_is_called_with():
     unit, left = left_of(both)
     names = [call.function.name for call in parts(left, Call)]
     assert names == ["mathematics_power", "mathematics_power_2", "mathematics_power"]
-    assert [function.name for function in unit.functions if "log" in function.name]  # of 3 and 0.5, not of 2
+    assert [function.name for function in unit.functions if "log" in function.name]  # of 3.5 and 0.5, not of 2
     assert len({function.name for function in unit.functions}) == len(unit.functions)
 
 

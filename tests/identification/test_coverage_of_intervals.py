@@ -224,8 +224,9 @@ def test_bands_hold_what_a_fit_to_the_other_blocks_would_have_missed():
     parts[1][slow.time.size :] += slow.position[-1] - fast.position[0]
     motion, last = Motion(*parts), np.arange(parts[0].size) >= slow.time.size
     effort = np.where(last, sliding_effort(motion, noise=0.02), sliding_effort(motion, noise=0.02, M=40.0))
-    whole = identify(log_of(motion, effort), draws=20).best
-    first = identify(log_of(motion, effort, segments=(slice(0, slow.time.size),)), blocks=0, draws=0).best
+    whole = identify(log_of(motion, effort), axis=STATED, draws=20).best
+    alone = log_of(motion, effort, segments=(slice(0, slow.time.size),))
+    first = identify(alone, axis=STATED, blocks=0, draws=0).best
     rest = log_of(motion, effort, segments=(slice(slow.time.size, motion.time.size),))
     found = predict(first.plant, first.friction, rest, bands=whole.resampling.bands)
     assert found.inside_percent > 50.0

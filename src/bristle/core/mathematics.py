@@ -24,6 +24,7 @@ __all__ = [
     "bracket_guess",
     "bracket_update",
     "cos",
+    "decay",
     "direction",
     "exp",
     "expm1",
@@ -53,6 +54,7 @@ TANH_MAX = 20.0  # from here on it is 1 to the last place
 HALF_PI_1, HALF_PI_2 = 1.57079632673412561417e00, 6.07710050630396597660e-11
 HALF_PI_3, HALF_PI_4 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
 TWO_OVER_PI, TURN = 0.6366197723675814, 6.283185307179586
+SINE_1 = 1.66666666666666324348e-01
 NEWTON_ROUNDS = 16
 NEWTON_LAST = NEWTON_ROUNDS + 64  # 64 halvings leave the last place of any interval
 ANGLE_MAX, ANGLE_WITHOUT_DIGITS = 1e6, 1e15
@@ -70,6 +72,13 @@ def exp(x):
     scale, fraction = _scale_and_fraction(x)
     value = scale * fraction + scale
     return 0.0 if x < EXP_MIN else (EXP_OF_MAX if x > EXP_MAX else value)
+
+
+@kernel
+def decay(x):
+    r"""Return :math:`e^{-x}` for :math:`x \ge 0`, with the bits of `exp`."""
+    scale, fraction = _scale_and_fraction(-x)
+    return 0.0 if x > -EXP_MIN else scale * fraction + scale
 
 
 @kernel
@@ -175,18 +184,28 @@ def cos(x):
 @kernel
 def smooth_step(y):
     r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`: from 0 at y = 0 to 1 at y = 1, and nowhere else."""
-    quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
-    total = _sine(quarter, 0.0) + _cosine(quarter, 0.0)
-    return 0.5 * total * total
+    return smooth_step_point(y)[0]
 
 
 @kernel
 def smooth_step_point(y):
     """Return `smooth_step` and its derivative: together they cost little more than one."""
-    quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
-    s, c = _sine(quarter, 0.0), _cosine(quarter, 0.0)
+    s, c = _of_half_quarter(y)
     total = s + c
     return 0.5 * total * total, 0.25 * TURN * (c - s) * total
+
+
+@kernel
+def _of_half_quarter(y):
+    r"""Return sine and cosine of :math:`\tfrac\pi2(y - \tfrac12)`, with the bits of `_sine` and `_cosine`."""
+    x = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
+    z = x * x
+    v = z * x
+    w = z * z
+    half = 0.5 * z
+    rest = 1.0 - half
+    sine = x - (v * SINE_1 - z * (v * _sine_tail(z, w)))
+    return sine, rest + (((1.0 - rest) - half) + z * _cosine_tail(z, w))
 
 
 @kernel
@@ -219,23 +238,33 @@ def _sine(y, tail):
     r"""Return the sine of `y` plus `tail`, :math:`|y| \le \pi/4`."""
     z = y * y
     v = z * y
-    w = z * z
-    r = (0.00833333333332248946124 + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) + z * w * (
+    r = _sine_tail(z, z * z)
+    return y - ((z * (0.5 * tail - v * r) - tail) + v * SINE_1)
+
+
+@kernel
+def _sine_tail(z, w):
+    r"""Return the terms of the sine from :math:`y^5` on, over it: `z` is :math:`y^2`, and `w` :math:`z^2`."""
+    return (0.00833333333332248946124 + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) + z * w * (
         -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
     )
-    return y - ((z * (0.5 * tail - v * r) - tail) + v * 1.66666666666666324348e-01)
 
 
 @kernel
 def _cosine(y, tail):
     r"""Return the cosine of `y` plus `tail`, :math:`|y| \le \pi/4`."""
     z = y * y
-    w = z * z
-    low = z * (0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05))
-    high = w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
     half = 0.5 * z
     w = 1.0 - half
-    return w + (((1.0 - w) - half) + (z * (low + high) - y * tail))
+    return w + (((1.0 - w) - half) + (z * _cosine_tail(z, z * z) - y * tail))
+
+
+@kernel
+def _cosine_tail(z, w):
+    r"""Return the terms of the cosine from :math:`y^4` on, over :math:`y^2`: `z` is that, and `w` its square."""
+    low = z * (0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05))
+    high = w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
+    return low + high
 
 
 @kernel

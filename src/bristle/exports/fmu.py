@@ -1,4 +1,4 @@
-"""FMUs: native co-simulation with a fixed internal step, of friction alone and of a plant with its friction.
+"""FMUs: native co-simulation with a fixed internal step, and model exchange, of friction alone and with its plant.
 
 An FMU is an archive: a description, the source and its headers, and a library for each platform. The source is one
 file: the functions of the tree, and around them what FMI calls. What FMI has and an FMU here has not answers with an
@@ -17,6 +17,7 @@ from importlib import resources
 
 from bristle.core.contracts import Model
 from bristle.core.dimensions import Kind
+from bristle.exports.build import Builder
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import assembled, declared, initial_value
@@ -24,9 +25,12 @@ from bristle.exports.described import Source, parameter_table, plain
 from bristle.exports.fmu_build import Library, libraries
 from bristle.exports.fmu_core import Core, core_of
 from bristle.exports.fmu_description import FLAGS, Description, build_text
+from bristle.exports.fmu_exchange import Exchange, exchange_of, why_not
 from bristle.exports.fmu_variables import START, Ports, ports_of
+from bristle.exports.prune import pruned
 from bristle.exports.rendering import rendered, version
-from bristle.exports.subject import subject_of
+from bristle.exports.subject import Subject, subject_of
+from bristle.exports.tree import Function
 from bristle.exports.walk import digest_of
 
 __all__ = ["Setting", "fmu_files"]
@@ -87,16 +91,27 @@ def fmu_files(
     else:
         bodies.append((f"{setting.name}_mass", plant))
     for name, body in bodies:
-        archive, remarks = _archive(core_of(subject, body), replace(setting, name=name))
+        archive, remarks = _archive(*_cores(subject, body), replace(setting, name=name))
         written[f"{name}.fmu"] = archive
         notes += [text for text in remarks if text not in notes]
     return written, tuple(notes)
 
 
-def _archive(core: Core, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
+def _cores(subject: Subject, plant: Model | None) -> tuple[Core, Exchange | None]:
+    """Return what an FMU steps, and, where it has equations in continuous time, what an importer integrates."""
+    if why_not(subject.model, plant):
+        return core_of(subject, plant), None
+    builder = Builder()
+    core = core_of(subject, plant, builder)
+    exchange = exchange_of(core, builder)
+    unit = pruned(builder.unit, [core.entry, exchange.flowing, exchange.begun, exchange.arrived])
+    return replace(core, unit=unit), exchange
+
+
+def _archive(core: Core, exchange: Exchange | None, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
     name, fmi = setting.name, setting.fmi
-    ports = ports_of(core, setting.source)
-    facts = _facts(core, ports, setting)
+    ports = ports_of(core, setting.source, exchange)
+    facts = _facts(core, exchange, ports, setting)
     token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
     token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
     headers = {header: _header(header) for header in HEADERS[fmi]}
@@ -109,7 +124,9 @@ def _archive(core: Core, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
     if fmi == 3:
         inside["sources/buildDescription.xml"] = build_text(name)
     inside |= {library.place: library.content for library in built if not library.problem}
-    return _zipped(inside), (*ports.fixed, *_remarks(built))
+    reason = why_not(core.subject.model, core.plant)
+    alone = (f"co-simulation alone: {reason}",) if reason else ()
+    return _zipped(inside), (*alone, *ports.fixed, *_remarks(built))
 
 
 def _axis(kind: str) -> Kind:
@@ -136,10 +153,10 @@ def _unit(model: Model) -> str:
     return "N*m" if model.kind == "rotational" else "N"
 
 
-def _facts(core: Core, ports: Ports, setting: Setting) -> dict[str, object]:
+def _facts(core: Core, exchange: Exchange | None, ports: Ports, setting: Setting) -> dict[str, object]:
     printer = Printer(core.unit, "double", [kind for _, kind in core.parameters.values()])
     definitions = printer.definitions()
-    data, handed = _data(core, ports, printer)
+    data, handed = _data(core, exchange, ports, printer)
     helpers = helpers_text(printer.helpers, "double", printer.integer)
     listed, kind = ports.listed, core.subject.model.kind
     layout = f"{setting.name} {core.subject.state.fields} {[port.name for port in listed]} {core.subject.memory_size}"
@@ -151,19 +168,34 @@ def _facts(core: Core, ports: Ports, setting: Setting) -> dict[str, object]:
         "fmi": setting.fmi, "helpers": helpers, "definitions": definitions, "data": data, "step": number(setting.step),
         "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
         "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
-        "highest": [number(port.range[1]) for port in listed], "begin": [number(value) for value in core.begin],
-        "most": [number(float(most)) for most in core.most], "memory": core.subject.memory_size,
+        "highest": [number(port.range[1]) for port in listed], "memory": core.subject.memory_size,
+        "begin": [number(value) for value in core.begin] or ["0.0"],
+        "most": [number(float(most)) for most in core.most] or ["0.0"],
         "layout": f"0x{digest_of(layout.encode()):016X}", "plant": core.plant is not None,
         "failures_at": core.failures_at, "first_start": starts[0] if starts else 0,
         "force_at": ports.place("force"), "shown": [(at, place) for place, at in enumerate(starts)],
-        "stepping": _stepping(core, ports, handed), "absent": _absent(setting.fmi),
+        "stepping": _called(core.entry, ports, handed), "absent": _absent(setting.fmi, exchange is not None),
+        "exchange": None if exchange is None else _exchanged(exchange, ports, handed),
     }  # fmt: skip
 
 
-def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, str]]:
+def _exchanged(exchange: Exchange, ports: Ports, handed: Mapping[str, str]) -> dict[str, object]:
+    """Return what the source says of model exchange."""
+    return {
+        "states": ports.states, "rates": ports.rates, "margins": ports.margins, "held": exchange.held,
+        "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
+        "most": [number(float(most)) for most in exchange.held or (0,)],
+        **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
+    }  # fmt: skip
+
+
+def _data(
+    core: Core, exchange: Exchange | None, ports: Ports, printer: Printer
+) -> tuple[str, dict[str, str]]:  # fmt: skip
     """Return the parameters in C, and how each argument for them is handed on."""
     texts, handed = [], {}
-    needed = {parameter.name for parameter in core.entry.parameters}
+    entries = [core.entry] + ([] if exchange is None else [exchange.flowing, exchange.begun, exchange.arrived])
+    needed = {parameter.name for entry in entries for parameter in entry.parameters}
     for argument, (model, kind) in core.parameters.items():
         if argument not in needed:
             continue
@@ -184,24 +216,29 @@ def _data(core: Core, ports: Ports, printer: Printer) -> tuple[str, dict[str, st
     return "\n".join(texts), handed
 
 
-def _stepping(core: Core, ports: Ports, handed: Mapping[str, str]) -> list[str]:
-    """Return the lines of one step."""
-    names = {"lasting": "now->lasting", "memory": "now->memory", "dt": "STEP"} | dict(handed)
+# What kernels work on, as functions of the source have it.
+ARRAYS = {
+    "lasting": "now->lasting", "memory": "now->memory", "varying": "now->varying", "held": "now->held",
+    "slope": "slope", "dt": "STEP",
+}  # fmt: skip
+
+
+def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
+    """Return the lines that call a kernel; the last one is the call."""
+    names = [parameter.name for parameter in entry.parameters]
     lines = []
     for argument, (_, first) in ports.tuned.items():
-        if argument in handed:
+        if argument in names:
             lines.append(f"{argument}_parameters given_{argument};")
             lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
-    arguments = [
-        names[name] if name in names else f"now->values[{ports.place(name)}]"
-        for name in (parameter.name for parameter in core.entry.parameters)
-    ]
-    return [*lines, f"const double force = {core.entry.name}({', '.join(arguments)});"]
+    known = ARRAYS | dict(handed)
+    arguments = [known[name] if name in known else f"now->values[{ports.place(name)}]" for name in names]
+    return [*lines, f"{entry.name}({', '.join(arguments)});"]
 
 
-def _absent(fmi: int) -> str:
-    """Return the functions of the standard that the template has not, each with an error for an answer."""
-    template = _text(f"fmi{fmi}.c")
+def _absent(fmi: int, exchange: bool) -> str:
+    """Return the functions of the standard that the templates have not, each with an error for an answer."""
+    template = _text(f"fmi{fmi}.c") + (_text(f"exchange{fmi}.c") if exchange else "")
     texts = []
     for kind, name, arguments in DECLARED.findall(_header(f"fmi{fmi}FunctionTypes.h")):
         if re.search(rf"\b{name}\(", template):

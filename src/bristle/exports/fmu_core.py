@@ -21,7 +21,7 @@ from bristle.exports.subject import Subject
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import INTEGER, REAL, Array, Struct, type_of
 
-__all__ = ["Core", "core_of"]
+__all__ = ["Core", "core_of", "loaded", "most_of", "stored"]
 
 ALONG = """
 def stepped(lasting, memory, v, x, {signals}dt, p):
@@ -101,12 +101,12 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
     }  # fmt: skip
     virgin = [float(value) for value in subject.virgin]
     parameters = {"p": (subject.model, subject.parameters)}
-    most = [_most(subject, name) if kind == INTEGER else 0 for name, kind in subject.state.fields]
+    most = [most_of(subject, name) if kind == INTEGER else 0 for name, kind in subject.state.fields]
     if plant is None:
         around = ", ".join(name if name in subject.signals else repr(usual) for name, usual in subject.usual.items())
         text = ALONG.format(
-            signals="".join(f"{name}, " for name in subject.signals), around=around, load=_load(subject.state, 0),
-            store=_store(subject.state, "after", 0),
+            signals="".join(f"{name}, " for name in subject.signals), around=around, load=loaded(subject.state, 0),
+            store=stored(subject.state, "after", 0),
         )  # fmt: skip
         inputs, begin = 2 + len(subject.signals), virgin
     else:
@@ -117,8 +117,8 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
         scope["PlantState"] = plant_state.cls
         first = len(plant_state.fields)
         text = DRIVEN.format(
-            load_plant=_load(plant_state, 0), load=_load(subject.state, first), at=first + len(virgin),
-            store=_store(plant_state, "after.plant", 0) + "\n" + _store(subject.state, "after.friction", first),
+            load_plant=loaded(plant_state, 0), load=loaded(subject.state, first), at=first + len(virgin),
+            store=stored(plant_state, "after.plant", 0) + "\n" + stored(subject.state, "after.friction", first),
         )  # fmt: skip
         inputs, begin = 1, [float(value) for value in body] + virgin + [0.0] * SOLVER
         most = [0] * first + most + [0] * SOLVER
@@ -133,16 +133,18 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
     return Core(subject, plant, unit, entry, np.array(begin), tuple(most), parameters)
 
 
-def _most(subject: Subject, name: str) -> int:
+def most_of(subject: Subject, name: str) -> int:
     """Return how many values a whole number of the state takes: turning points have room in pairs in the memory."""
     return subject.memory_size // 2 if name == "depth" and subject.memory_size else 2**31
 
 
-def _load(kind: Struct, at: int) -> str:
-    numbers = [f"lasting[{at + i}]" for i in range(len(kind.fields))]
+def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
+    """Return the text of the fields of a tuple as they are loaded from an array."""
+    numbers = [f"{array}[{at + i}]" for i in range(len(kind.fields))]
     return ", ".join(f"int({n})" if part == INTEGER else n for n, (_, part) in zip(numbers, kind.fields, strict=True))
 
 
-def _store(kind: Struct, source: str, at: int) -> str:
-    lines = [f"    lasting[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(kind.fields)]
+def stored(kind: Struct, source: str, at: int, array: str = "lasting") -> str:
+    """Return the lines that store the fields of a tuple in an array."""
+    lines = [f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(kind.fields)]
     return "\n".join(lines) or "    pass"

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from bristle.core.dimensions import Kind, exponents_of
-from bristle.exports.fmu_variables import CONSTANT, INPUT, OUTPUT, PARAMETER, START, TIME, Port, Ports
+from bristle.exports.fmu_variables import (
+    CONSTANT,
+    INPUT,
+    MARGIN,
+    OUTPUT,
+    PARAMETER,
+    RATE,
+    START,
+    STATE,
+    TIME,
+    Port,
+    Ports,
+)
 from bristle.exports.rendering import version
 
 __all__ = ["Description", "build_text"]
@@ -22,9 +35,11 @@ EVERYWHERE = {
     "force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1}, "time": {"s": 1}, "temperature": {"K": 1},
 }  # fmt: skip
 CAUSALITY = {TIME: "independent", INPUT: "input", OUTPUT: "output", START: "output", PARAMETER: "parameter",
-             CONSTANT: "local"}  # fmt: skip
+             CONSTANT: "local", STATE: "local", RATE: "local", MARGIN: "local"}  # fmt: skip
+COMPUTED = (OUTPUT, STATE, RATE, MARGIN)
 VARIABILITY = {PARAMETER: "tunable", CONSTANT: "constant"}
-INITIAL = {OUTPUT: "calculated", START: "exact", PARAMETER: "exact", CONSTANT: "exact"}
+INITIAL = {START: "exact", PARAMETER: "exact", CONSTANT: "exact"} | dict.fromkeys(COMPUTED, "calculated")
+TOLERANCE = "1e-06"
 FLAGS = "-std=c99 -ffp-contract=off"
 
 
@@ -62,11 +77,17 @@ class Description:
         root.set("description", self.title)
         root.set("generationTool", f"bristle {version()}")
         root.set("variableNamingConvention", "structured")
+        if self.ports.states:
+            self._model_exchange(root, fmi)
         self._co_simulation(root, fmi)
         self._units(root)
         category = SubElement(SubElement(root, "LogCategories"), "Category", name="logStatusError")
         category.set("description", "why something was refused")
-        SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(self.step))
+        experiment = SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(self.step))
+        if self.ports.states:
+            experiment.set("tolerance", TOLERANCE)
+        if fmi == 2 and self.ports.states:
+            root.set("numberOfEventIndicators", str(len(self.ports.margins)))
         variables = SubElement(root, "ModelVariables")
         for reference, port in enumerate(self.ports.listed):
             (self._scalar if fmi == 2 else self._float)(variables, reference, port)
@@ -74,17 +95,27 @@ class Description:
         ElementTree.indent(root)
         return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, "unicode") + "\n"
 
+    def _model_exchange(self, root: Element, fmi: int) -> None:
+        element = SubElement(root, "ModelExchange", modelIdentifier=self.name)
+        element.set(*(("completedIntegratorStepNotNeeded", "true") if fmi == 2 else
+                      ("needsCompletedIntegratorStep", "false")))  # fmt: skip
+        self._able(element, fmi)
+
     def _co_simulation(self, root: Element, fmi: int) -> None:
-        state = "state" if fmi == 2 else "State"
         element = SubElement(root, "CoSimulation", modelIdentifier=self.name)
         element.set("canHandleVariableCommunicationStepSize", "true")
+        self._able(element, fmi)
+        if fmi == 3:
+            element.set("fixedInternalStepSize", repr(self.step))
+
+    def _able(self, element: Element, fmi: int) -> None:
+        """Tell what both kinds of an FMU can do."""
+        state = "state" if fmi == 2 else "State"
         element.set(f"canGetAndSetFMU{state}", "true")
         element.set(f"canSerializeFMU{state}", "true")
         if fmi == 2:
             element.set("canNotUseMemoryManagementFunctions", "true")
             SubElement(SubElement(element, "SourceFiles"), "File", name=f"{self.name}.c")
-        else:
-            element.set("fixedInternalStepSize", repr(self.step))
 
     def _units(self, root: Element) -> None:
         quantities = {port.variable.unit(self.kind): port.variable.quantity for port in self.ports.listed}
@@ -106,12 +137,20 @@ class Description:
             number["min"] = repr(float(port.variable.min))
         if port.role != TIME and math.isfinite(port.variable.max):
             number["max"] = repr(float(port.variable.max))
-        if port.role not in (TIME, OUTPUT):
+        if port.role not in (TIME, *COMPUTED):
             number["start"] = _number(port.value)
         return variable, number
 
+    def _of_states(self, reference: int, counted_from: int) -> dict[str, str]:
+        """Return what a variable says of what an importer integrates: the size of a state, whose rate one is."""
+        states, rates = self.ports.states, self.ports.rates
+        if reference in states:
+            return {"nominal": repr(self.ports.listed[reference].variable.nominal)}
+        return {"derivative": str(states[rates.index(reference)] + counted_from)} if reference in rates else {}
+
     def _scalar(self, variables: Element, reference: int, port: Port) -> None:
         variable, number = self._common(port)
+        number |= self._of_states(reference, 1)
         if port.role in INITIAL:
             variable["initial"] = INITIAL[port.role]
         head = {"name": port.name, "valueReference": str(reference)}
@@ -122,25 +161,43 @@ class Description:
         if port.role in INITIAL:
             variable["initial"] = INITIAL[port.role]
         head = {"name": port.name, "valueReference": str(reference)}
-        SubElement(variables, "Float64", head | variable | number)
+        SubElement(variables, "Float64", head | variable | number | self._of_states(reference, 0))
 
     def _structure(self, root: Element, fmi: int) -> None:
         structure = SubElement(root, "ModelStructure")
-        listed = list(enumerate(self.ports.listed))
-        outputs = [reference for reference, port in listed if port.role in (OUTPUT, START)]
-        unknown = [reference for reference, port in listed if port.role == OUTPUT]
-        if fmi == 2:  # places count from 1, and are no value references
-            inside = SubElement(structure, "Outputs")
-            for reference in outputs:
-                SubElement(inside, "Unknown", index=str(reference + 1), dependencies="")
-            inside = SubElement(structure, "InitialUnknowns")
-            for reference in unknown:
-                SubElement(inside, "Unknown", index=str(reference + 1), dependencies="")
+        states, rates = self.ports.states, self.ports.rates
+        inputs = self._in_role(INPUT)
+        known = (*inputs, *states) if states else ()
+        # Force and rates follow from what varies; a mass stands between an effort and the force.
+        on_force = states if states and self._in_role(START) else known
+        outputs = {i: (i,) if i in states else on_force for i in self._in_role(START, OUTPUT)}
+        outputs = {i: outputs[i] for i in sorted(outputs)}
+        of_rates = dict.fromkeys(rates, known)
+        first = dict.fromkeys((*self._in_role(OUTPUT, STATE), *rates), None if states else ())
+        if fmi == 2:
+            self._listed(SubElement(structure, "Outputs"), "Unknown", outputs, "index", 1)
+            if states:
+                self._listed(SubElement(structure, "Derivatives"), "Unknown", of_rates, "index", 1)
+            self._listed(SubElement(structure, "InitialUnknowns"), "Unknown", first, "index", 1)
             return
-        for reference in outputs:
-            SubElement(structure, "Output", valueReference=str(reference), dependencies="")
-        for reference in unknown:
-            SubElement(structure, "InitialUnknown", valueReference=str(reference), dependencies="")
+        self._listed(structure, "Output", outputs)
+        self._listed(structure, "ContinuousStateDerivative", of_rates)
+        self._listed(structure, "InitialUnknown", first)
+        self._listed(structure, "EventIndicator", dict.fromkeys(self.ports.margins, known))
+
+    def _in_role(self, *roles: int) -> tuple[int, ...]:
+        return tuple(i for i, port in enumerate(self.ports.listed) if port.role in roles)
+
+    def _listed(
+        self, parent: Element, name: str, unknowns: Mapping[int, tuple[int, ...] | None],
+        by: str = "valueReference", counted_from: int = 0,
+    ) -> None:  # fmt: skip
+        """List unknowns with what they depend on; in FMI 2.0 places count from 1, and are no value references."""
+        for unknown in sorted(unknowns):
+            element = SubElement(parent, name, {by: str(unknown + counted_from)})
+            depends = unknowns[unknown]
+            if depends is not None:
+                element.set("dependencies", " ".join(str(place + counted_from) for place in sorted(depends)))
 
 
 def build_text(name: str) -> str:

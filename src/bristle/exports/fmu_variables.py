@@ -1,9 +1,9 @@
-"""The variables of an FMU: what goes in and out, and the parameters, with units and ranges."""
+"""The variables of an FMU: what goes in and out, parameters, what an importer integrates; with units and ranges."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,14 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Variable, variables_of
 from bristle.exports.described import Source
 from bristle.exports.fmu_core import Core
+from bristle.exports.fmu_exchange import Exchange
 from bristle.exports.tunable import Tunable, tunable_of
 
-__all__ = ["CONSTANT", "INPUT", "OUTPUT", "PARAMETER", "START", "TIME", "Port", "Ports", "ports_of"]
+__all__ = [
+    "CONSTANT", "INPUT", "MARGIN", "OUTPUT", "PARAMETER", "RATE", "START", "STATE", "TIME", "Port", "Ports", "ports_of",
+]  # fmt: skip
 
-TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT = range(6)
+TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 LARGEST = 1.7976931348623157e308
 
 
@@ -31,7 +34,8 @@ class Port:
         What it is called.
     role : int
         ``TIME``, ``INPUT``, ``OUTPUT``, ``START`` (an output that can be set before the start), ``PARAMETER``,
-        which may be changed between two steps, or ``CONSTANT``.
+        which may be changed between two steps, or ``CONSTANT``; ``STATE`` (what varies of a contact), ``RATE`` of a
+        state, or ``MARGIN`` to an event.
     variable : Variable
         What it is, with its range.
     value : float
@@ -50,7 +54,9 @@ class Port:
     def range(self) -> tuple[float, float]:
         """The smallest and the largest value that it takes: finite but for a parameter without an end."""
         low, high = self.variable.min, self.variable.max
-        return (low, high) if self.role in (PARAMETER, CONSTANT) else (max(low, -LARGEST), min(high, LARGEST))
+        if self.role in (PARAMETER, CONSTANT, MARGIN):
+            return low, high
+        return max(low, -LARGEST), min(high, LARGEST)
 
 
 @dataclass(frozen=True)
@@ -65,19 +71,32 @@ class Ports:
         For ``p`` and ``q``, where its parameters may be changed, which ones and the place of the first one.
     fixed : tuple of str
         Why parameters may not be changed, a sentence each.
+    states : tuple of int
+        The places of what an importer integrates, in the order in which the kernels have it.
     """
 
     listed: tuple[Port, ...]
     tuned: dict[str, tuple[Tunable, int]]
     fixed: tuple[str, ...]
+    states: tuple[int, ...] = ()
+
+    @property
+    def rates(self) -> tuple[int, ...]:
+        """The places of the rates of the states, in their order."""
+        return tuple(i for i, port in enumerate(self.listed) if port.role == RATE)
+
+    @property
+    def margins(self) -> tuple[int, ...]:
+        """The places of what falls below zero at an event, where there are events."""
+        return tuple(i for i, port in enumerate(self.listed) if port.role == MARGIN)
 
     def place(self, name: str) -> int:
         """Return the value reference of a variable."""
         return next(i for i, port in enumerate(self.listed) if port.name == name)
 
 
-def ports_of(core: Core, source: Source) -> Ports:
-    """Return the variables of an FMU."""
+def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Ports:
+    """Return the variables of an FMU; those that an importer integrates come last."""
     listed = [Port("time", TIME, Variable("time", "time"), 0.0), *_signals(core)]
     tuned: dict[str, tuple[Tunable, int]] = {}
     fixed: list[str] = []
@@ -94,7 +113,38 @@ def ports_of(core: Core, source: Source) -> Ports:
             Port(f"{model.name}_{port.name}" if port.name in names else port.name, role, *port_rest(port))
             for port in _parameters(model, values, role, source)
         ]
-    return Ports(tuple(listed), tuned, tuple(fixed))
+    if exchange is None:
+        return Ports(tuple(listed), tuned, tuple(fixed))
+    varying, places = _varying(exchange, listed, core.subject.model.name)
+    return Ports((*listed, *varying), tuned, tuple(fixed), places)
+
+
+def _varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[list[Port], tuple[int, ...]]:
+    """Return the variables that an importer integrates and that are not yet there, and the places of the states.
+
+    Position and velocity of a plant are outputs, which get the size that matters to the contact.
+    """
+    taken = {port.name: i for i, port in enumerate(listed)}
+    ports: list[Port] = []
+    places: list[int] = []
+    names: list[str] = []
+    for state, variable in exchange.varying.items():
+        at = taken.get(state)
+        if at is not None and listed[at].role == START:
+            listed[at] = replace(listed[at], variable=replace(listed[at].variable, nominal=variable.nominal))
+        else:
+            at = len(listed) + len(ports)
+            ports.append(Port(state if state not in taken else f"{model}_{state}", STATE, variable, 0.0))
+        places.append(at)
+        names.append((listed + ports)[at].name)
+    for name, variable in zip(names, exchange.varying.values(), strict=True):
+        rate = Variable(f"{variable.quantity}/time", f"rate of {name}")
+        ports.append(Port(f"der({name})", RATE, rate, 0.0))
+    if exchange.has_events:
+        margin = Variable("1", "what is left to the next event of the contact, where it falls below zero")
+        reversal = Variable("length/time", "what is left to a reversal, where it falls below zero")
+        ports += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
+    return ports, tuple(places)
 
 
 def port_rest(port: Port) -> tuple[Variable, float, str]:
@@ -103,14 +153,20 @@ def port_rest(port: Port) -> tuple[Variable, float, str]:
 
 
 def _signals(core: Core) -> list[Port]:
-    force = Port("force", OUTPUT, Variable("force", "mean friction force of the last internal step"), 0.0)
+    force = Port(
+        "force", OUTPUT, Variable("force", "friction force; in co-simulation, the mean of the last internal step"), 0.0
+    )
     if core.plant is not None:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
-        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step"), 0.0)
+        effort = Port(
+            "effort", INPUT, Variable("force", "effort that drives the mass, held over a step of co-simulation"), 0.0
+        )
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
-    velocity = Variable("length/time", "velocity, held over a step; the sign of zero is a side")
-    position = Variable("length", "position at the end of a step; only friction that depends on it looks at it")
+    velocity = Variable("length/time", "velocity, held over a step of co-simulation; the sign of zero is a side")
+    position = Variable(
+        "length", "position, at the end of a step of co-simulation; only friction that depends on it looks at it"
+    )
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
 

@@ -19,7 +19,7 @@ from bristle.exports.settled import fact_of, settled
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
-__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "settled_subject", "subject_of"]
+__all__ = ["COMMIT", "TRIAL", "Subject", "arguments_left", "kernels_of", "piece_of", "settled_subject", "subject_of"]
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """What a trial takes, of a friction model and of an operator, before anything was left out."""
@@ -192,10 +192,25 @@ def kernels_of(model: Model) -> list[Function]:
     if component.rate is not None:
         builder.function(component.rate, [state, motion, p])
     if component.piece is not None and component.flow is not None and component.arrival is not None:
-        begun = builder.function(component.piece, [state, memory, motion, p]).result
-        parts = [kind for _, kind in begun.fields] if isinstance(begun, Struct) else []
-        if len(parts) != 2:
-            raise NotExportableError(component.piece, None, "returns something else than (contact, piece)")
-        builder.function(component.flow, [*parts, motion, p])
-        builder.function(component.arrival, [state, memory, parts[0], p])
+        contact, piece = piece_of(subject, builder)
+        builder.function(component.flow, [contact, piece, motion, p])
+        builder.function(component.arrival, [state, memory, contact, p])
     return builder.unit.functions
+
+
+def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
+    """Return the types of what varies of a contact, and of what holds from event to event.
+
+    Raises
+    ------
+    NotExportableError
+        If the kernel ``piece`` gives anything else.
+    """
+    kernel = subject.model.component.piece
+    memory = Array(subject.memory_size)
+    begun = builder.function(kernel, [subject.state, memory, subject.motion, subject.parameters]).result
+    parts = [kind for _, kind in begun.fields] if isinstance(begun, Struct) else []
+    if len(parts) != 2 or not all(isinstance(part, Struct) for part in parts):
+        raise NotExportableError(kernel, None, "returns something else than (contact, piece), NamedTuples of scalars")
+    contact, piece = (_struct(part) for part in parts)
+    return contact, piece

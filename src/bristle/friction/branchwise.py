@@ -13,10 +13,11 @@ turns only where the ratio has passed 1 by a small `PASSED`, and the gate closes
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import sin
+from bristle.core.variable import Variable
 from bristle.friction.deflection import onward
 from bristle.friction.slip_law import slip
 from bristle.hysteresis.turning_points import Branch, branch_output
@@ -29,7 +30,7 @@ PASSED = 1e-9
 class Contact(NamedTuple):
     """What varies: the deflection [m or rad]."""
 
-    z: float
+    z: Annotated[float, Variable("length", "deflection of the contact")]
 
 
 class Piece(NamedTuple):

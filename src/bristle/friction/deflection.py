@@ -27,6 +27,7 @@ __all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
 # Newton's method squares what is left: neither shows in the force.
 RELATIVE = 1e-7
 OF_SLIDING = 1e-9
+ALONG_TANGENT = 1e-7  # of the force in sliding: what a tangent leaves out of so short a way is its square
 TOLERANCE = 1e-12
 CHORD = 0.125  # of the step without feedback
 SHORTEST = 1e-280  # chord, of the length over which the operator turns: one over it is a number
@@ -66,6 +67,25 @@ class Stroke(NamedTuple):
     branch: Branch
 
 
+class Run(NamedTuple):
+    """A long step so far: where it is, what is left of it, the integral of the force, and the longest next part."""
+
+    z: float
+    f: float
+    branch: Branch
+    left: float
+    total: float
+    part: float
+
+
+class Reached(NamedTuple):
+    """Where a part of a step reaches sliding: how far it deflects [m or rad], the force [N or N*m], and the branch."""
+
+    change: float
+    f: float
+    branch: Branch
+
+
 @kernel
 def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     """Return the `Deflection` while the body moves by `dx` [m or rad] in the direction `side`.
@@ -76,15 +96,14 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     """
     inverse = side / G
     slipped, steepness = slip_point(inverse * stack.f, law)
-    free = 1.0 - slipped
-    far = dx * free
+    far = dx * (1.0 - slipped)
     if far == 0.0:
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
     if abs(far) <= FIRST * scale:
-        branch = onward(stack, memory, side if free > 0.0 else -side)
+        branch = branch_at(stack, memory, stack.z + far)
         done = stroke(stack, memory, Start(stack.z, stack.f, steepness), dx, far, inverse, law, q, scale, branch)
     else:
-        done = in_parts(stack, memory, dx, slipped, steepness, inverse, law, q, scale)
+        done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
     if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
         return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
@@ -92,32 +111,61 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
 
 
 @kernel(inline=False)
-def in_parts(stack, memory, dx, slipped, steepness, inverse, law, q, scale):
+def in_parts(stack, memory, dx, inverse, law, q, scale):
     """Return the `Stroke` of a long step: none of its parts deflects by more than a length that grows.
 
-    The last one takes what is left, however little: a step that grows goes through no jump. `slipped` and `steepness`
-    are the slip and its slope where the step begins.
+    The last one takes what is left, however little: a step that grows goes through no jump.
     """
-    z, f, left, total, longest = stack.z, stack.f, dx, 0.0, FIRST * scale
-    branch = onward(stack, memory, math.copysign(1.0, dx))
+    first = FIRST * scale if dx > 0.0 else -FIRST * scale
+    run = Run(stack.z, stack.f, branch_at(stack, memory, stack.z + first), dx, 0.0, first)
+    if law.rho >= 0.0 and inverse * stack.f <= law.rho:
+        run = closed_run(stack, memory, run, inverse, law, q)
+    z, f, branch, left, total = run.z, run.f, run.branch, run.left, run.total
+    longest = abs(run.part)
     for k in range(PARTS):
+        if left == 0.0:
+            break
+        slipped, steepness = slip_point(inverse * f, law)
         free = 1.0 - slipped
         part = left
         if abs(left * free) > longest and k < PARTS - 1:
-            part = math.copysign(longest / abs(free), left)
-        if part * free == 0.0:
+            part = longest / abs(free) if dx > 0.0 else -longest / abs(free)
+        far = part * free
+        if far == 0.0:
             total += f * part
         else:
+            if is_beside(branch, 1.0 if far > 0.0 else -1.0, z + far):
+                branch = branch_at(stack, memory, z + far)
             start = Start(z, f, steepness)
-            stroked = stroke(stack, memory, start, part, part * free, inverse, law, q, scale, branch)
+            stroked = stroke(stack, memory, start, part, far, inverse, law, q, scale, branch)
             total += stroked.mean * part
             z, f, branch = stroked.z, stroked.f, stroked.branch
         left -= part
         longest *= GROWTH
+    return Stroke(total / dx, z, f, branch)
+
+
+@kernel
+def closed_run(stack, memory, run, inverse, law, q):
+    """Return the `Run` up to the part in which the gate opens: before it nothing slips, and nothing is solved."""
+    z, f, branch, left, total, part = run
+    way = 1.0 if left > 0.0 else -1.0
+    for _ in range(PARTS):
+        rest = left - part
+        if way * rest <= 0.0:
+            part, rest = left, 0.0
+        u = z + part
+        if way * (u - branch.end) >= 0.0:
+            branch = branch_at(stack, memory, u)
+        end = branch_output(branch, u, q)
+        if inverse * end > law.rho:
+            break
+        total += (f + 0.5 * (end - f)) * part
+        z, f, left = u, end, rest
         if left == 0.0:
             break
-        slipped, steepness = slip_point(inverse * f, law)
-    return Stroke(total / dx, z, f, branch)
+        part *= GROWTH
+    return Run(z, f, branch, left, total, part)
 
 
 @kernel
@@ -143,66 +191,104 @@ def mean_output(stack, memory, u, f, q, scale):
 def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
     """Return the `Stroke` from the `Start`; it would be `far` [m or rad] without feedback.
 
-    `branch` is the one that it begins on.
+    `branch` is the one that it would end on.
     """
     z, f = start.z, start.f
     r = inverse * f
-    if law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0:
+    if is_linear(law):
         # The slope of the slip is the same wherever the step ends: where it would without feedback need not be known.
         after, weight = f, 1.0
     else:
-        branch = branch_at(stack, memory, z + far)
         after = branch_output(branch, z + far, q)
         weight = slip_weight(r, inverse * after, law)
     if weight > 0.0:
-        return slipping(stack, memory, start, dx, far, weight, inverse, law, q, scale, branch)
+        return slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scale, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def slipping(stack, memory, start, dx, far, weight, inverse, law, q, scale, branch):
-    """Return the `Stroke` where the contact slips."""
+def is_linear(law):
+    """Return whether the slip is the ratio itself."""
+    return law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0
+
+
+@kernel
+def slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scale, branch):
+    """Return the `Stroke` where the contact slips; without feedback it would end at the force `after` on `branch`."""
     z, f = start.z, start.f
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
     travel, reach = abs(dx * inverse), abs(far)
     # A chord of the curve that the step runs on has no jump where a loop is wiped out; the tangent at its start has.
     ahead = z + CHORD * far
-    if is_beside(branch, way, ahead):
-        branch = branch_at(stack, memory, ahead)
-    k = max(way * (branch_output(branch, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)), 0.0)
-    theta = fitted_weight(travel * k * weight)
-    # The first step of Newton's method from the start, or from the far end while a gate is closed at the start: it
-    # takes the tangent, which waits for nothing.
-    feedback = 0.5 * travel * max(branch_slope(branch, z, q), 0.0) * start.steepness
-    search = newton_from(reach, reach / (1.0 + feedback))
-    steepest = k
-    u, after = z, f
+    near = branch
+    if is_beside(near, way, ahead):
+        near = branch_at(stack, memory, ahead)
+    chord = max(way * (branch_output(near, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)), 0.0)
+    theta = fitted_weight(travel * chord * weight)
+    if start.steepness == 0.0 and inverse * after <= 1.0 and r + theta * (inverse * after - r) <= law.rho:
+        # The gate opens only at the end: in the mean of the step it is closed.
+        return Stroke(f + theta * (after - f), z + far, after, branch)
+    if law.rho < 0.0:
+        # The first step of Newton's method from the start takes the tangent, which waits for nothing.
+        share = 1.0 / (1.0 + 0.5 * travel * max(branch_slope(near, z, q), 0.0) * start.steepness)
+    else:
+        share = share_left(r, start.steepness, far / dx, travel * theta * chord)
+    search = newton_from(reach, reach * share)
+    x = search.x
+    u = z + way * x
+    if is_beside(branch, way, u):
+        branch = branch_at(stack, memory, u)
+    after, k = branch_point(branch, u, q)
+    steepest = chord
     for _ in range(NEWTON_LAST):
-        u = z + way * search.x
-        if is_beside(branch, way, u):
-            branch = branch_at(stack, memory, u)
-        after, k = branch_point(branch, u, q)
         mean = r + theta * (inverse * after - r)
         steepest = max(steepest, k)
         slipped, slope = slip_point(mean, law)
-        residual = search.x - way * dx * (1.0 - slipped)
-        search = newton_next(search, residual, 1.0 + travel * theta * k * slope)
+        residual, rise = x - way * dx * (1.0 - slipped), 1.0 + travel * theta * k * slope
         # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
-        if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
+        if abs(residual) <= RELATIVE * x or steepest * abs(inverse * residual) <= OF_SLIDING:
+            x -= residual / max(rise, 1.0)
             break
-    last = z + way * search.x
-    if is_beside(branch, way, last) or k * abs(inverse * (last - u)) > OF_SLIDING:
+        if residual < 0.0 and (inverse * after - 1.0) * (r - 1.0) < 0.0:
+            break
+        search = newton_next(search, residual, rise)
+        before = u
+        x = search.x
+        u = z + way * x
+        if u == before:
+            break
+        if is_beside(branch, way, u):
+            branch = branch_at(stack, memory, u)
+        after, k = branch_point(branch, u, q)
+    change = way * x
+    last = z + change
+    if is_beside(branch, way, last) or k * abs(inverse * (last - u)) > ALONG_TANGENT:
         branch = branch_at(stack, memory, last)
         after = branch_output(branch, last, q)
     else:
         # So short a step runs along the tangent: what it leaves out is of second order.
         after += k * (last - u)
-    change = way * search.x
     if (inverse * after - 1.0) * (r - 1.0) < 0.0:
-        change, branch = reaching(stack, memory, z, change, 1.0 / inverse, q, branch)
-        after = branch_output(branch, z + change, q)
+        change, after, branch = reaching(stack, memory, z, change, after, k, 1.0 / inverse, q, branch)
     return Stroke(f + theta * (after - f), z + change, after, branch)
+
+
+@kernel
+def share_left(r, steepness, free, bend):
+    """Return about what share of a step that starts at the ratio `r` feedback leaves.
+
+    `free` is the share that does not slip at the start, `steepness` the slope of the slip there, and `bend` what the
+    mean ratio would change by over the whole step. Between `r` and sliding the slip is taken for a parabola.
+    """
+    if steepness == 0.0:
+        return 1.0
+    linear = 1.0 + bend * steepness
+    if r >= 1.0:
+        return 1.0 / linear
+    scaled = bend / (1.0 - r)
+    curved = scaled * scaled * free * (free - steepness * (1.0 - r))
+    return min(2.0 / (linear + math.sqrt(max(linear * linear + 4.0 * curved, 0.0))), 1.0)
 
 
 @kernel
@@ -212,16 +298,24 @@ def is_beside(branch, way, u):
 
 
 @kernel(inline=False)
-def reaching(stack, memory, z, far, level, q, branch):
-    """Return the deflection, short of `far`, at which the force reaches `level` [N or N*m], and the branch there."""
+def reaching(stack, memory, z, far, f, slope, level, q, branch):
+    """Return the `Reached` short of `far`, where the force is `f` with this slope: there it is `level` [N or N*m]."""
     way = 1.0 if far > 0.0 else -1.0
-    search = newton_from(abs(far), abs(far))
+    search = newton_next(newton_from(abs(far), abs(far)), way * (f - level), slope)
+    u, after = z + far, f
     for _ in range(NEWTON_LAST):
+        before = u
         u = z + way * search.x
+        if u == before:
+            break
         if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
-        residual = way * (branch_output(branch, u, q) - level)
-        search = newton_next(search, residual, branch_slope(branch, u, q))
-        if abs(residual) <= OF_SLIDING * abs(level):
-            break
-    return way * search.x, branch_at(stack, memory, z + way * search.x)
+        after, k = branch_point(branch, u, q)
+        residual = way * (after - level)
+        if k > 0.0 and abs(residual) <= ALONG_TANGENT * abs(level):
+            x = search.x - residual / k
+            last = z + way * x
+            if not is_beside(branch, way, last):
+                return Reached(way * x, after + k * (last - u), branch)
+        search = newton_next(search, residual, k)
+    return Reached(way * search.x, after, branch)

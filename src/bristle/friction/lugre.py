@@ -24,7 +24,7 @@ from typing import Annotated, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import direction, exp, relaxation
+from bristle.core.mathematics import decay, direction, relaxation
 from bristle.core.variable import Variable
 from bristle.friction.quantities import (
     BristleStiffness,
@@ -72,7 +72,7 @@ class Piece(NamedTuple):
 def stribeck_force(v, p):
     r"""Return :math:`G(v) = F_C + (F_S - F_C) e^{-(v/v_S)^2}` [N or N*m]."""
     ratio = v / p.v_S
-    return p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio)
+    return p.F_C + (p.F_S - p.F_C) * decay(ratio * ratio)
 
 
 @kernel
@@ -81,7 +81,7 @@ def micro_damping(v, p):
     if math.isinf(p.v_d):
         return p.sigma_1
     ratio = v / p.v_d
-    return p.sigma_1 * exp(-ratio * ratio)
+    return p.sigma_1 * decay(ratio * ratio)
 
 
 @kernel

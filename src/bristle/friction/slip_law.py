@@ -110,7 +110,9 @@ def slip_weight(r, r_far, law):
     end = max(r, min(r_far, 1.0))
     if law.rho < 0.0:
         return slip_slope(end, law)
-    return min(max((end - law.rho) * (1.0 / (1.0 - law.rho)), 0.0), 1.0)
+    if end <= law.rho:
+        return 0.0
+    return min((end - law.rho) * (1.0 / (1.0 - law.rho)), 1.0)
 
 
 @kernel

@@ -70,12 +70,18 @@ def loop_tip_slope(k):
 @kernel
 def loading_curve(x, shape, exponent):
     """Return the virgin force over f_p of a Masing kernel at the travel x >= 0 over f_p/s."""
+    if shape == DAHL_MASING and exponent == 2.0:
+        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
+    return other_curve(x, shape, exponent)
+
+
+@kernel(inline=False)
+def other_curve(x, shape, exponent):
+    """Return `loading_curve` of all others: apart, or a step would be too long for the compiler to specialise."""
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return -expm1(-x)
-    if exponent == 2.0:
-        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
     m = exponent - 1.0
     if m * x <= -1.0:
         return 1.0
@@ -85,13 +91,19 @@ def loading_curve(x, shape, exponent):
 @kernel
 def loading_slope(x, shape, exponent):
     """Return the derivative of `loading_curve`."""
+    if shape == DAHL_MASING and exponent == 2.0:
+        share = 1.0 / (1.0 + x)
+        return share * share
+    return other_slope(x, shape, exponent)
+
+
+@kernel(inline=False)
+def other_slope(x, shape, exponent):
+    """Return `loading_slope` of all others."""
     if shape == TIP_MASING:
         return loop_tip_slope(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return exp(-x)
-    if exponent == 2.0:
-        share = 1.0 / (1.0 + x)
-        return share * share
     m = exponent - 1.0
     if m * x <= -1.0:
         return 0.0
@@ -116,19 +128,31 @@ def loading_inverse(y, shape, exponent):
 @kernel
 def value(alpha, beta, q):
     """Return E(alpha, beta) [N or N*m] in closed form, alpha >= beta [m or rad]."""
-    x = q.s * (alpha - beta)
     if q.kernel == REFORMED_DAHL_EXACT:
-        reach = q.f_p * (1.0 + loop_tip(q.s * max(alpha, -beta) / q.f_p))
-        return 0.5 * reach * (x / (reach + x))
+        return reformed_value(alpha, beta, q)
     return q.f_p * loading_curve((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)
+
+
+@kernel(inline=False)
+def reformed_value(alpha, beta, q):
+    """Return `value` of `reformed_dahl_exact`."""
+    x = q.s * (alpha - beta)
+    reach = q.f_p * (1.0 + loop_tip(q.s * max(alpha, -beta) / q.f_p))
+    return 0.5 * reach * (x / (reach + x))
 
 
 @kernel
 def slope(alpha, beta, side, q):
     """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
+    if q.kernel == REFORMED_DAHL_EXACT:
+        return reformed_slope(alpha, beta, side, q)
+    return 0.5 * q.s * loading_slope((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)
+
+
+@kernel(inline=False)
+def reformed_slope(alpha, beta, side, q):
+    """Return `slope` of `reformed_dahl_exact`."""
     x = q.s * (alpha - beta)
-    if q.kernel != REFORMED_DAHL_EXACT:
-        return 0.5 * q.s * loading_slope((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)
     moving, fixed = (alpha, -beta) if side > 0.0 else (-beta, alpha)
     k = q.s * max(alpha, -beta) / q.f_p
     reach = q.f_p * (1.0 + loop_tip(k))
@@ -144,18 +168,16 @@ def slope(alpha, beta, side, q):
 def virgin(u, q):
     """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
     k = q.s * abs(u) / q.f_p
-    if q.kernel == REFORMED_DAHL_EXACT:
-        return math.copysign(q.f_p * loop_tip(k), u)
-    return math.copysign(q.f_p * loading_curve(k, q.kernel, q.exponent), u)
+    shape = TIP_MASING if q.kernel == REFORMED_DAHL_EXACT else q.kernel
+    return math.copysign(q.f_p * loading_curve(k, shape, q.exponent), u)
 
 
 @kernel
 def virgin_slope(u, q):
     """Return the derivative of `virgin` [N/m or N*m/rad]."""
     k = q.s * abs(u) / q.f_p
-    if q.kernel == REFORMED_DAHL_EXACT:
-        return q.s * loop_tip_slope(k)
-    return q.s * loading_slope(k, q.kernel, q.exponent)
+    shape = TIP_MASING if q.kernel == REFORMED_DAHL_EXACT else q.kernel
+    return q.s * loading_slope(k, shape, q.exponent)
 
 
 register("everett", ClosedForm, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})

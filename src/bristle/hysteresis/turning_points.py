@@ -87,20 +87,24 @@ class StackMove(NamedTuple):
 def branch_at(stack, memory, u):
     """Return the branch that the input `u` lies on, reached from ``stack.z`` in one move."""
     change = u - stack.z
-    side = math.copysign(1.0, change) if change != 0.0 else stack.side
+    side = 1.0 if change > 0.0 else (-1.0 if change < 0.0 else stack.side)
     # The point that a reversal would store stands ready above the last one.
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
-    while depth >= 2 and side * (u - memory[depth - 2]) >= 0.0:
-        begin = memory[depth - 2]
-        depth -= 2
-    if depth == 1 and side * (u + memory[0]) >= 0.0:
-        begin = -memory[0]
-        depth = 0
-    if depth == 0:
-        return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
-    end = memory[depth - 2] if depth >= 2 else -memory[0]
-    return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
+    while depth >= 2:
+        end = memory[depth - 2]
+        if side * (u - end) >= 0.0:
+            begin = end
+            depth -= 2
+        else:
+            return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
+    if depth == 1:
+        end = -memory[0]
+        if side * (u - end) >= 0.0:
+            begin = end
+        else:
+            return Branch(memory[0], memory[memory.size // 2], side, 1, begin, end)
+    return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
 
 
 @kernel
@@ -108,7 +112,8 @@ def branch_output(branch, u, q):
     """Return the output on a branch at the input `u`; `q` is the measure, by its Everett function."""
     if branch.depth == 0:
         return virgin_curve(u, q)
-    return branch.f + 2.0 * branch.side * everett(max(u, branch.z), min(u, branch.z), q)
+    alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
+    return branch.f + 2.0 * branch.side * everett(alpha, beta, q)
 
 
 @kernel
@@ -116,7 +121,8 @@ def branch_slope(branch, u, q):
     """Return the derivative of `branch_output` to the input."""
     if branch.depth == 0:
         return virgin_slope(u, q)
-    return 2.0 * everett_slope(max(u, branch.z), min(u, branch.z), branch.side, q)
+    alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
+    return 2.0 * everett_slope(alpha, beta, branch.side, q)
 
 
 @kernel
@@ -124,7 +130,7 @@ def branch_point(branch, u, q):
     """Return `branch_output` and `branch_slope` at the input `u`: together they cost little more than one."""
     if branch.depth == 0:
         return virgin_curve(u, q), virgin_slope(u, q)
-    alpha, beta = max(u, branch.z), min(u, branch.z)
+    alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
     return branch.f + 2.0 * branch.side * everett(alpha, beta, q), 2.0 * everett_slope(alpha, beta, branch.side, q)
 
 

@@ -30,6 +30,7 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.identification.contrast import Contrast, between
 from bristle.identification.covariance import Jackknife
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
@@ -45,7 +46,7 @@ QUIET = 8  # draws without scatter, by which what looks like it is known
 PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
-FEWEST_CYCLES = 4  # for a scatter
+FEWEST_CYCLES, MOST_CYCLES = 4, 0.5  # for a scatter; share of them that have rows away from reversals
 CENTRING, ROUNDS = 8, 4  # pairs of replicates that tell where fits come out, and how often they are asked
 OFF = 0.5  # standard deviations by which fits may come out beside
 EDGE = 3.0  # standard deviations beyond which an estimated square went astray
@@ -110,18 +111,20 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def turned(solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0) -> list[Turned]:
+def turned(
+    solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0, moved: np.ndarray | float = 0.0
+) -> list[Turned]:  # fmt: skip
     """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
 
     The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
-    what fits are off in the mean a share is in `doubt`, as one standard error.
+    what fits are off in the mean a share is in `doubt`, as one standard error. Draws are `moved` after that.
     """
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
     off = doubt * (np.mean(thetas, axis=0) - centre)
     spread = np.random.default_rng(SEED).standard_normal(len(thetas) // 2 + 1)
     drawn = thetas + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[: len(thetas)]
-    drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn)
+    drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn) - moved
     return [solution.space.turned(theta, middle) for theta in drawn]
 
 
@@ -140,32 +143,34 @@ def bootstrap(
     free = np.ones(len(solution.space.names), dtype=bool) if free is None else free
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
-    visible = scatter_in(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
+    levels = Levels.of(cycles, slope, problem.away.rows)
+    visible = levels.scatter(residual)
     fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
-                 Refit(solution, free, linear=linear), cycles, slope, solution.theta, problem.parameters,
-                 Jackknife.of(solution, cycles))  # fmt: skip
+                 Refit(solution, free, linear=linear), levels, solution.theta, problem.parameters,
+                 Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free, residual))  # fmt: skip
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
         # Noise and the treatment look like scatter, too, and a fit takes part of it into its parameters: what is
         # visible of it is not what there is.
         quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
-        pilot = _squares(pool.map(fits.fit, first)).above(quiet)
-        scatter = visible * (max(visible**2 - quiet, 0.0) / pilot.mean) ** 0.5 if pilot.mean > 0.0 else 0.0
-        fits = _centred(fits.disturbed(scatter=scatter), pool, pairs[:CENTRING])
+        pilot = _squares(pool.map(fits.fit, first))
+        level = Level(visible**2, quiet, max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0, pilot)
+        fits = _centred(fits.disturbed(scatter=level.scatter()), pool, pairs[:CENTRING])
         square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, second)
         lacking = max(square - float(np.mean([fit.square for fit in pilots])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
-        fits, drawn = replace(fits, squares=pilot), []
+        fits, drawn = replace(fits, level=level), []
         for pair in pool.map(fits.pair, pairs):
             drawn += pair
             report(min(len(drawn) / count, 1.0))
-    thetas = np.array([fit.theta for fit in drawn[:count]])
-    squares, draws = _squares(drawn).above(quiet), turned(solution, thetas, fits.centre, fits.replicates.doubt)
-    low, high = (scatter / squares.deviation(share) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
+    thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
+    moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
+    draws, level = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved), level.as_seen(_squares(drawn))
+    ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
         solution, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws), fits.disturbance,
-        Scatter(scatter, low, high), lacking**0.5, residual, slope, *fits.jackknifed(residual, drawn),
+        Scatter(level.scatter(), *ends), lacking**0.5, residual, slope, *fits.jackknifed(residual, drawn),
     )  # fmt: skip
 
 
@@ -218,13 +223,6 @@ class ChiSquare(NamedTuple):
         half = (1.0 + (1.0 + 2.0 * variance) ** 0.5) / (2.0 * variance)
         return cls(half * math.exp(middle - float(psi(half))), 2.0 * half)
 
-    def above(self, least: float) -> ChiSquare:
-        """Return the distribution of what squares have above the `least` that is none of it."""
-        if self.mean <= least:
-            return CERTAIN
-        share = 1.0 - least / self.mean
-        return ChiSquare(share * self.mean, self.freedom)
-
     def deviation(self, share: float) -> float:
         """Return below which ratio to the true one a share of the estimated standard deviations lies."""
         from scipy.special import chdtri
@@ -235,13 +233,60 @@ class ChiSquare(NamedTuple):
 CERTAIN = ChiSquare(0.0, math.inf)
 
 
+class Levels(NamedTuple):
+    """Half-cycles, of some rows, by which the scatter of the level is seen, and by how much rows rise with it."""
+
+    cycles: Groups
+    slope: np.ndarray
+    rows: np.ndarray
+
+    @classmethod
+    def of(cls, cycles: Groups, slope: np.ndarray, away: np.ndarray) -> Levels:
+        """Return those of the rows away from reversals, where most half-cycles have some, else of all rows."""
+        beyond = Groups(cycles.of_rows[away])
+        rows = away if away.any() and beyond.count >= MOST_CYCLES * cycles.count else np.ones_like(away)
+        return cls(Groups(cycles.of_rows[rows]), slope[rows], rows)
+
+    def scatter(self, residual: np.ndarray) -> float:
+        """Return what is visible of the scatter in a residual, shape (row,); nothing of too few half-cycles."""
+        if self.cycles.count < FEWEST_CYCLES:
+            return 0.0
+        return scatter_in(self.cycles, self.slope, residual[self.rows])
+
+
+class Level(NamedTuple):
+    """What is seen of the scatter, as a square: `visible` in the log, `quiet` without any, `gain` of its own square.
+
+    What is seen is distributed as `squares` are, about what there is of both.
+    """
+
+    visible: float
+    quiet: float
+    gain: float
+    squares: ChiSquare = CERTAIN
+
+    def scatter(self, deviation: float = 1.0) -> float:
+        """Return the scatter where what is seen came out as this ratio of what there is."""
+        above = max(self.visible / deviation**2 - self.quiet, 0.0)
+        return (above / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
+
+    def visible_of(self, scatter: float) -> float:
+        """Return which deviation a scatter is seen as."""
+        return (self.quiet + self.gain * scatter**2) ** 0.5 or 1.0
+
+    def as_seen(self, squares: ChiSquare) -> Level:
+        """Return the same with another distribution of what is seen."""
+        return self._replace(squares=squares)
+
+
 class _Drawn(NamedTuple):
     """A fit to one replicate: its coordinates, what leaving out half-cycles changes, mean square of the residual.
 
-    The scatter is the one that is visible, in units of the estimated one.
+    The scatter is the one that is visible, in units of that to be expected; the `change` that of the contrast.
     """
 
     theta: np.ndarray
+    change: np.ndarray
     jackknife: np.ndarray
     scatter: float
     square: float
@@ -255,19 +300,19 @@ def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
 class _Fits:
     """What fits a model to its replicates.
 
-    Nobody knows the scatter exactly: that of a replicate is as far from the estimate as `squares` of others are.
+    Nobody knows the scatter exactly: that of a replicate is one that may have been seen as the `level` of the log was.
     Replicates are those of the coordinates `centre`.
     """
 
     replicates: Replicates
     disturbance: Disturbance
     refit: Refit
-    cycles: Groups
-    slope: np.ndarray
+    levels: Levels
     centre: np.ndarray
     parameters: ParameterSet
     jackknife: Jackknife
-    squares: ChiSquare = CERTAIN
+    contrast: Contrast
+    level: Level | None = None
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
@@ -290,15 +335,16 @@ class _Fits:
     def fit(self, seed: np.random.SeedSequence, side: float = 1.0) -> _Drawn:
         """Draw a replicate, or its mirror image (-1), and fit the model to it."""
         solution, rng = self.refit.solution, np.random.default_rng(seed)
-        scatter, ratio = (
-            self.disturbance.scatter,
-            1.0 / self.squares.deviation(rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL)),
-        )
-        replicate = self.replicates.draw(self.disturbance._replace(scatter=ratio * scatter), rng, side)
+        scatter, usual, share = self.disturbance.scatter, 1.0, rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL)
+        if self.level is not None:
+            scatter = self.level.scatter(self.level.squares.deviation(share))
+            usual = self.level.visible_of(scatter)
+        replicate = self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side)
         theta, residual = self.refit.solve(replicate, solution.theta)
         return _Drawn(
             theta,
+            self.contrast.change(residual),
             self.jackknife.std(residual),
-            scatter_in(self.cycles, self.slope, residual) / ratio if self.cycles.count >= FEWEST_CYCLES else 0.0,
+            self.levels.scatter(residual) / usual,
             float(np.mean(residual**2)),
         )

@@ -380,9 +380,18 @@ class Dataset:
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:
         """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
+        return self._samples_from(self.reversals)
+
+    @cached_property
+    def samples_from_rest(self) -> np.ndarray:
+        """The same to the nearest reversal or sample at rest."""
+        rests = [np.flatnonzero(segment.velocity == 0.0).tolist() for segment in self.segments]
+        return self._samples_from([sorted({*at, *turns}) for at, turns in zip(rests, self.reversals, strict=True)])
+
+    def _samples_from(self, places: Sequence[Sequence[int]]) -> np.ndarray:
         distances = []
-        for segment, turns in zip(self.segments, self.reversals, strict=True):
-            ends, sample = np.array([-math.inf, *turns, math.inf]), np.arange(segment.time.size)
+        for segment, marked in zip(self.segments, places, strict=True):
+            ends, sample = np.array([-math.inf, *marked, math.inf]), np.arange(segment.time.size)
             after = np.searchsorted(ends, sample)
             distances.append(np.minimum(sample - ends[after - 1], ends[after] - sample))
         return self.sampled(distances)

@@ -27,6 +27,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
+from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, derivative, mechanical, transmitted_by
 from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
@@ -44,6 +45,8 @@ __all__ = ["InverseDynamics", "RowReplicates"]
 
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
 DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
+AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
+FAR_AWAY = 6.0  # times as long: where a slide is a steady one
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
@@ -132,9 +135,12 @@ class InverseDynamics:
             for name, entry in self.parameters.fixed.items()
             if entry.half_width is not None
         ]
+        step = self.dataset.sample_time
+        slopes = [derivative(segment.effort, step) for segment in self.dataset.segments]
         if self.delay_std:
-            slopes = [derivative(segment.effort, self.dataset.sample_time) for segment in self.dataset.segments]
             changes.append(self.delay_std * self.dataset.rows_of(slopes))
+        if self.bend_std:
+            changes.append(self.bend_std * self.dataset.rows_of([derivative(slope, step) for slope in slopes]))
         return changes
 
     @cached_property
@@ -146,6 +152,14 @@ class InverseDynamics:
         if alignment.delay is None:
             return HOLD * self.dataset.sample_time if self.dataset.held is None else 0.0
         return (alignment.delay_half_width or 0.0) / NORMAL_95
+
+    @property
+    def bend_std(self) -> float:
+        """Standard error of half the square of the time constant of a filter that was taken out of the log [s^2]."""
+        alignment = self.dataset.alignment
+        if alignment is None or alignment.smoothing is None or alignment.smoothing_half_width is None:
+            return 0.0
+        return abs(alignment.smoothing) * alignment.smoothing_half_width / NORMAL_95
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return nothing: the error of the effort along the motion is known of every fit."""
@@ -169,6 +183,14 @@ class InverseDynamics:
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
         return half_cycles(self.dataset)
+
+    @cached_property
+    def away(self) -> Away:
+        """The rows away from reversals and rests; a slide of six times as long is a steady one."""
+        dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
+        time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
+        turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
+        return Away(time > least, time > FAR_AWAY * least, x, dataset.velocity, turns)
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -277,7 +299,7 @@ class RowReplicates:
         dataset = self.problem.dataset
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
-        late, plant = self._wrong(rng, side)
+        late, bent, plant = self._wrong(rng, side)
         motions = zip(self._motion, self._between, self._starts, self._residual, strict=True)
         for segment, between, starts, residual in motions:
             transmitted = transmitted_by(self._friction, self._plant, between)
@@ -286,7 +308,8 @@ class RowReplicates:
                 transmitted=transmitted,
             )  # fmt: skip
             pure = fine[::FINER] + mechanical(plant, segment)
-            pure -= late * derivative(pure, dataset.sample_time)
+            slope = derivative(pure, dataset.sample_time)
+            pure += bent * derivative(slope, dataset.sample_time) - late * slope
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(segment.position + jitter * rng.standard_normal(pure.size))
@@ -306,21 +329,24 @@ class RowReplicates:
             kind=dataset.kind,
         )
 
-    def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, Model]:
-        """Return by how much the delay of the log may be wrong [s], and the plant, as wrong as what was found first."""
+    def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, float, Model]:
+        """Return by how much delay [s] and filter [s^2] of the log may be wrong, and the plant, as wrong as they."""
         fixed = self.problem.parameters.fixed.items()
         widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
         if not widths and not self.problem.delay_std:
-            return 0.0, self._plant
+            return 0.0, 0.0, self._plant
         # With numbers of its own, whatever else is drawn, and the same in the mirror image.
         assert isinstance(rng.bit_generator, np.random.PCG64)
         apart = np.random.Generator(rng.bit_generator.jumped())
-        late, *errors = side * apart.standard_normal(1 + len(widths))
+        late, *errors, bent = side * apart.standard_normal(2 + len(widths))
         drawn = {
             name: self.values[name] + error / NORMAL_95 * width
             for (name, width), error in zip(widths.items(), errors, strict=True)
         }
-        return float(late) * self.problem.delay_std, self.problem.plant({**self.values, **drawn})
+        return (
+            float(late) * self.problem.delay_std, float(bent) * self.problem.bend_std,
+            self.problem.plant({**self.values, **drawn}),
+        )  # fmt: skip
 
     @property
     def _finely(self) -> bool:

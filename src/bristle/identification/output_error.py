@@ -23,6 +23,7 @@ from bristle.core.errors import InputError
 from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
+from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import Disturbance, scaled, signs
 from bristle.identification.estimation import Context, Estimation
@@ -168,6 +169,11 @@ class OutputError:
         # The step from a sample to the next one has the number of the first: there the motion turns.
         turns = [turns_apart(position, reversals(np.diff(position)).tolist(), least) for position in positions]
         return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
+
+    @cached_property
+    def away(self) -> Away:
+        """Nowhere: a simulated signal keeps the traces of each reversal."""
+        return Away.nowhere(self.measured.size)
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
+from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import Disturbance
 from bristle.identification.half_cycles import Groups
@@ -93,6 +94,11 @@ class Problem(Residual, Protocol):
     @cached_property
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
+        ...
+
+    @cached_property
+    def away(self) -> Away:
+        """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
         ...
 
     def residuals(self, several: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:

@@ -21,6 +21,7 @@ class Role(Enum):
     LEVEL = ("force", "sliding")
     BREAK_AWAY = ("force", "stribeck")
     FALL = ("length/time", "stribeck")
+    STIFFNESS = ("force/length", "presliding")
 
     def fits(self, variable: Variable) -> bool:
         """Return whether this is such a parameter; the constant part of friction is no level."""

@@ -24,8 +24,9 @@ def target_of(fmi: int) -> Target:
         write=partial(write, fmi=fmi),
         tunable=True,
         needs="a compiler",
-        description=f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, with a "
-        "library for each platform that there is a compiler for",
+        description=f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, for "
+        "co-simulation and, where the model has continuous time, model exchange, with a library for each platform that "
+        "there is a compiler for",
     )
 
 

@@ -13,6 +13,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
+from bristle.identification.contrast import Contrast
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.diagnostics.residual import noisy_inertia
@@ -26,6 +27,8 @@ from bristle.identification.roles import Role, acts_in_sliding, names_of
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
+PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
+"""What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,15 @@ class Judgement:
 
     def _unsure(self, name: str) -> Diagnostic | None:
         """Return why a parameter cannot be identified; None where it can."""
+        alone = self._unsure_alone(name)
+        if alone is not None or name in self.solution.at_edge:
+            return alone
+        if self._lacks_its_partner(name):
+            return self.excitation.cause(name)
+        return self._hidden_by_reversals(name)
+
+    def _unsure_alone(self, name: str) -> Diagnostic | None:
+        """Return the same, whatever is known of the parameter that it goes with."""
         least, variable = self.excitation.settings, self.excitation.variables[name]
         value, std = self.excitation.values[name], max(self._std[name])
         if self.excitation.is_hidden(name, filtered=self.filtered):
@@ -88,8 +100,6 @@ class Judgement:
             return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
-        if self._lacks_its_force(name):
-            return self.excitation.cause(name)
         peak = self.excitation.scales.peak
         if acts_in_sliding(variable) and value > least.beyond_effort * peak:
             return Diagnostic("beyond_effort", name, "warning", {"effort": peak}, self._kind)
@@ -120,15 +130,34 @@ class Judgement:
         numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": resolution}
         return Diagnostic("coarse_elements", name, "warning", numbers, self._kind)
 
-    def _lacks_its_force(self, name: str) -> bool:
-        """Return whether a velocity tells how a force falls, and no such force is known."""
+    def _lacks_its_partner(self, name: str) -> bool:
+        """Return whether a velocity tells how a force falls, or a force from where, and no such partner is known."""
         variables = self.excitation.variables
-        if not Role.FALL.fits(variables[name]):
+        role = next((role for role in PARTNER if role.fits(variables[name])), None)
+        if role is None:
             return False
-        forces = [force for force in self.solution.values if Role.BREAK_AWAY.fits(variables[force])]
-        return bool(forces) and all(
-            force in self.solution.at_edge or self._unsure(force) is not None for force in forces
+        partners = [partner for partner in self.solution.values if PARTNER[role].fits(variables[partner])]
+        return bool(partners) and all(
+            partner in self.solution.at_edge or self._unsure_alone(partner) is not None for partner in partners
         )
+
+    def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
+        """Return why a fall of friction is not seen: by rows near reversals only, whose stiffness is not either."""
+        variables, names = self.excitation.variables, self.solution.space.names
+        fall = [part for part in names if any(role.fits(variables[part]) for role in PARTNER)]
+        stiff = [part for part in self.solution.values if Role.STIFFNESS.fits(variables[part])]
+        if name not in fall or not stiff or not self.filtered:
+            return None
+        if all(self._tells_away[names.index(part)] for part in fall):
+            return None
+        reasons = [reason for reason in map(self._unsure_alone, stiff) if reason is not None]
+        return replace(reasons[0], parameter=name) if len(reasons) == len(stiff) else None
+
+    @cached_property
+    def _tells_away(self) -> np.ndarray:
+        """Which coordinates rows far from reversals tell nearly as well as all do."""
+        away, free = self.problem.away, np.ones(len(self.solution.space.names), dtype=bool)
+        return Contrast.of(self.solution, replace(away, rows=away.far), free).determined
 
     def _at_edge(self, name: str) -> Diagnostic:
         edge, variable = self.solution.at_edge[name], self.excitation.variables[name]

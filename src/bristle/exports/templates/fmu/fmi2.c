@@ -42,13 +42,14 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 {
     (void)fmuResourceLocation;
     (void)visible;
-    if (fmuType != fmi2CoSimulation || !fmuGUID || strcmp(fmuGUID, TOKEN) != 0) {
+    if ({% if not exchange %}fmuType != fmi2CoSimulation || {% endif %}!fmuGUID || strcmp(fmuGUID, TOKEN) != 0) {
         return NULL;
     }
     Instance *instance = malloc(sizeof *instance);
     if (instance) {
         begin_anew(&instance->now);
-        instance->logger = functions ? functions->logger : NULL;
+{% if exchange %}        instance->now.exchanged = fmuType == fmi2ModelExchange;
+{% endif %}        instance->logger = functions ? functions->logger : NULL;
         instance->environment = functions ? functions->componentEnvironment : NULL;
         instance->logging = loggingOn != fmi2False;
         memset(instance->name, 0, sizeof instance->name);
@@ -96,8 +97,12 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     if (instance->now.phase != STARTING) {
         return answer(instance, "it is not being started");
     }
-    instance->now.phase = STEPPING;
-    return fmi2OK;
+{% if exchange %}    if (instance->now.exchanged) {
+        begun(&instance->now);
+    }
+    instance->now.phase = instance->now.exchanged ? AT_EVENT : STEPPING;
+{% else %}    instance->now.phase = STEPPING;
+{% endif %}    return fmi2OK;
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
@@ -114,12 +119,17 @@ fmi2Status fmi2Reset(fmi2Component c)
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
-    const Instance *instance = c;
-    for (size_t i = 0; i < nvr; ++i) {
+    {% if not exchange %}const {% endif %}Instance *instance = c;
+{% if exchange %}    bool looked = false;
+{% endif %}    for (size_t i = 0; i < nvr; ++i) {
         if (vr[i] >= VARIABLES) {
             return answer(instance, "there is no variable with this value reference");
         }
-        value[i] = instance->now.values[vr[i]];
+{% if exchange %}        if (!looked && (instance->now.exchanged || roles[vr[i]] >= A_STATE)) {
+            look(&instance->now);
+            looked = true;
+        }
+{% endif %}        value[i] = instance->now.values[vr[i]];
     }
     return fmi2OK;
 }
@@ -149,8 +159,8 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
-    if (!FMUstate) {
-        return answer(c, "there is no state");
+    if (!FMUstate{% if exchange %} || ((const Situation *)FMUstate)->exchanged != ((Instance *)c)->now.exchanged{% endif %}) {
+        return answer(c, "there is no state{% if exchange %}, or one of the other kind of simulation{% endif %}");
     }
     ((Instance *)c)->now = *(const Situation *)FMUstate;
     return fmi2OK;

@@ -31,6 +31,24 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, siz
     return fmi3OK;
 }
 
+static Instance *made(fmi3String token, bool exchanged, fmi3Boolean loggingOn, fmi3InstanceEnvironment environment,
+                      fmi3LogMessageCallback logger)
+{
+    if (!token || strcmp(token, TOKEN) != 0) {
+        return NULL;
+    }
+    Instance *instance = malloc(sizeof *instance);
+    if (instance) {
+        begin_anew(&instance->now);
+{% if exchange %}        instance->now.exchanged = exchanged;
+{% else %}        (void)exchanged;
+{% endif %}        instance->logger = logger;
+        instance->environment = environment;
+        instance->logging = loggingOn;
+    }
+    return instance;
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
     fmi3Boolean loggingOn, fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
@@ -46,17 +64,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     (void)requiredIntermediateVariables;
     (void)nRequiredIntermediateVariables;
     (void)intermediateUpdate;
-    if (!instantiationToken || strcmp(instantiationToken, TOKEN) != 0) {
-        return NULL;
-    }
-    Instance *made = malloc(sizeof *made);
-    if (made) {
-        begin_anew(&made->now);
-        made->logger = logMessage;
-        made->environment = instanceEnvironment;
-        made->logging = loggingOn;
-    }
-    return made;
+    return made(instantiationToken, false, loggingOn, instanceEnvironment, logMessage);
 }
 
 void fmi3FreeInstance(fmi3Instance instance)
@@ -87,8 +95,12 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
     if (now->phase != STARTING) {
         return answer(instance, "it is not being started");
     }
-    now->phase = STEPPING;
-    return fmi3OK;
+{% if exchange %}    if (now->exchanged) {
+        begun(now);
+    }
+    now->phase = now->exchanged ? AT_EVENT : STEPPING;
+{% else %}    now->phase = STEPPING;
+{% endif %}    return fmi3OK;
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance)
@@ -106,12 +118,17 @@ fmi3Status fmi3Reset(fmi3Instance instance)
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Float64 values[], size_t nValues)
 {
-    const Instance *asked = instance;
-    for (size_t i = 0; i < nValueReferences; ++i) {
+    {% if not exchange %}const {% endif %}Instance *asked = instance;
+{% if exchange %}    bool looked = false;
+{% endif %}    for (size_t i = 0; i < nValueReferences; ++i) {
         if (valueReferences[i] >= VARIABLES || nValues != nValueReferences) {
             return answer(asked, "there is no variable with this value reference, or no room for its value");
         }
-        values[i] = asked->now.values[valueReferences[i]];
+{% if exchange %}        if (!looked && (asked->now.exchanged || roles[valueReferences[i]] >= A_STATE)) {
+            look(&asked->now);
+            looked = true;
+        }
+{% endif %}        values[i] = asked->now.values[valueReferences[i]];
     }
     return fmi3OK;
 }
@@ -144,8 +161,8 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
 {
-    if (!FMUState) {
-        return answer(instance, "there is no state");
+    if (!FMUState{% if exchange %} || ((const Situation *)FMUState)->exchanged != ((Instance *)instance)->now.exchanged{% endif %}) {
+        return answer(instance, "there is no state{% if exchange %}, or one of the other kind of simulation{% endif %}");
     }
     ((Instance *)instance)->now = *(const Situation *)FMUState;
     return fmi3OK;

@@ -24,11 +24,15 @@
 #define LASTING {{ begin | length }}U
 #define MEMORY {{ [memory, 1] | max }}U
 #define TOKEN "{{ token }}"
-#define SAVED (8U * (5U + VARIABLES + LASTING + MEMORY))
-#define LAYOUT UINT64_C({{ layout }})
+{% if exchange %}#define VARYING {{ exchange.states | length }}U
+#define HELD {{ [exchange.held | length, 1] | max }}U
+#define MARGINS {{ exchange.margins | length }}U
+#define SAVED (8U * (6U + VARIABLES + LASTING + MEMORY + VARYING + HELD))
+{% else %}#define SAVED (8U * (5U + VARIABLES + LASTING + MEMORY))
+{% endif %}#define LAYOUT UINT64_C({{ layout }})
 
-enum { A_TIME, AN_INPUT, AN_OUTPUT, A_START, A_PARAMETER, A_CONSTANT };
-enum { CREATED, STARTING, STEPPING, OVER };
+enum { A_TIME, AN_INPUT, AN_OUTPUT, A_START, A_PARAMETER, A_CONSTANT, A_STATE, A_RATE, A_MARGIN };
+enum { CREATED, STARTING, STEPPING, OVER, AT_EVENT, FLOWING };
 
 static const unsigned char roles[VARIABLES] = { {{- roles | join(', ') -}} };
 static const double starts[VARIABLES] = {
@@ -48,7 +52,10 @@ typedef struct {
     double values[VARIABLES];
     double lasting[LASTING];
     double memory[MEMORY];
-} Situation;
+{% if exchange %}    uint64_t exchanged;      /* whether an importer integrates it */
+    double varying[VARYING]; /* what that integrates */
+    double held[HELD];       /* what holds until the next event */
+{% endif %}} Situation;
 
 static inline bool is_finite(double x)
 {
@@ -65,7 +72,13 @@ static void begin_anew(Situation *now)
     for (size_t i = 0; i < MEMORY; ++i) {
         now->memory[i] = 0.0;
     }
-}
+{% if exchange %}    for (size_t i = 0; i < VARYING; ++i) {
+        now->varying[i] = 0.0;
+    }
+    for (size_t i = 0; i < HELD; ++i) {
+        now->held[i] = 0.0;
+    }
+{% endif %}}
 
 /* Give a variable a value; say why not where it cannot have it. */
 static const char *given(Situation *now, unsigned reference, double value)
@@ -87,8 +100,9 @@ static const char *given(Situation *now, unsigned reference, double value)
 
 static const char *one_step(Situation *now)
 {
-{% for line in stepping %}    {{ line }}
-{% endfor %}    if (!is_finite(force){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
+{% for line in stepping[:-1] %}    {{ line }}
+{% endfor %}    const double force = {{ stepping[-1] }}
+    if (!is_finite(force){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
         return "the model has left the numbers";
     }
     now->values[{{ force_at }}] = force;
@@ -119,7 +133,7 @@ static const char *gone_on(Situation *now, Situation *before, double time)
     return NULL;
 }
 
-/* --- bytes ------------------------------------------------------------------------------------------------------- */
+{% if exchange %}{% include "fmu/exchange.c" %}{% endif %}/* --- bytes ------------------------------------------------------------------------------------------------------- */
 
 {% include "shared/bytes.c" %}static unsigned char *put_reals(unsigned char *at, const double *values, size_t count)
 {
@@ -148,7 +162,10 @@ static void save(const Situation *now, unsigned char *bytes)
     at = put_reals(at, now->values, VARIABLES);
     at = put_reals(at, now->lasting, LASTING);
     at = put_reals(at, now->memory, MEMORY);
-    (void)put(at, digest(bytes, SAVED - 8U));
+{% if exchange %}    at = put(at, now->exchanged);
+    at = put_reals(at, now->varying, VARYING);
+    at = put_reals(at, now->held, HELD);
+{% endif %}    (void)put(at, digest(bytes, SAVED - 8U));
 }
 
 /* Read what was saved; false where the bytes are not those of this FMU, or damaged, or hold what it never has. */
@@ -162,8 +179,11 @@ static bool restored(Situation *then, const unsigned char *bytes, size_t size)
     const unsigned char *at = got_reals(bytes + 24, &then->begin, 1);
     at = got_reals(at, then->values, VARIABLES);
     at = got_reals(at, then->lasting, LASTING);
-    (void)got_reals(at, then->memory, MEMORY);
-    bool good = then->phase <= OVER && then->steps < UINT64_C(9000000000000000) && is_finite(then->begin);
+    {% if exchange %}at = {% else %}(void){% endif %}got_reals(at, then->memory, MEMORY);
+{% if exchange %}    then->exchanged = got(at);
+    at = got_reals(at + 8, then->varying, VARYING);
+    (void)got_reals(at, then->held, HELD);
+{% endif %}    bool good = then->phase <= {% if exchange %}FLOWING{% else %}OVER{% endif %} && then->steps < UINT64_C(9000000000000000) && is_finite(then->begin);
     for (size_t i = 0; i < VARIABLES; ++i) {
         good = good && lowest[i] <= then->values[i] && then->values[i] <= highest[i];
     }
@@ -175,7 +195,16 @@ static bool restored(Situation *then, const unsigned char *bytes, size_t size)
     for (size_t i = 0; i < MEMORY; ++i) {
         good = good && is_finite(then->memory[i]);
     }
-    return good;
+{% if exchange %}    good = good && then->exchanged <= 1U && (then->exchanged == 1U ? then->phase != STEPPING : then->phase <= OVER);
+    for (size_t i = 0; i < VARYING; ++i) {
+        good = good && is_finite(then->varying[i]);
+    }
+    for (size_t i = 0; i < HELD; ++i) {
+        const double value = then->held[i]; /* a branch may have no end */
+        good = good && value == value;
+        good = good && (most_held[i] == 0.0 || (value >= 0.0 && value < most_held[i] && value == (double)(uint64_t)value));
+    }
+{% endif %}    return good;
 }
 
 /* Hand out a copy of what was restored; false, and nothing is touched, where it is refused. */
@@ -193,7 +222,7 @@ static bool handed_out(void **state, const unsigned char *bytes, size_t size)
 
 /* --- FMI {{ fmi }}.0 ------------------------------------------------------------------------------------------------------ */
 
-{% if fmi == 2 %}{% include "fmu/fmi2.c" %}{% else %}{% include "fmu/fmi3.c" %}{% endif %}
+{% include "fmu/fmi" ~ fmi ~ ".c" %}{% if exchange %}{% include "fmu/exchange" ~ fmi ~ ".c" %}{% endif %}
 /* --- what it does not have --------------------------------------------------------------------------------------- */
 
 {{ absent }}

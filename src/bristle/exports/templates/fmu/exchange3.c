@@ -1,0 +1,140 @@
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
+                                          fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                          fmi3InstanceEnvironment instanceEnvironment,
+                                          fmi3LogMessageCallback logMessage)
+{
+    (void)instanceName;
+    (void)resourcePath;
+    (void)visible;
+    return made(instantiationToken, true, loggingOn, instanceEnvironment, logMessage);
+}
+
+fmi3Status fmi3EnterEventMode(fmi3Instance instance)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (now->phase != FLOWING) {
+        return answer(instance, "there is no event now");
+    }
+    now->phase = AT_EVENT;
+    return fmi3OK;
+}
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
+                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
+                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
+                                    fmi3Float64 *nextEventTime)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (now->phase != AT_EVENT) {
+        return answer(instance, "there is no event now");
+    }
+    turned(now);
+    *discreteStatesNeedUpdate = fmi3False;
+    *terminateSimulation = fmi3False;
+    *nominalsOfContinuousStatesChanged = fmi3False;
+    *valuesOfContinuousStatesChanged = fmi3False;
+    *nextEventTimeDefined = fmi3False;
+    *nextEventTime = 0.0;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (now->phase != AT_EVENT) {
+        return answer(instance, "there is no event that could be over");
+    }
+    now->phase = FLOWING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
+                                       fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
+{
+    (void)instance;
+    (void)noSetFMUStatePriorToCurrentPoint;
+    *enterEventMode = fmi3False;
+    *terminateSimulation = fmi3False;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (!now->exchanged || !is_finite(time)) {
+        return answer(instance, "time cannot be set, or is no number");
+    }
+    now->values[0] = time;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
+{
+    return answer(instance, moved(&((Instance *)instance)->now, continuousStates, nContinuousStates));
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (!now->exchanged || nContinuousStates != VARYING) {
+        return answer(instance, "there are not as many states");
+    }
+    ready(now);
+    memcpy(continuousStates, now->varying, sizeof now->varying);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals_[], size_t nContinuousStates)
+{
+    if (nContinuousStates != VARYING) {
+        return answer(instance, "there are not as many states");
+    }
+    memcpy(nominals_, nominals, sizeof nominals);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
+                                             size_t nContinuousStates)
+{
+    Situation *now = &((Instance *)instance)->now;
+    double slope[VARYING + 2U];
+    if (!now->exchanged || nContinuousStates != VARYING) {
+        return answer(instance, "there are not as many rates");
+    }
+    if (!has_rates(now, slope)) {
+        return fmi3Discard;
+    }
+    memcpy(derivatives, slope, sizeof nominals);
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
+{
+    Situation *now = &((Instance *)instance)->now;
+    double slope[VARYING + 2U];
+    if (!now->exchanged || nEventIndicators != MARGINS) {
+        return answer(instance, "there are not as many event indicators");
+    }
+    if (!has_rates(now, slope)) {
+        return fmi3Discard;
+    }
+{% if exchange.margins %}    memcpy(eventIndicators, slope + VARYING, MARGINS * sizeof *slope);
+{% else %}    (void)eventIndicators;
+{% endif %}    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
+{
+    (void)instance;
+    *nContinuousStates = VARYING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
+{
+    (void)instance;
+    *nEventIndicators = MARGINS;
+    return fmi3OK;
+}

@@ -1,0 +1,34 @@
+"""What tests of exports share: FMUs, which take long to compile."""
+
+import pytest
+from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
+
+import bristle as br
+from bristle.exports import fmu_build
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory):
+    """FMUs of some models, of one for both versions."""
+    found = pytest.MonkeyPatch()
+    found.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
+    folder = tmp_path_factory.mktemp("written")
+    for name in WRITTEN:
+        br.export(example(name), f"fmu{name[-1]}", folder / name, step=STEP, plant=PLANT)
+    found.undo()
+    return folder
+
+
+@pytest.fixture
+def opened(fmus, tmp_path):
+    """Return an FMU that is instantiated by FMPy."""
+    open_ones = []
+
+    def open_one(name, mass=False, exchanged=False):
+        path = fmus / name / f"axis_x{'_mass' * mass}.fmu"
+        open_ones.append(Importer(path, tmp_path / f"unpacked_{len(open_ones)}", exchanged))
+        return open_ones[-1]
+
+    yield open_one
+    for each in open_ones:
+        each.close()

@@ -1,0 +1,254 @@
+"""Model exchange: an importer that integrates an FMU finds the forces, the motion and the events of bristle."""
+
+import ctypes
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.exports.importing import PLANT, example, needs_compiler, needs_fmpy
+
+import bristle as br
+from bristle.engine import force_along, interpreted, run_adaptive
+from bristle.exports import fmu_build
+from bristle.exports.fmu_exchange import why_not
+from bristle.friction import MODELS, with_slots
+from bristle.friction.slots import SLOTS
+from bristle.testing import example_of
+
+pytestmark = [needs_compiler, needs_fmpy]
+EXCHANGED = ("lugre_2", "preisach_lugre_3")
+# Turning points [m]: passing 3 wipes a loop out, coming back to 2 another one, and -4 meets the virgin curve. At the
+# Stribeck velocity the gate opens before -4.5.
+LOOPS = np.array([0.0, 3.0, 1.5, 4.0, 2.0, 3.5, -4.5, 0.0]) * 1e-6
+# The gate opens on the way to 16, to -14 and to 15; a loop is wiped out at 3, one in sliding and the one around it.
+SLIDING = np.array([0.0, 3.0, 1.5, 4.0, 16.0, 8.0, 11.0, -14.0, -9.0, 15.0]) * 1e-6
+STROKE = 1e-8  # of a step of the reference [m]
+
+
+def along(turns, speed):
+    """Times at the turning points [s], and the velocity [m/s] on the way to each of them."""
+    times = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(turns)) / speed)))
+    return times, np.sign(np.diff(turns)) * speed
+
+
+def held(times, **values):
+    """Return inputs that jump at times."""
+    columns = {"time": np.repeat(times, 2)[1:-1]} | {name: np.repeat(each, 2) for name, each in values.items()}
+    signals = np.zeros(columns["time"].size, dtype=[(name, float) for name in columns])
+    for name, column in columns.items():
+        signals[name] = column
+    return signals
+
+
+def integrated(path, signals, tolerance, output, points=1000, **start):
+    """Return what FMPy finds with CVODE, and at which times and margins there were events."""
+    from fmpy import simulate_fmu
+
+    end = float(signals["time"][-1])
+    found = simulate_fmu(
+        str(path), fmi_type="ModelExchange", stop_time=end, relative_tolerance=tolerance, input=signals,
+        output_interval=end / points, record_events=True, output=output, start_values=start,
+    )  # fmt: skip
+    events = np.flatnonzero(np.diff(found["time"]) == 0.0)
+    return found, events
+
+
+def state_events(found, events, name):
+    """Return at how many events this indicator had fallen below zero."""
+    return int(np.count_nonzero(found[name][events] < 0.0))
+
+
+@pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [
+    (LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3),
+])  # fmt: skip
+def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
+    times, v = along(turns, speed)
+    path = fmus / "preisach_lugre_3" / "axis_x.fmu"
+    found, events = integrated(path, held(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
+    steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
+    with interpreted():
+        force = force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
+    at = STROKE / speed * (np.arange(force.size) + 0.5)
+    kinks = np.concatenate((times, found["time"][events]))
+    apart = np.min(np.abs(found["time"][:, None] - kinks), axis=1) > STROKE / speed
+    error = np.abs(np.interp(found["time"], at, force) - found["force"])[apart]
+    assert np.max(error) <= 1e-4 * np.max(np.abs(force))
+    assert state_events(found, events, "margin") == wiped + opened_gates
+
+
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_a_mass_is_as_exact_as_the_tolerance_asks_for(fmus, name):
+    levels = np.array([0.0, 15.0, -5.0, 32.0, 0.0, -35.0, 10.0])
+    dt = 0.01
+    with interpreted():
+        exact = run_adaptive(PLANT, example(name), levels, dt, tolerance=1e-12, hold="zero")
+    times = dt * np.arange(levels.size + 1)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        path = fmus / name / "axis_x_mass.fmu"
+        found, _ = integrated(path, held(times, effort=levels), tolerance, ["x", "v", "force"])
+        at = np.searchsorted(found["time"], times[1:-1] - 1e-9)
+        for key, expected in (("x", exact.position), ("v", exact.velocity)):
+            error = np.max(np.abs(found[key][at] - expected[1:]))
+            assert error <= 10.0 * tolerance * np.max(np.abs(expected)), (tolerance, key)
+
+
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_a_body_at_rest_rings_down_and_then_there_are_no_events(fmus, name):
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        path = fmus / name / "axis_x_mass.fmu"
+        found, events = integrated(path, held(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
+        assert 8 <= events.size <= 50
+        assert found["time"][events[-1]] < 0.2
+        assert abs(found["v"][-1]) < 1e-15
+
+
+def test_a_contact_that_is_held_has_no_events(fmus):
+    times, v = np.array([0.0, 1.0, 1.001, 2.0]), np.array([0.0, 1e-3, 0.0])
+    found, events = integrated(fmus / "lugre_2" / "axis_x.fmu", held(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
+    assert events.size == 2  # the input jumps twice
+    assert found["z"][-1] == found["z"][found["time"] > 1.001][0] > 0.0
+
+
+def turn(unit, **values):
+    """Let an event happen."""
+    unit.unit.enterEventMode()
+    unit.set(**values)
+    begin(unit)
+
+
+def begin(unit):
+    """End an event, or the start."""
+    (unit.unit.newDiscreteStates if unit.fmi == 2 else unit.unit.updateDiscreteStates)()
+    unit.unit.enterContinuousTimeMode()
+
+
+def put(unit, *states):
+    """Set the states."""
+    vector = np.array(states)
+    unit.unit.setContinuousStates(vector.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), vector.size)
+
+
+def moved(unit, states, time):
+    """Take one step of Euler's method, with the events of it, and return the states."""
+    rates = np.zeros(len(states))
+    get_rates = unit.unit.getDerivatives if unit.fmi == 2 else unit.unit.getContinuousStateDerivatives
+    get_rates(rates.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rates.size)
+    unit.unit.setTime(time)
+    put(unit, *(states + 1e-6 * rates))
+    if min(unit.get("margin", "reversal")) < 0.0:
+        turn(unit)
+    return states + 1e-6 * rates
+
+
+def walked(unit, states, first, last):
+    """Take steps under an effort that turns, and return what is seen."""
+    seen = []
+    for k in range(first, last):
+        unit.set(effort=30.0 * np.sin(0.01 * k))
+        states = moved(unit, states, 1e-6 * k)
+        seen += unit.get("force", "der(v)", "margin", "reversal")
+    return states, seen
+
+
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_a_saved_state_is_integrated_on_with_the_same_bits(opened, name):
+    unit = opened(name, mass=True, exchanged=True).start(v=0.02)
+    begin(unit)
+    states, _ = walked(unit, np.array([0.0, 0.02, 0.0]), 0, 1500)
+    kept, saved = states.copy(), unit.saved()
+    states, expected = walked(unit, states, 1500, 2500)
+    assert np.ptp(expected) > 0.0
+    unit.restore(saved)
+    assert walked(unit, kept.copy(), 1500, 2500)[1] == expected
+    other = opened(name, mass=True, exchanged=True).start()
+    other.restore(saved)
+    assert walked(other, kept.copy(), 1500, 2500)[1] == expected
+    stepped = opened(name, mass=True).start()
+    with pytest.raises(Exception, match=r"etFMU[sS]tate failed"):
+        stepped.restore(saved)
+
+
+def test_an_event_is_told_a_little_late_so_that_it_is_over_for_certain(opened):
+    unit = opened("preisach_lugre_3", exchanged=True).start(v=1e-4)
+    begin(unit)
+    put(unit, 3e-6)
+    turn(unit, v=-1e-4)
+    put(unit, 1.5e-6)
+    turn(unit, v=1e-4)
+    put(unit, 3e-6)  # where the loop closes, to the bit
+    force, before = unit.get("force", "margin")
+    assert 0.0 < before < 1e-8
+    put(unit, 3e-6 * (1.0 + 1e-8))
+    assert unit.get("margin")[0] < 0.0
+    turn(unit)
+    after, beyond = unit.get("force", "margin")
+    assert beyond > 1e-3
+    assert abs(after - force) < 1e-6
+
+
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_what_varies_can_be_seen_in_co_simulation_too(opened, name):
+    unit = opened(name, mass=True).start(v=0.02)
+    for k in range(40):
+        unit.step(k * 1e-3, 1e-3, effort=25.0)
+    v, z, rate, acceleration, force = unit.get("v", "z", "der(x)", "der(v)", "force")
+    assert rate == v
+    assert abs(acceleration - (25.0 - force) / 2.0) <= 0.05 * abs(25.0 - force)
+    assert z > 0.0
+
+
+PULLED = br.plants.pulled_inertia(M=1.0, k=2e4, v_e=2e-3)
+SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "slots", "plant", "fmi"), [
+    ("dahl", (), PLANT, 2), ("elastoplastic", (), PLANT, 3), ("bouc_wen", (), SPRUNG, 2),
+    ("bouc_wen_classic", (), PLANT, 3), ("leuven", (), PULLED, 2), ("preisach_lugre", (), PULLED, 2),
+    ("preisach_lugre", ("asymmetry",), PULLED, 3), ("lugre", ("load",), PLANT, 3),
+])  # fmt: skip
+def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monkeypatch, name, slots, plant, fmi):
+    from fmpy.validation import validate_fmu
+
+    monkeypatch.setattr(fmu_build, "zig", list)
+    model, dt = example_of(with_slots(MODELS[name], slots)), 0.02
+    found = br.export(model, f"fmu{fmi}", tmp_path / "out", plant=plant)
+    path = tmp_path / "out" / "axis_x_mass.fmu"
+    assert [validate_fmu(str(tmp_path / "out" / file)) for file in found.files] == [[], []]
+    levels = np.array([0, 15, -5, 20, 10, 22, -15, -5, -20, 0, 32, 0, -40, 0, 10, 10, 10.0])
+    exact = run_adaptive(plant, model, levels, dt, tolerance=1e-12, hold="zero")
+    times = dt * np.arange(levels.size + 1)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        seen, events = integrated(path, held(times, effort=levels), tolerance, ["x", "v"])
+        at = np.searchsorted(seen["time"], times[1:-1] - 1e-9)
+        assert np.max(np.abs(seen["x"][at] - exact.position[1:])) <= 50.0 * tolerance * np.max(np.abs(exact.position))
+        assert events.size <= 300
+
+
+def test_models_without_continuous_time_are_for_co_simulation_alone_and_say_why(tmp_path, monkeypatch):
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    monkeypatch.setattr(fmu_build, "zig", list)
+    found = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
+    assert any(note.startswith("co-simulation alone: the force of coulomb jumps") for note in found.notes)
+    with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
+        described = archive.read("modelDescription.xml").decode()
+    assert "<CoSimulation" in described
+    assert "<ModelExchange" not in described
+    found = br.export(example("lugre_2"), "fmu3", tmp_path / "other", plant=PLANT)
+    assert not any("alone" in note for note in found.notes)
+
+
+def test_the_guide_names_every_model_on_its_side():
+    guide = (Path(__file__).parents[2] / "docs" / "how-to" / "export.md").read_text(encoding="utf-8")
+    section = guide[guide.index("### Model exchange") :]
+    section = section[: section.index("\n## ")]
+    able, unable = section.split("Co-simulation alone")
+    for name, component in MODELS.items():
+        assert (f"`{name}`" in able) == (why_not(example_of(component)) == ""), name
+        assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
+    of_all = unable.split("composite")[0]
+    for slot in SLOTS:
+        lugre, composite = (example_of(with_slots(MODELS[name], [slot])) for name in ("lugre", "preisach_lugre"))
+        assert (f"`+{slot}`" in of_all) == (why_not(lugre) != ""), slot
+        assert (slot == "asymmetry") == (why_not(composite) == ""), slot

@@ -1,0 +1,40 @@
+"""A scatter of the level that is not seen may be there; rows beside reversals do not tell it."""
+
+import numpy as np
+import pytest
+
+from bristle.identification.bootstrap import ChiSquare, Level, Levels
+from bristle.identification.half_cycles import Groups
+
+
+def test_without_anything_that_looks_like_it_a_scatter_is_known_by_its_ratio():
+    level = Level(0.04, 0.0, 1.0, ChiSquare(0.04, 9.0))
+    assert level.scatter() == pytest.approx(0.2)
+    for deviation in (0.5, 2.0):
+        assert level.scatter(deviation) == pytest.approx(0.2 / deviation)
+        assert level.visible_of(level.scatter(deviation)) == pytest.approx(0.2 / deviation)
+
+
+def test_a_scatter_that_is_not_seen_may_be_there():
+    level = Level(0.9, 1.0, 0.5, ChiSquare(1.0, 8.0))
+    assert level.scatter() == 0.0
+    assert level.scatter(level.squares.deviation(0.025)) > 0.5
+    assert level.scatter(level.squares.deviation(0.975)) == 0.0
+
+
+@pytest.mark.parametrize("corner", [0.0, 5.0])
+def test_what_errs_beside_reversals_is_no_scatter(corner):
+    rng, count, rows = np.random.default_rng(4), 24, 40
+    cycles, place = Groups(np.repeat(np.arange(count), rows)), np.tile(np.arange(rows), count)
+    slope, away = np.where(cycles.of_rows % 2, -1.0, 1.0), (place > 4) & (place < rows - 4)
+    levels = 0.05 * rng.standard_normal(count)
+    residual = levels[cycles.of_rows] * slope + 0.01 * rng.standard_normal(slope.size)
+    residual += np.where(away, 0.0, corner * rng.standard_normal(slope.size))
+    assert Levels.of(cycles, slope, away).scatter(residual) == pytest.approx(np.std(levels), rel=0.1)
+
+
+def test_where_most_half_cycles_have_no_such_rows_all_rows_count():
+    cycles = Groups(np.repeat(np.arange(10), 20))
+    some = cycles.of_rows < 4
+    assert Levels.of(cycles, np.ones(200), some).rows.all()
+    assert not Levels.of(cycles, np.ones(200), cycles.of_rows < 6).rows.all()

@@ -1,0 +1,147 @@
+"""What rows away from reversals say otherwise is in the intervals; where they agree, nothing is wider."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
+
+from bristle import friction
+from bristle.identification import contrast, identify
+from bristle.identification.contrast import Away, Contrast, between
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import linear
+from bristle.identification.parameters import PriorKnowledge, parameters_of
+from bristle.identification.preprocessing import treat
+
+SEEDS = range(6)
+DT = 1e-3
+
+
+def motion_of(seed: int):
+    return sines(5.0, phases=tuple(np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)))
+
+
+@cache
+def uneven(seed: int, draws: int = 40):
+    """A fit to an axis whose damping is larger in one direction."""
+    motion = motion_of(seed)
+    effort = sliding_effort(motion, seed) + 3.0 * np.abs(motion.velocity)
+    return identify(log_of(motion, effort), axis=STATED, blocks=0, draws=draws).best
+
+
+@cache
+def turned_late(seed: int):
+    """A fit to an axis whose friction turns 5 ms after the motion."""
+    motion = motion_of(seed)
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
+    effort = sliding_effort(motion, seed, noise=0.1) + TRUTH["F_C"] * (np.roll(side, 5) - side)
+    return identify(log_of(motion, effort), axis=STATED, blocks=0, draws=40).best
+
+
+def held(fits, name):
+    ends = [fit.parameters[name].interval for fit in fits]
+    return sum(low <= TRUTH[name] <= high for low, high in ends)
+
+
+def test_a_constant_force_is_told_from_a_damping_that_differs_by_direction():
+    fits = [uneven(seed) for seed in SEEDS]
+    assert held(fits, "offset") >= 5
+    off = np.array([fit.parameters["offset"].value - TRUTH["offset"] for fit in fits])
+    # By least squares it is off by ten of its standard errors, always to one side.
+    assert np.all(off > 5.0 * max(fit.parameters["offset"].robust_std for fit in fits))
+
+
+def test_friction_that_turns_late_is_told_from_where_it_does_not_turn():
+    fits = [turned_late(seed) for seed in SEEDS]
+    # By least squares alone none of them does.
+    assert held(fits, "F_C") >= 4
+
+
+def test_where_the_model_is_right_nothing_is_wider(monkeypatch):
+    motion = motion_of(3)
+    log = log_of(motion, sliding_effort(motion))
+    fits = [identify(log, axis=STATED, blocks=0, draws=40).best]
+    monkeypatch.setattr(contrast, "BETWEEN", (0.0, 0.0))
+    fits.append(identify(log, axis=STATED, blocks=0, draws=40).best)
+    for name in TRUTH:
+        wide, narrow = (np.ptp(fit.parameters[name].interval) for fit in fits)
+        assert 0.99 * narrow < wide < 1.3 * narrow
+
+
+def problem_of(model: str) -> InverseDynamics:
+    motion = motion_of(0)
+    rows = treat(log_of(motion, sliding_effort(motion) + 3.0 * np.abs(motion.velocity)), STATED)
+    return InverseDynamics(rows, parameters_of(friction.find(model), PriorKnowledge(), rows))
+
+
+def contrast_of(problem: InverseDynamics, away: Away | None = None) -> tuple[Contrast, np.ndarray]:
+    solution = linear(problem)
+    free = np.ones(solution.theta.size, dtype=bool)
+    return Contrast.of(solution, away or problem.away, free), problem.residual(solution.values)
+
+
+def test_rows_near_reversals_and_rests_do_not_count():
+    problem = problem_of("coulomb_viscous")
+    dataset, away = problem.dataset, problem.away.rows
+    assert 0.3 < np.mean(away) < 0.95
+    assert np.min(dataset.samples_from_reversal[away]) > 2.0 / (dataset.cutoff * DT)
+    part, residual = contrast_of(problem)
+    changed = residual + np.where(away, 0.0, 1e3)
+    np.testing.assert_array_equal(part.change(changed), part.change(residual))
+
+
+def test_a_model_that_has_a_damping_by_direction_does_not_share_it_with_another():
+    problem = problem_of("coulomb_viscous+asymmetry")
+    part, residual = contrast_of(problem)
+    alone, _ = contrast_of(problem, replace(problem.away, velocity=0.0 * residual))
+    np.testing.assert_array_equal(part.change(residual), alone.change(residual))
+
+
+def test_what_is_not_seen_away_from_reversals_stays():
+    problem = problem_of("coulomb_viscous")
+    # All that is left is one direction, in which a constant force and Coulomb's are one.
+    rows = problem.away.rows & (problem.dataset.velocity > 0.0)
+    part, residual = contrast_of(problem, replace(problem.away, rows=rows, velocity=np.zeros(rows.size)))
+    free = problem.parameters.free
+    still = {name for name, change in zip(free, part.change(residual), strict=True) if change == 0.0}
+    assert len(still & {"F_C", "offset"}) == 1
+    assert "M" not in still
+
+
+def test_draws_lie_between_both_fits_where_they_differ_beyond_chance():
+    rng = np.random.default_rng(0)
+    usual, errors = rng.normal(0.0, 1.0, (2, 400, 2))
+    moved = between(np.array([20.0, 0.5]), usual, errors, rng)
+    assert moved[:, 0].min() == pytest.approx(-4.0, abs=0.5)
+    assert moved[:, 0].max() == pytest.approx(24.0, abs=0.5)
+    np.testing.assert_allclose(moved[::2, 0] + moved[1::2, 0], 20.0, atol=0.3)
+    np.testing.assert_array_equal(moved[:, 1], 0.0)
+
+
+def test_what_replicates_show_as_well_is_no_difference():
+    rng = np.random.default_rng(1)
+    usual, errors = rng.normal((20.0, 0.0), 1.0, (200, 2)).T[:, :, None]
+    assert np.all(between(np.array([20.0]), usual, errors, rng) == 0.0)
+
+
+def test_where_rows_beside_reversals_only_disturb_draws_are_those_of_both_fits():
+    rng = np.random.default_rng(2)
+    sure, errors = rng.normal((0.0, 0.0), (0.1, 1.0), (400, 2)).T[:, :, None]
+    # The fit errs by 1.5 of its standard errors, the other one hardly.
+    draws = 1.5 - errors + between(np.array([-1.5]), sure - errors, errors, rng)
+    assert np.mean(np.abs(draws) < 0.5) > 0.3
+    assert np.ptp(np.percentile(draws, [2.5, 97.5])) < 1.2 * np.ptp(np.percentile(errors, [2.5, 97.5]))
+
+
+def test_waves_over_the_position_are_beside_friction_where_they_are_seen():
+    problem = problem_of("coulomb_viscous")
+    away, rng = problem.away, np.random.default_rng(3)
+    noise = rng.normal(0.0, 0.1, away.rows.size)
+    cogging = 0.5 * np.sin(2.0 * np.pi * away.position / 3e-3 + 0.4)
+    assert away.beside(noise).shape[1] == 1
+    forces = away.beside(noise + cogging)
+    assert forces.shape[1] == 3
+    basis = np.linalg.qr(forces[:, 1:])[0]
+    assert np.sum((cogging - basis @ (basis.T @ cogging)) ** 2) < 0.1 * np.sum(cogging**2)
