@@ -1,17 +1,20 @@
 """A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
 
 import re
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import Rows, _Weighed
+from bristle.identification.missing_rows import Rows, Weighed
+from bristle.identification.slow_force import _LowPass, _no_chance
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 from bristle.report.verdict import sentences
@@ -203,10 +206,11 @@ def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
 
 
 def test_thresholds_decide_what_is_said(motion):
-    assert causes_in(best_of(motion, "ripple", missing_share=0.999).best) == ()
-    assert causes_in(best_of(motion, "ripple", missing_force=0.5).best) == ()
-    assert causes_in(best_of(motion, "ripple", missing_effort=0.5).best) == ()
-    assert causes_in(best_of(motion, "lag", missing_share_around=0.999).best) == ()
+    quick = dict.fromkeys(("missing_slow_share", "missing_slow_share_around"), 1.0)
+    assert causes_in(best_of(motion, "ripple", missing_share=0.999, **quick).best) == ()
+    assert causes_in(best_of(motion, "ripple", missing_force=0.5, **quick).best) == ()
+    assert causes_in(best_of(motion, "ripple", missing_effort=0.5, **quick).best) == ()
+    assert causes_in(best_of(motion, "lag", missing_share_around=0.999, **quick).best) == ()
 
 
 def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):
@@ -246,8 +250,111 @@ def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
     nothing, ones = np.zeros(400), np.ones(400)
     rows = Rows(
         np.arange(400) * 1e-3, nothing, ones, nothing, nothing, sure, nothing[:, None], nothing, ones, ones,
-        Groups(np.arange(400) // 40), {}, 100.0, "translational",
+        Groups(np.arange(400) // 40), {}, 100.0, "translational", ones, 12.5,
     )  # fmt: skip
-    weighed = _Weighed(rows, ones, np.zeros(10), np.arange(400) // 40)
+    weighed = Weighed(rows, ones, np.zeros(10), np.arange(400) // 40)
     _, coefficients = weighed._fitted(np.column_stack([sure, like_it]), 1)
     assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
+
+
+def told_of(motion, force, model="coulomb_viscous", step=1e-5, seed=0, **settings):
+    """What is said of a force on friction, behind an encoder whose steps make more noise than the force."""
+    log = log_of(motion, with_scatter(motion, force, seed), step=step)
+    fit = identify(log, model, blocks=0, draws=0, settings=settings).best
+    return causes_in(fit), fit
+
+
+def lagging(motion, lag):
+    """Friction that falls with the speed behind a first-order lag [s], beside the level [N]."""
+    speed, step = np.abs(motion.velocity), motion.time[1] - motion.time[0]
+    seen = speed if not lag else lfilter([step / (lag + step)], [1.0, -lag / (lag + step)], speed)
+    return np.where(motion.velocity < 0.0, -1.0, 1.0) * 0.5 * LEVEL * np.exp(-((seen / 0.03) ** 2))
+
+
+def knocking(motion, size):
+    """What rings after each change of sides of the force on the load, one side as likely as the other [N]."""
+    effort = sliding_effort(motion, noise=0.0)
+    changes = np.flatnonzero(np.diff(np.sign(effort))) + 1
+    pulses = np.zeros(effort.size)
+    pulses[changes] = np.random.default_rng(3).choice([-size, size], changes.size)
+    after = np.arange(0.0, 0.05, motion.time[1] - motion.time[0])
+    return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[: effort.size]
+
+
+@pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
+def test_a_force_that_the_noise_of_single_rows_hides_is_told(motion, cause, size):
+    assert told_of(motion, size * forces(motion, cause))[0] == (cause,)
+    assert told_of(motion, size * forces(motion, cause), missing_slow_share=1.0)[0] == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_of_single_rows_is_no_force(motion, seed):
+    assert told_of(motion, forces(motion, "nothing"), seed=seed)[0] == ()
+
+
+def test_a_slow_force_counts_from_its_size_on(motion):
+    ripple = 0.3 * forces(motion, "ripple")
+    assert told_of(motion, ripple, missing_sought_force=0.5)[0] == ()
+
+
+def test_friction_that_lags_behind_the_speed_is_told_and_that_which_does_not_is_not(motion):
+    told, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
+    assert told == ("lag",)
+    assert next(one for one in fit.diagnostics if one.code == "missing_lag").numbers["model"] == "gms"
+    assert told_of(motion, lagging(motion, 0.0), "stribeck", step=1e-7)[0] == ()
+
+
+def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
+    told, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
+    assert told == ("flanks",)
+    said = next(one for one in fit.diagnostics if one.code == "missing_flanks")
+    assert said.numbers["ratio"] > 3.0
+    assert "play" in message(said)
+    assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_flanks=50.0)[0] == ()
+    assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
+
+
+def rows_of(columns, residual, cycles=40, narrow=20.0):
+    """Rows of an axis to and fro, 5 ms apart, with this residual and what was fitted."""
+    count = residual.size
+    nothing, time = np.zeros(count), 5e-3 * np.arange(count)
+    turn = np.arange(count) * cycles // count
+    velocity = np.where(turn % 2, -1.0, 1.0) * (1.0 + 0.5 * np.sin(9.0 * time))
+    return Rows(
+        time, np.cumsum(velocity) * 5e-3, velocity, nothing, residual + velocity, residual, columns, velocity, velocity,
+        nothing, Groups(turn), {}, 100.0, "translational", np.full(count, np.inf), narrow,
+    )  # fmt: skip
+
+
+def test_a_filter_on_both_sides_changes_no_coefficient_and_takes_fast_noise_away():
+    generator = np.random.default_rng(1)
+    columns = generator.standard_normal((2000, 3))
+    rows = rows_of(columns, columns @ [1.0, -2.0, 0.5])
+    rows = rows.at(np.arange(2000) % 400 < 380)  # stretches, each on its own
+    passed = _LowPass.of(rows)
+    assert passed(rows.residual) == pytest.approx(passed(rows.jacobian) @ [1.0, -2.0, 0.5])
+    assert passed(np.ones(rows.time.size)) == pytest.approx(1.0)
+    assert np.std(passed(generator.standard_normal(rows.time.size))) < 0.5
+    slow = np.sin(2.0 * np.pi * 20.0 * rows_of(columns, columns[:, 0]).time)
+    halved = _LowPass.of(rows_of(columns, slow))(slow)[200:-200]
+    assert np.sqrt(np.mean(halved**2) / np.mean(slow**2)) == pytest.approx(0.5**0.5, rel=0.02)
+
+
+def test_what_lasts_over_a_half_cycle_counts_once_for_each():
+    generator = np.random.default_rng(2)
+    level = np.repeat(generator.standard_normal((40, 2)), 50, axis=0)
+    chance = []
+    for column in generator.standard_normal((40, 100)):
+        rows = rows_of(np.ones((2000, 1)), level[:, 0] + 0.1 * generator.standard_normal(2000))
+        weighed = Weighed(rows, np.ones(2000), np.zeros(40), rows.cycles.index % 10)
+        chance.append(_no_chance(weighed, np.ones((2000, 1)), np.repeat(column[:40], 50)[:, None], 0.95))
+    assert np.mean(chance) < 0.15
+    assert _no_chance(weighed, np.ones((2000, 1)), level[:, :1], 0.95)
+
+
+def test_rows_where_the_velocity_trembles_are_not_far_from_reversals():
+    rows = rows_of(np.ones((2000, 1)), np.ones(2000))
+    trembling = np.where(np.arange(2000) < 1000, 0.0, np.inf)
+    assert np.any(rows.far[:1000])
+    assert not np.any(replace(rows, turned=trembling).far[:1000])
+    assert np.array_equal(replace(rows, turned=trembling).far[1000:], rows.far[1000:])

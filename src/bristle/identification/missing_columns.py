@@ -10,12 +10,14 @@ import numpy as np
 from bristle.core.variable import KINDS
 
 if TYPE_CHECKING:
-    from bristle.identification.missing_force import Rows
+    from bristle.identification.missing_rows import Rows
 
-__all__ = ["columns_by_cause"]
+__all__ = ["columns_by_cause", "lagging_columns"]
 
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
 WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
+LAGS = (0.01, 0.04)  # [s]
+LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
 LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
 
 
@@ -40,3 +42,22 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
             name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
         },
     }  # fmt: skip
+
+
+def lagging_columns(rows: Rows) -> np.ndarray:
+    """Return what friction that falls with the speed does where it lags behind it, shape (row, column).
+
+    Rows that are left out are at rest: the speed that friction sees has died away over them.
+    """
+    speed, time = np.abs(rows.velocity), rows.time
+    top, step = float(np.quantile(speed, 0.99)), np.diff(time, prepend=time[0])
+    usual, falls = float(np.median(step)), np.array(LAG_FALLS)
+    columns = []
+    for lag in LAGS:
+        keep, gain = np.exp(-step / lag), 1.0 - np.exp(-np.minimum(step, usual) / lag)
+        lagged, late = np.empty_like(speed), float(speed[0])
+        for row, (share, gained) in enumerate(zip(keep.tolist(), (gain * speed).tolist(), strict=True)):
+            late = share * late + gained
+            lagged[row] = late
+        columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
+    return rows.side[:, None] * np.hstack(columns)

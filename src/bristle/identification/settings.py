@@ -88,14 +88,36 @@ class Settings(CheckThresholds):
         "half-cycles that it was not fitted to, for the model to lack it", most=1.0,
     )  # fmt: skip
     missing_share_around: float = _set(
-        0.36, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
+        0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
     )
     missing_force: float = _set(
-        0.004, "share of the friction force, root mean square, below which a model lacks no force"
+        0.006, "share of the friction force, root mean square, below which a model lacks no force"
     )
     missing_effort: float = _set(
-        0.004, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
+        0.006, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
     )
+    missing_slow_share: float = _set(
+        0.2, "the same of what is left below the frequencies at which the acceleration is noise, for a force that the "
+        "noise of single rows hides", most=1.0,
+    )  # fmt: skip
+    missing_slow_force: float = _set(
+        0.0015, "share of the friction force, root mean square, below which a model lacks no such force"
+    )
+    missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
+    missing_slow_force_around: float = _set(0.005, "the same share of the friction force of such a lag")
+    missing_level: float = _set(
+        0.99, "level at which such a cause must take more than with signs drawn by chance for each half-cycle",
+        least=0.5, most=0.999,
+        source="P. Kline, A. Santos, Journal of Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006",
+    )  # fmt: skip
+    missing_flanks: float = _set(
+        2.1, "ratio of the residual where the force on the load changes its side, away from reversals, to that of rows "
+        "of the same speed and jerk, from which a drive has play", least=1.0,
+    )  # fmt: skip
+    missing_sought_force: float = _set(
+        0.01, "share of the friction force, root mean square, below which the residual there is no play, and a ripple "
+        "that the noise of single rows hides none",
+    )  # fmt: skip
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Repetition: what a motion cannot tell, whatever is fitted.

@@ -13,16 +13,19 @@ from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.estimation import Estimation
-from bristle.identification.missing_force import Missing, Rows, missing_forces
+from bristle.identification.flanks import play_at_flanks
+from bristle.identification.missing_force import Missing, missing_forces
+from bristle.identification.missing_rows import Rows
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
+from bristle.identification.slow_force import slow_forces
 
 __all__ = ["missing_in", "next_models", "with_structure"]
 
 CODES = {
     "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
     "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
-    "gravity": "missing_gravity", "transmitted": "missing_transmitted",
+    "gravity": "missing_gravity", "transmitted": "missing_transmitted", "flanks": "missing_flanks",
     "load": "missing_load", "temperature": "missing_temperature",
 }  # fmt: skip
 """The code of each cause; the others are further channels of the log."""
@@ -41,7 +44,11 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian,
         fit.traces.predicted - fit.traces.mechanical, problem.friction_slope(values),
     )  # fmt: skip
-    return missing_forces(rows, settings)
+    for test in (missing_forces, slow_forces, play_at_flanks):
+        missing, left = test(rows, settings)
+        if missing:
+            return missing, left
+    return (), 0.0
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None) -> Fit:
@@ -113,6 +120,9 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         numbers |= _turns_of(missing, friction, lead)
     if cause == "gravity":
         numbers |= {"amplitude": missing.amplitude}
+        del numbers["model"]
+    if cause == "flanks":
+        numbers |= {"ratio": missing.ratio}
         del numbers["model"]
     if cause not in CODES:
         numbers |= {"channel": cause}

@@ -81,6 +81,17 @@ STRUCTURE: dict[str, Sentence] = {
         "no model of bristle has play: record the position behind it too, and look for it in coupling and screw",
         "the force around reversals builds up in another way, as with play",
     ),
+    "missing_flanks": Sentence(
+        (
+            "what the model leaves over is {ratio:.2g} times as large where the force on the load changes its side as "
+            "elsewhere amid motion: {force:force}, {percent:.2g} % of friction. So knocks a drive with play from one "
+            "flank to the other; no model of bristle has play: record the position behind it too, and look for it in "
+            "coupling and screw",
+        ),
+        "the drive knocks where the force on the load changes its side, as with play",
+        "look for play in coupling and screw, and record the position behind it too",
+        also=("share_percent",),
+    ),
     "missing_presliding": _missing(
         "the force builds up over a distance after each reversal, which this model does not have: {force:force}, "
         "{percent:.2g} % of friction",
