@@ -1,10 +1,9 @@
-r"""Elementary functions for kernels: one source for plain Python, the compiler and, later, C and CUDA.
+r"""Elementary functions for kernels: one source for plain Python, the compiler, C and all other targets.
 
-Plain Python raises where compiled code does not (overflow, division by zero, the logarithm of zero). The
-functions here return the same finite number everywhere instead, so that a model gives the same bits however
-it runs. Libraries round `exp`, `log` and `sin` each in their own way; here they are polynomials, and what is left to
-the target is what the standard of floating-point numbers makes exact: the four operations, the square root, the sign,
-the next integer below.
+Plain Python raises where compiled code does not (overflow, division by zero, the logarithm of zero). The functions here
+return the same finite number everywhere, so that a model gives the same bits however it runs. Libraries round `exp`,
+`log` and `sin` each in their own way; here they are polynomials, and what is left to the target is what the standard of
+floating-point numbers makes exact: the four operations, the square root, the sign, the next integer below.
 
 References
 ----------

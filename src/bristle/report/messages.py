@@ -92,7 +92,8 @@ def why_effective(fit: Fit) -> str:
 
     codes = {diagnostic.code for diagnostic in fit.diagnostics}
     recorded = next((code for code in LACKING[1:] if code in codes), "")
-    return "the model lacks a force" if LACKING[0] in codes or not recorded else sentence_of(recorded).means
+    reasons = [sentence_of(recorded).means] if recorded else []
+    return " and ".join(reasons + (["the model lacks a force"] if LACKING[0] in codes or not recorded else []))
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
