@@ -14,7 +14,9 @@ from bristle.core.errors import InputError
 from bristle.identification import identify
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_rows import Rows, Weighed
+from bristle.identification.settings import Settings
 from bristle.identification.slow_force import _LowPass, _no_chance
+from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 from bristle.report.verdict import sentences
@@ -72,6 +74,15 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     named = next(one for one in fit.diagnostics if one.code == f"missing_{cause}")
     assert named.numbers["model"] == following
     assert any(f"`{following}`" in one for one in warnings_of(fit))
+
+
+def test_a_force_too_small_to_matter_makes_parameters_effective_and_asks_for_no_care(motion):
+    found = best_of(motion, "position", missing_force=0.5, coloured_error=100.0)
+    assert causes_in(found.best) == ("position",)
+    assert "F_C" in found.best.effective
+    assert {one.severity for one in found.best.diagnostics if one.code in ("structure", "missing_position")} == {"note"}
+    assert judged(found.best, Settings()).level == "usable"
+    assert judged(best_of(motion, "position").best, Settings()).level == "with_care"
 
 
 def test_a_ripple_has_its_period_and_amplitude(motion):

@@ -54,7 +54,8 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None) -> Fit:
     """Return a fit with what its model lacks before all else that is to be known of it.
 
-    A `lead` [m or rad] is that of the axis file: of its turns cogging is told.
+    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Parameters are effective however small the
+    force; a warning is what may matter to the use of the model.
     """
     if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
         return _with_presliding(fit)
@@ -70,7 +71,10 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
         "causes": tuple(force.cause for force in missing),
     }  # fmt: skip
     named = [_diagnostic(force, level, fit.friction, lead) for force in missing]
-    return replace(fit, diagnostics=(Diagnostic("structure", "", "warning", numbers, kind), *named, *fit.diagnostics))
+    told = (Diagnostic("structure", "", "warning", numbers, kind), *named)
+    if lacking < settings.missing_force * level:
+        told = tuple(replace(diagnostic, severity="note") for diagnostic in told)
+    return replace(fit, diagnostics=(*told, *fit.diagnostics))
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
