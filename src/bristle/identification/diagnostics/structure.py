@@ -54,8 +54,8 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None) -> Fit:
     """Return a fit with what its model lacks before all else that is to be known of it.
 
-    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Parameters are effective however small the
-    force; a warning is what may matter to the use of the model.
+    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Parameters are effective however small
+    the force is; a warning is what may matter to the use of the model.
     """
     if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
         return _with_presliding(fit)
