@@ -100,7 +100,7 @@ def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
     # A function two calls away from the entry, and a number in it.
     source = copy / "friction" / "lugre.py"
     text = source.read_text()
-    edited = text.replace("return p.F_C + (p.F_S - p.F_C) * exp(", "return p.F_C + 2.0 * (p.F_S - p.F_C) * exp(")
+    edited = text.replace("return p.F_C + (p.F_S - p.F_C) *", "return p.F_C + 2.0 * (p.F_S - p.F_C) *")
     assert edited != text
     source.write_text(edited)
     after, compiled = probe(PYTHONPATH=str(copy.parent))

@@ -94,9 +94,9 @@ class Contrast:
         at_edge = np.array([name in solution.at_edge for name in space.names])
         inner = free & ~at_edge & (theta > space.low) & (theta < space.high)
         inner &= np.linalg.norm(jacobian, axis=0) > 0.0
-        nothing = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
+        empty = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():
-            return nothing
+            return empty
         places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
         usual, beside = _std(columns), _apart(away.beside(residual)[away.rows], columns[away.rows])
         while places.size:
@@ -108,7 +108,7 @@ class Contrast:
                 matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
                 return cls(matrix, np.flatnonzero(away.rows))
             places, columns, usual = (np.delete(part, worst, axis=-1) for part in (places, columns, usual))
-        return nothing
+        return empty
 
     @property
     def determined(self) -> np.ndarray:

@@ -71,10 +71,10 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
         "causes": tuple(force.cause for force in missing),
     }  # fmt: skip
     named = [_diagnostic(force, level, fit.friction, lead) for force in missing]
-    told = (Diagnostic("structure", "", "warning", numbers, kind), *named)
+    structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if lacking < settings.missing_force * level:
-        told = tuple(replace(diagnostic, severity="note") for diagnostic in told)
-    return replace(fit, diagnostics=(*told, *fit.diagnostics))
+        structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
+    return replace(fit, diagnostics=(*structure, *fit.diagnostics))
 
 
 def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
