@@ -46,6 +46,23 @@ def test_the_condition_for_constant_micro_damping(model, needed):
     assert passive_of(model(sigma_1=sigma_1, sigma_2=sigma_1 * needed)).passed
 
 
+@pytest.mark.parametrize(
+    ("model", "present"),
+    [
+        (friction.coulomb(F_C=8.0), 0.0),
+        (friction.viscous(F_v=30.0), 30.0),
+        (friction.coulomb_viscous(F_C=8.0, F_v=30.0), 30.0),
+        (friction.stribeck(F_C=8.0, F_S=12.0, v_S=1e-3, F_v=30.0), 30.0),
+        (friction.dahl(F_C=8.0, sigma_0=1e6, sigma_2=30.0), 30.0),
+    ],
+    ids=lambda one: getattr(one, "name", None),
+)  # fmt: skip
+def test_what_gives_nothing_back_is_passive_whatever_its_viscosity(model, present):
+    found = passive_of(model)
+    assert found.applies
+    assert (found.value, found.threshold, found.passed) == (present, 0.0, True)
+
+
 def test_the_advice_passes_when_followed():
     failed = passive_of(lugre())
     assert not failed.passed

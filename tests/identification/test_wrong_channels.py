@@ -10,7 +10,7 @@ from bristle import friction
 from bristle.core.normal import NORMAL_95
 from bristle.identification.delay import Alignment
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
-from bristle.identification.parameters import PriorKnowledge, parameters_of
+from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 
 DT = 1e-3
@@ -80,6 +80,17 @@ def test_replicates_err_by_delay_and_filter_as_the_log_may(side):
     late, bent = spread(sure)
     assert late == pytest.approx(1e-3 / NORMAL_95, rel=0.1)
     assert bent == pytest.approx(2e-3 * 5e-4 / NORMAL_95, rel=0.1)
+
+
+def test_replicates_err_by_an_inertia_that_was_found_first_as_the_log_may():
+    problem = problem_of(Alignment(delay=0.0, delay_half_width=0.0), effort=sliding_effort(sines(6.0, DT)))
+    known = {"M": Fixed(12.0, "found first", half_width=0.4)}
+    fixed = replace(problem.parameters, fixed={**problem.parameters.fixed, **known})
+    problem = replace(problem, parameters=fixed)
+    replicates = RowReplicates(problem, {"M": 12.0, "F_C": 8.0, "F_v": 30.0, "offset": 1.5})
+    drawn = [replicates._wrong(np.random.default_rng(seed), 1.0)[2].parameters.M for seed in range(400)]
+    assert np.mean(drawn) == pytest.approx(12.0, abs=0.05)
+    assert np.std(drawn) == pytest.approx(0.4 / NORMAL_95, rel=0.1)
 
 
 def test_half_of_what_fits_to_replicates_are_off_is_in_doubt_and_more_where_reversals_are_not_seen():

@@ -80,7 +80,7 @@ def step(state, reference, measured, dt, p):
 def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
-    return State(before.q, before.v, 0.0)
+    return State(before.q, before.v)
 
 
 MODEL = Controller(
