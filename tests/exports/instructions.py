@@ -24,17 +24,22 @@ COUNTED = ("lugre", "maxwell_slip", "dahl", "preisach_lugre", "preisach_contact"
 STEPS, DT = 20_000, 5e-4
 SHIFT = 10  # an instruction takes 2 to the power of this [ns], which the timer of 25 MHz resolves
 TICKS = 2**SHIFT / 40.0
+NOT_IN_A_STEP = ("_save", "_load", "_start")
 CORES = {"Cortex-M7": False, "Cortex-M4F": True}
 """The cores, and whether single precision is counted there."""
 
 
 class Count(NamedTuple):
-    """Instructions of a step, in the mean and at most, in which step that is, and bytes of code at ``-Os``."""
+    """Instructions of a step, in the mean and at most, in which step that is; bytes of code at ``-Os``, and of stack.
+
+    That of the stack is the sum over all functions that a step may call, as if each called the next.
+    """
 
     mean: float
     worst: float
     step: int
     code: int
+    stack: int
 
 
 def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
@@ -55,7 +60,10 @@ def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
     _said([*built, "-Os", "-c", "axis_x.c", "-o", "axis_x.o"], folder)
     size = _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder).splitlines()[1].split()[0]
     mean, worst, step = _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
-    return Count(int(mean) / TICKS, int(worst) / TICKS, int(step), int(size))
+    _said([*built, "-fstack-usage", "-c", "axis_x.c", "-o", "frames.o"], folder)
+    frames = [line.split("\t") for line in (folder / "frames.su").read_text(encoding="ascii").splitlines()]
+    stack = sum(int(size) for place, size, _ in frames if not place.endswith(NOT_IN_A_STEP))
+    return Count(int(mean) / TICKS, int(worst) / TICKS, int(step), int(size), stack)
 
 
 def _said(command: list[str], folder: Path) -> str:
@@ -76,7 +84,8 @@ def main() -> int:
             with tempfile.TemporaryDirectory() as place:
                 found = counted(example_of(MODELS[name]), core, Path(place) / "out")
             print(
-                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os"
+                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os, "
+                f"{found.stack} B of stack"
             )
     return 0
 

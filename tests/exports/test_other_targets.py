@@ -33,6 +33,7 @@ def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, w
     assert found.mean < mean
     assert found.worst < worst
     assert found.code < code
+    assert found.stack <= 1024
 
 
 def test_other_bits_are_told(monkeypatch, tmp_path):
