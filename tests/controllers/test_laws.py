@@ -9,6 +9,7 @@ from bristle import controllers, friction, sensors
 from bristle.controllers.feedforward import Shape, shaped
 from bristle.controllers.velocity import ESTIMATORS, observed
 from bristle.core.contracts import Reference
+from bristle.core.errors import InputError
 from bristle.engine import Compensator, interpreted, run_closed_loop
 from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
@@ -202,6 +203,13 @@ def test_along_a_path_with_dwells_the_desired_and_the_measured_motion_are_fed_al
     assert 100 < np.sum(v == 0.0) < 850
     along = compensation_along(model, Shape(), v, DT, trace.measured)
     np.testing.assert_array_equal(trace.compensation, along)
+
+
+@pytest.mark.parametrize(("signal", "values"), [("x", np.zeros(9)), ("transmitted", np.zeros(11))])
+def test_signals_along_a_path_are_as_long_as_it_is(signal, values):
+    signals = {"x": np.zeros(10)} | {signal: values}
+    with pytest.raises(InputError, match=signal):
+        compensation_along(friction.find("coulomb")(F_C=2.0), Shape(), np.zeros(10), DT, **signals)
 
 
 def test_at_rest_a_set_valued_model_is_fed_the_middle_of_its_interval():
