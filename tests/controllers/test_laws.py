@@ -216,3 +216,13 @@ def test_at_rest_a_set_valued_model_is_fed_the_middle_of_its_interval():
     contact = friction.find("coulomb")(F_C=2.0, offset=0.5)
     trace = drive(LAWS["sliding_mode"], np.zeros(50), compensator=Compensator(contact, Shape()))
     assert trace.compensation[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_an_effort_that_is_given_with_the_reference_is_added_as_it_is(name):
+    law = LAWS[name]
+
+    def effort(known):
+        return law.component.step(law.component.State(), Reference(1e-3, 0.02, 0.3, known), 0.0, DT, law.parameters)[0]
+
+    assert effort(0.4) - effort(0.0) == pytest.approx(0.4, rel=1e-9)
