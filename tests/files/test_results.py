@@ -727,6 +727,30 @@ def test_many_at_once_never_mix(tmp_path):
     assert [one.name for one in tmp_path.iterdir()] == ["run"]
 
 
+def test_another_process_that_is_removing_the_same_old_results_is_waited_for(out, monkeypatch):
+    both = []
+
+    def beside(path):
+        def end():
+            time.sleep(0.01)
+            path.rmdir()
+
+        if both:
+            return results_removed(path)
+        for one in sorted(path.rglob("*"), reverse=True):
+            one.rmdir() if one.is_dir() else one.unlink()
+        both.append(threading.Thread(target=end))
+        both[0].start()
+        return results_removed(path)
+
+    results_removed = results.remove_own
+    monkeypatch.setattr(results, "remove_own", beside)
+    write_results(out, "new")
+    both[0].join()
+    assert mark_of(out) == "new"
+    assert [one.name for one in out.parent.iterdir()] == ["run"]
+
+
 def test_results_without_a_file_are_a_bug(tmp_path):
     with pytest.raises(RuntimeError, match="without a file"), results_folder(tmp_path / "run"):
         pass

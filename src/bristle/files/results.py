@@ -50,6 +50,7 @@ BEGUN_LONG_AGO = 60.0  # [s]
 _UNFINISHED = re.compile(r"bristle-[0-9a-f]{32}\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
+PAUSES_OF_REMOVAL = (0.0, 0.02, 0.2)  # [s]
 _open: set[Results] = set()
 _removing = threading.Lock()
 
@@ -347,9 +348,17 @@ def _publish(results: Results, target: Path, force: bool) -> None:
     _open.discard(results)
     sync_folder(target.parent)
     results.close()
-    # Another process that succeeds here may be removing the old results, too.
-    if old is not None and not remove_own(old) and os.path.lexists(old):
+    if old is not None and not _removed(old):
         warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
+
+
+def _removed(old: Path) -> bool:
+    """Remove old results; another process that succeeds here may be removing them, too, and is waited for."""
+    for pause in PAUSES_OF_REMOVAL:
+        time.sleep(pause)
+        if remove_own(old) or not os.path.lexists(old):
+            return True
+    return False
 
 
 def _replace(new: Path, target: Path) -> Path:
