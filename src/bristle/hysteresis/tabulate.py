@@ -8,7 +8,7 @@ the input has come back to :math:`\beta`, the Everett function is
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,15 +63,11 @@ def tabulated(
     >>> response(magnet, [1.0, 0.0, -1.0]).round(3)
     array([ 1. ,  0.5, -1. ])
     """
-    if rows % 2 == 0:
-        raise InputError("must be odd", path="rows", value=rows, allowed="odd, >= 3", mend=f"Take {rows + 1}")
-    d = 2.0 * extent * np.linspace(0.0, 1.0, columns) ** 2
-    c = np.linspace(-1.0, 1.0, rows)[:, None] * (2.0 * extent - d)
-    alpha, beta = 0.5 * (c + d), 0.5 * (c - d)
+    nodes = _nodes(extent, rows, columns)
     table = np.zeros((rows, columns))
     for at in np.ndindex(rows, columns):
-        table[at] = everett(float(alpha[at]), float(beta[at])) if at[1] else 0.0
-    return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
+        table[at] = everett(float(nodes.alpha[at]), float(nodes.beta[at])) if at[1] else 0.0
+    return _operator(nodes, table, kind, settings)
 
 
 @guarded(curves=many(CURVE, least=2), **SIZES)
@@ -110,16 +106,38 @@ def from_reversal_curves(
     read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve[0])
     alphas = np.array([alpha for alpha, _, _ in read])
     extent = max(float(alphas[-1]), *(float(drop[-1] - alpha) for alpha, drop, _ in read))
-
-    def everett(alpha: float, beta: float) -> float:
+    nodes = _nodes(extent, rows, columns)
+    drops, table = nodes.alpha - nodes.beta, np.zeros((rows, columns))
+    following = np.clip(np.searchsorted(alphas, nodes.alpha), 1, alphas.size - 1)
+    for right in range(1, alphas.size):
         # Between curves at the same drop: there E is smooth, and zero where the drop is.
-        right = int(np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1))
-        left, right_curve = read[right - 1], read[right]
-        low, high = (float(np.interp(alpha - beta, drop, E)) for _, drop, E in (left, right_curve))
-        share = np.clip((alpha - left[0]) / (right_curve[0] - left[0]), 0.0, 1.0)
-        return float(low + share * (high - low))
+        at = following == right
+        low, high = (np.interp(drops[at], drop, E) for _, drop, E in read[right - 1 : right + 1])
+        share = np.clip((nodes.alpha[at] - alphas[right - 1]) / (alphas[right] - alphas[right - 1]), 0.0, 1.0)
+        table[at] = low + share * (high - low)
+    table[:, 0] = 0.0
+    return _operator(nodes, table, kind, settings)
 
-    return tabulated(everett, extent, rows=rows, columns=columns, kind=kind, **settings)
+
+class _Nodes(NamedTuple):
+    """Inputs [m or rad] at the nodes of a table, of shape (rows, columns), and their distances by column."""
+
+    extent: float
+    alpha: np.ndarray
+    beta: np.ndarray
+    d: np.ndarray
+
+
+def _nodes(extent: float, rows: int, columns: int) -> _Nodes:
+    if rows % 2 == 0:
+        raise InputError("must be odd", path="rows", value=rows, allowed="odd, >= 3", mend=f"Take {rows + 1}")
+    d = 2.0 * extent * np.linspace(0.0, 1.0, columns) ** 2
+    c = np.linspace(-1.0, 1.0, rows)[:, None] * (2.0 * extent - d)
+    return _Nodes(extent, 0.5 * (c + d), 0.5 * (c - d), d)
+
+
+def _operator(nodes: _Nodes, table: np.ndarray, kind: Kind, settings: dict[str, Any]) -> Model:
+    return MODEL(kind=kind, extent=nodes.extent, E=table.ravel(), upper=_upper(table, nodes.d), **settings)
 
 
 def _curve(u: Any, f: Any, index: int) -> tuple[float, np.ndarray, np.ndarray]:
