@@ -18,6 +18,7 @@ PLANT = br.plants.inertia(M=28.0)
 # Discrete memory of each kind: none but a jump, elements, turning points, a state that changes at reversals.
 SAMPLED = ("coulomb", "maxwell_slip", "preisach_lugre", "maxwell_stribeck", "lugre")
 ODES = ("dahl", "bouc_wen", "bouc_wen_classic", "lugre", "elastoplastic", "viscous")
+INTEGRATED_LATER = ("bouc_wen", "bouc_wen_classic", "elastoplastic")
 
 
 def effort_over(t):
@@ -78,7 +79,13 @@ def test_calls_out_of_order_leave_no_trace(name):
         np.testing.assert_array_equal(handed, states[k])
 
 
-@pytest.mark.parametrize("name", ODES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(name for name in ODES if name not in INTEGRATED_LATER),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER),
+    ],
+)
 def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
     friction = example_of(br.friction.MODELS[name])
     t = 1e-3 * np.arange(60)

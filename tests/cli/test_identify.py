@@ -133,7 +133,7 @@ def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, plac
 
 def test_results_are_kept_without_force(bristle, place):
     arguments = ("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run")
-    assert bristle(*arguments).code == 0
+    assert bristle(*arguments, "--model", "coulomb_viscous").code == 0
     before = Path("run/model.toml").read_bytes()
     again = bristle(*arguments, "--model", "viscous")
     assert again.code == 2
@@ -183,7 +183,19 @@ def test_emps(bristle, emps, model, error):
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
-    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--force", "--draws", "0"]
+    arguments += [
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--out",
+        "run",
+        "--force",
+        "--draws",
+        "0",
+        "--model",
+        "viscous",
+    ]
     assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
     before = {one.name: one.read_bytes() for one in Path("run").iterdir()}
     limited = ["bash", "-c", f"ulimit -f 30; exec {shlex.join(arguments)}"]

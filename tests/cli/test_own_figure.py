@@ -74,10 +74,12 @@ def later(place):
 @pytest.mark.parametrize(
     ("command", "takes"),
     [
-        (PREDICT, "prediction"), (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification"),
-        (COMPARE, "comparison"), (DESIGN, "design"), (STUDY, "study"), ((*STUDY, "--run", "2"), "simulation"),
+        (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification"), (COMPARE, "comparison"),
+        pytest.param(PREDICT, "prediction", marks=pytest.mark.slow),
+        pytest.param(DESIGN, "design", marks=pytest.mark.slow),
+        pytest.param(STUDY, "study", marks=pytest.mark.slow), ((*STUDY, "--run", "2"), "simulation"),
     ],
-    ids=["predict", "log", "run", "identify", "compare", "design", "study", "run of a study"],
+    ids=["log", "run", "identify", "compare", "predict", "design", "study", "run of a study"],
 )  # fmt: skip
 def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
     found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")

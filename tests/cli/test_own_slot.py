@@ -9,7 +9,16 @@ from tests.files.own_slot import AXIS, SEALS, SLOT, TRUTH, pressed, write_bench
 def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bench(tmp_path)
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+oiled.py,coulomb_viscous")
+    asked = (
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "coulomb_viscous+oiled.py,coulomb_viscous",
+        "--draws",
+        "50",
+    )
     found = bristle(*asked, "--out", "results", "--json")
     assert found.code == 0, found.err
     assert found.data["models"][0]["name"] == "coulomb_viscous+oiled"
@@ -50,14 +59,14 @@ def test_one_of_bristle_goes_by_its_name(bristle, tmp_path, monkeypatch):
     (tmp_path / "oiled.py").unlink()
     Path("length.toml").write_text(AXIS.replace('unit = "bar"', 'unit = "mm"'))
     for axis, is_pressure in (("axis.toml", True), ("length.toml", False)):
-        plain = bristle("identify", "log.csv", "--axis", axis, "--model", "coulomb_viscous")
+        plain = bristle("identify", "log.csv", "--axis", axis, "--model", "coulomb_viscous", "--draws", "0")
         assert plain.code == 0, plain.err
         words = " ".join((plain.out + plain.err).split())
         assert ("friction changes with the recorded pressure" in words) == is_pressure
         assert ("Next: `coulomb_viscous+pressure`" in words) == is_pressure
 
-    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--out", "results")
-    found = bristle(*asked, "--json")
+    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--draws", "50")
+    found = bristle(*asked, "--out", "results", "--json")
     assert found.code == 0, found.err
     assert "missing_channel" not in [one["code"] for one in found.data["diagnostics"]]
     rise = found.data["parameters"]["k_P"]

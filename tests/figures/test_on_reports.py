@@ -79,7 +79,11 @@ def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
 
 @pytest.mark.parametrize(
     ("report", "section"),
-    [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})],
+    [
+        pytest.param(report, section, marks=[pytest.mark.slow] if at % 3 else [])
+        for report in REPORTS
+        for at, section in enumerate(sorted({place.section for place in REPORTS[report]}))
+    ],
 )
 def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section, monkeypatch):
     module = ModuleType("bristle.figures.added")
