@@ -194,27 +194,21 @@ def stroke(stack, memory, start, dx, far, inverse, law, q, scale, branch):
     `branch` is the one that it would end on.
     """
     z, f = start.z, start.f
-    r = inverse * f
-    if is_linear(law):
-        # The slope of the slip is the same wherever the step ends: where it would without feedback need not be known.
-        after, weight = f, 1.0
-    else:
-        after = branch_output(branch, z + far, q)
-        weight = slip_weight(r, inverse * after, law)
-    if weight > 0.0:
-        return slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scale, branch)
+    if law.rho < 0.0:
+        # A power law slips at every force: where the step would end without feedback need not be known.
+        return slipping(stack, memory, start, dx, far, f, inverse, law, q, scale, branch)
+    after = branch_output(branch, z + far, q)
+    if slip_weight(inverse * f, inverse * after, law) > 0.0:
+        return slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def is_linear(law):
-    """Return whether the slip is the ratio itself."""
-    return law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0
+def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branch):
+    """Return the `Stroke` where the contact slips.
 
-
-@kernel
-def slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scale, branch):
-    """Return the `Stroke` where the contact slips; without feedback it would end at the force `after` on `branch`."""
+    Without feedback it would end on `branch`, and through a gate at the force `after`.
+    """
     z, f = start.z, start.f
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
@@ -225,7 +219,8 @@ def slipping(stack, memory, start, dx, far, after, weight, inverse, law, q, scal
     if is_beside(near, way, ahead):
         near = branch_at(stack, memory, ahead)
     chord = max(way * (branch_output(near, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)), 0.0)
-    theta = fitted_weight(travel * chord * weight)
+    r_far = r + inverse * chord * far if law.rho < 0.0 else inverse * after
+    theta = fitted_weight(travel * chord * slip_weight(r, r_far, law))
     if start.steepness == 0.0 and inverse * after <= 1.0 and r + theta * (inverse * after - r) <= law.rho:
         # The gate opens only at the end: in the mean of the step it is closed.
         return Stroke(f + theta * (after - f), z + far, after, branch)
