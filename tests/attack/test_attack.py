@@ -264,7 +264,7 @@ ARGUMENTS = [
     ["design", "experiment.toml", "--bandwidth", "1e-300 Hz"], ["excite", "axis.toml", "--duration", "1e9 s"],
     ["excite", "axis.toml", "--duration", "nan s"], ["excite", "axis.toml", "--duration", "2 s"],
     ["excite", "axis.toml", "--travel", "1e-300 m"], ["excite", "axis.toml", "--travel", "0 m"],
-    ["excite", "axis.toml", "--for", ",,,"], ["excite", "axis.toml", "--duration", "30 s", "--for", "stribeck," * 100],
+    ["excite", "axis.toml", "--for", ",,,"], ["excite", "axis.toml", "--duration", "10 s", "--for", "stribeck," * 100],
     ["check", "model.toml", "--force-ripple", "1e300 N,nan N"], ["check", "model.toml", "--force-ripple", ","],
     ["check", "model.toml", "--loop", "1 um,1 um"], ["check", "model.toml", "--loop", "1e9 m,-1e9 m"], ["check", "."],
     ["models", "\x1b[31m"], ["models", "lugre+" * 50], ["models", ""], ["paper", "--figure", "9" * 30],

@@ -207,6 +207,7 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     assert [one.name for one in (*place.glob("run*"), *place.glob("bristle-*"))] == ["run"]
 
 
+@pytest.mark.slow
 def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
     own = place / "own.py"
     own.write_text(f"print('hello')\n{own.read_text()}")

@@ -173,6 +173,7 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     assert bristle(*STUDY, "--dry-run", "--figure", "mine.py").code == 2
 
 
+@pytest.mark.slow
 def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")

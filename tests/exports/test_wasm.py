@@ -97,6 +97,7 @@ class Quiet(SimpleHTTPRequestHandler):
         """Say nothing."""
 
 
+@pytest.mark.slow
 @needs_node
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 def test_a_browser_computes_the_bits_of_node(exported, forces, tmp_path):

@@ -96,6 +96,7 @@ def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section,
     assert 'id="figure-added"' in page_of(report, by_position=section == "position")
 
 
+@pytest.mark.slow
 def test_reports_without_a_list_draw_what_no_figure_of_ones_own_is_called():
     facts = example_facts("translational")
     runs = facts["study"]

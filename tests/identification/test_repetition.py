@@ -92,6 +92,7 @@ def cut(log, first, last):
     return replace(log, **channels, segments=())
 
 
+@pytest.mark.slow
 def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     motion, other = strokes(12, length=60e-6), strokes(6, length=25e-6, move=0.9)
     effort = 20.0 * np.sign(motion.velocity) + motion.acceleration

@@ -87,8 +87,8 @@ def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("name", [
-    "preisach_lugre+position+asymmetry", "gms+asymmetry", "lugre+transmitted+ripple+position+load",
-    "gap_slider+asymmetry",
+    "preisach_lugre+position+asymmetry", "lugre+transmitted+ripple+position+load",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms+asymmetry", "gap_slider+asymmetry")),
 ])  # fmt: skip
 def test_a_given_model_walks_as_in_python(name, tmp_path):
     data = page_data(name)
@@ -155,8 +155,12 @@ def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, ch
 
 
 @pytest.mark.parametrize(
-    "name", ["lugre", "gms", "preisach_lugre", "maxwell_slip", "bouc_wen", "elastoplastic", "viscous"]
-)
+    "name",
+    [
+        "lugre", "preisach_lugre", "viscous",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms", "maxwell_slip", "bouc_wen", "elastoplastic")),
+    ],
+)  # fmt: skip
 def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_path):
     slots = offered(example_named(name))
     sets = [(), *((slot,) for slot in slots[::3]), ("periodic", "asymmetry"), slots]
@@ -247,7 +251,7 @@ def test_a_level_of_nothing_has_no_share_to_rise_by(tmp_path):
     assert forces[1:] == [float(bare.values["F_v"]) * v for v in (1.0, 1.0, -1.0)]
 
 
-@pytest.mark.parametrize("name", ["lugre", "gms", "gap_slider"])
+@pytest.mark.parametrize("name", ["lugre", "gms", pytest.param("gap_slider", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("slots", [("asymmetry",), ("ripple", "position", "asymmetry")], ids=["sided", "varying"])
 def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slots, tmp_path):
     script = f"""

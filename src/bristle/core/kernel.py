@@ -20,6 +20,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 _kernels: list[tuple[Callable[..., Any], bool]] = []
 _pending: list[Callable[[], None]] = []
 _active = False
+# Entries alone are called from outside: a kernel that has nothing to be called by is compiled in less time.
+UNCALLED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 @overload
@@ -103,9 +105,9 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
     from numba.extending import overload, register_jitable
 
     if compiled_as is None:
-        register_jitable(**kernel_options(inline))(plain)
+        register_jitable(**kernel_options(inline), **UNCALLED)(plain)
     else:
-        options: Any = kernel_options(inline)
+        options: Any = kernel_options(inline) | UNCALLED
         overload(plain, jit_options=options, strict=False)(compiled_as())
 
 
