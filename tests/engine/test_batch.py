@@ -77,6 +77,7 @@ def lanes(monkeypatch):
 ])  # fmt: skip
 def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
     models, effort = mechanisms(name, 37)
+    effort[:, 20:] *= -3.0  # turns most of them around
     effort[7] = 0.0  # rests
     plant = inertia(M=2.0)
     starts = np.where(np.arange(37) % 3, 0.01, 0.0)
@@ -92,7 +93,8 @@ def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
         for field in FIELDS:
             assert np.array_equal(getattr(batch, field)[:32, :11], getattr(plain, field)[:, :11]), field
     assert len(lanes) == 1 + (name == "lugre")
-    assert np.sum(np.diff(np.sign(batch.velocity[1:]), axis=1) != 0) > 30  # they reverse
+    v = batch.velocity[1:]
+    assert np.sum((v.min(axis=1) < 0.0) & (v.max(axis=1) > 0.0)) > 12  # they reverse
 
 
 @pytest.mark.parametrize(("name", "dt"), [("coulomb", 1e-4), ("lugre", 1e-4), ("lugre", 1e-2)])
