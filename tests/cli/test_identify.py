@@ -183,19 +183,8 @@ def test_emps(bristle, emps, model, error):
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
-    arguments += [
-        "identify",
-        "log.csv",
-        "--axis",
-        "axis.toml",
-        "--out",
-        "run",
-        "--force",
-        "--draws",
-        "0",
-        "--model",
-        "viscous",
-    ]
+    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", "0"]
+    arguments += ["--out", "run", "--force"]
     assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
     before = {one.name: one.read_bytes() for one in Path("run").iterdir()}
     limited = ["bash", "-c", f"ulimit -f 30; exec {shlex.join(arguments)}"]
@@ -207,7 +196,6 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     assert [one.name for one in (*place.glob("run*"), *place.glob("bristle-*"))] == ["run"]
 
 
-@pytest.mark.slow
 def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
     own = place / "own.py"
     own.write_text(f"print('hello')\n{own.read_text()}")

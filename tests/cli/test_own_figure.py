@@ -75,11 +75,10 @@ def later(place):
     ("command", "takes"),
     [
         (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification"), (COMPARE, "comparison"),
+        (DESIGN, "design"), ((*STUDY, "--run", "2"), "simulation"), (STUDY, "study"),
         pytest.param(PREDICT, "prediction", marks=pytest.mark.slow),
-        pytest.param(DESIGN, "design", marks=pytest.mark.slow),
-        pytest.param(STUDY, "study", marks=pytest.mark.slow), ((*STUDY, "--run", "2"), "simulation"),
     ],
-    ids=["log", "run", "identify", "compare", "predict", "design", "study", "run of a study"],
+    ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
 )  # fmt: skip
 def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
     found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")
@@ -173,7 +172,6 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     assert bristle(*STUDY, "--dry-run", "--figure", "mine.py").code == 2
 
 
-@pytest.mark.slow
 def test_it_cannot_change_the_results(bristle, place):
     assert bristle(*IDENTIFY).code == 0
     before = read_arrays(Path("run"), "traces")

@@ -9,16 +9,8 @@ from tests.files.own_slot import AXIS, SEALS, SLOT, TRUTH, pressed, write_bench
 def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_bench(tmp_path)
-    asked = (
-        "identify",
-        "log.csv",
-        "--axis",
-        "axis.toml",
-        "--model",
-        "coulomb_viscous+oiled.py,coulomb_viscous",
-        "--draws",
-        "50",
-    )
+    models = "coulomb_viscous+oiled.py,coulomb_viscous"
+    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--draws", "50")
     found = bristle(*asked, "--out", "results", "--json")
     assert found.code == 0, found.err
     assert found.data["models"][0]["name"] == "coulomb_viscous+oiled"

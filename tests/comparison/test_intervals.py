@@ -56,7 +56,6 @@ def test_intervals_of_cycles_that_are_like_their_neighbours_are_wider_for_it(mon
     assert coverage(60, likeness=0.6) < 0.82
 
 
-@pytest.mark.slow
 def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
     assert coverage(4, single=True, repeats=50) < 0.6

@@ -166,16 +166,8 @@ class Arrays(NamedTuple):
         (lambda: faulty(sound_trial, Parameters=Undescribed), "example"),
         (lambda: faulty(sound_trial, State=Arrays), "described variables"),
         (lambda: faulty(uses_a_list), "exportable kernels"),
-        pytest.param(
-            lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())),
-            "exportable kernels",
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)),
-            "exportable kernels",
-            marks=pytest.mark.slow,
-        ),
+        (lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())), "exportable kernels"),
+        (lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)), "exportable kernels"),
         (lambda: faulty(writes_in_trial), "exportable kernels"),
         (lambda: faulty(divides_by_the_step), "finite everywhere"),
         (lambda: faulty(compares_with_zero), "opposes sliding"),

@@ -101,7 +101,6 @@ def test_in_fast_sliding_the_deflection_does_not_turn_at_every_rounding():
     assert trace.steps < 400
 
 
-@pytest.mark.slow
 def test_what_each_direction_has_of_its_own_and_the_offset_count():
     component = friction.find("preisach_lugre+asymmetry")
     directional = {

@@ -124,7 +124,6 @@ def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path):
     assert probe(model, **place) == (10.0, 1)
 
 
-@pytest.mark.slow
 def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
     helper = tmp_path / "levels.py"
     model = tmp_path / "my_model.py"
@@ -135,7 +134,6 @@ def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
     assert probe(model, PYTHONPATH=str(tmp_path)) == (22.0, 1)
 
 
-@pytest.mark.slow
 def test_a_users_model_that_is_gone_harms_no_later_process(probe, tmp_path):
     (tmp_path / "levels.py").write_text("LEVEL = 1.0\n")
     model = tmp_path / "my_model.py"

@@ -42,7 +42,6 @@ def test_free_vibration_has_the_frequency_of_two_masses_and_keeps_its_energy():
     assert np.ptp(energy(trace)[1:]) < 1e-12 * energy(trace)[1]
 
 
-@pytest.mark.slow
 def test_a_stiff_screw_is_one_inertia_with_the_sum_of_both_frictions():
     h = 1e-4
     t = h * np.arange(4000)

@@ -66,7 +66,6 @@ def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
     assert any("mass of" in one for one in found.prior.assumed)
 
 
-@pytest.mark.slow
 def test_it_is_the_chirp_that_tells_micro_damping():
     axis, truth = replace(AXIS, sample_time=2e-4, jerk_limit=None), TRUTH.with_values(sigma_1=8e3)
     found = {}

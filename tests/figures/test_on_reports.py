@@ -79,11 +79,7 @@ def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
 
 @pytest.mark.parametrize(
     ("report", "section"),
-    [
-        pytest.param(report, section, marks=[pytest.mark.slow] if at % 3 else [])
-        for report in REPORTS
-        for at, section in enumerate(sorted({place.section for place in REPORTS[report]}))
-    ],
+    [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})],
 )
 def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section, monkeypatch):
     module = ModuleType("bristle.figures.added")
@@ -96,7 +92,6 @@ def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section,
     assert 'id="figure-added"' in page_of(report, by_position=section == "position")
 
 
-@pytest.mark.slow
 def test_reports_without_a_list_draw_what_no_figure_of_ones_own_is_called():
     facts = example_facts("translational")
     runs = facts["study"]

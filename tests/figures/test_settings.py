@@ -88,7 +88,6 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
         assert shown("expected") == found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     pytest.param("everett_surface", marks=pytest.mark.slow), "rig_layout",
     pytest.param("following_error", marks=pytest.mark.slow),

@@ -525,9 +525,7 @@ with pytest.MonkeyPatch.context() as patch:
 
 
 @pytest.mark.parametrize("way", ["exchanged", "renamed"])
-@pytest.mark.parametrize(
-    "step", [pytest.param(step, marks=[pytest.mark.slow] if step % 3 else []) for step in range(1, 26)]
-)
+@pytest.mark.parametrize("step", range(1, 26))
 def test_killed_at_each_step(out, step, way):
     code = KILLED.format(tests=str(Path(__file__).parents[2]))
     ended = subprocess.run([sys.executable, "-c", code, str(out), str(step), way], check=False).returncode

@@ -128,6 +128,17 @@ def test_reversal_curves_give_back_the_operator_that_they_came_from(count, error
     assert np.max(np.abs(response(table, path) - response(exact, path))) < error
 
 
+def test_what_turned_below_the_first_curve_follows_it():
+    down = np.linspace(0.0, 1.0, 5)
+    curves = [(0.5 - 1.5 * down, -2.0 * down), (1.0 - 2.0 * down, -6.0 * down)]
+    table = hysteresis.from_reversal_curves(curves, rows=41, columns=41)
+    q = measure(table)
+    # Half of what the first curve falls by over the same way; the second one falls faster.
+    for alpha, beta in ((0.5, -0.25), (0.0, -0.75), (-0.25, -1.0)):
+        assert everett(alpha, beta, q) == pytest.approx(0.5, abs=0.01)
+    assert everett(1.0, 0.25, q) == pytest.approx(1.125, abs=0.01)
+
+
 def test_outside_its_table_the_output_stays():
     table = hysteresis.tabulated(lambda a, b: a - b, 1.0, rows=5, columns=5)
     f = response(table, [0.5, 1.0, 3.0, 1.0, 0.5, -7.0, -1.0])

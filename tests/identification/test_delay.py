@@ -13,9 +13,9 @@ from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.dataset import derivative
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.filters import derivative
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
 

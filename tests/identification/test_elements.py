@@ -92,7 +92,6 @@ def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
     assert fit.parameters["x_0"].status == "held"
 
 
-@pytest.mark.slow
 def test_load_and_temperature_are_factors_of_friction():
     t = 1e-3 * np.arange(12_000)
     load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
@@ -107,7 +106,6 @@ def test_load_and_temperature_are_factors_of_friction():
         identify(elements_log(), "maxwell_slip+load", mass=MASS, draws=0)
 
 
-@pytest.mark.slow
 def test_the_interval_of_the_level_leaves_the_shape_free():
     fits = [
         identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best

@@ -7,9 +7,9 @@ from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.dataset import low_passed
 from bristle.identification.preprocessing import treat
 from bristle.logs import Log
+from bristle.logs.filters import low_passed
 
 
 def test_derivatives_follow_a_known_motion():

@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.diagnostics.repetition import about_repeated_logs, repeats_after, stroke_lengths
+from bristle.identification.diagnostics.excitation import about_repeated_logs, repeats_after, stroke_lengths
 from bristle.identification.preprocessing import treat, treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.report.messages import warnings_of
@@ -92,7 +92,6 @@ def cut(log, first, last):
     return replace(log, **channels, segments=())
 
 
-@pytest.mark.slow
 def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     motion, other = strokes(12, length=60e-6), strokes(6, length=25e-6, move=0.9)
     effort = 20.0 * np.sign(motion.velocity) + motion.acceleration

@@ -49,7 +49,6 @@ def found():
     return identify(gms_log(), "gms", draws=30, **ASKED)
 
 
-@pytest.mark.slow
 def test_curve_attraction_and_stiffness_come_back(found):
     fit = found.best
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}

@@ -5,8 +5,8 @@ import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log
 
 from bristle.identification import identify
+from bristle.identification.half_cycles import SHORT, TIME, beside, time_blocks
 from bristle.identification.preprocessing import treat
-from bristle.identification.time_blocks import SHORT, TIME, beside, time_blocks
 
 
 def designed_log():

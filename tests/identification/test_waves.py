@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.identification.waves import frequency_in, refined
+from bristle.logs.waves import frequency_in, refined
 
 TURNS = 7.38  # over the range
 

@@ -8,7 +8,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 
 from bristle import friction
 from bristle.core.normal import NORMAL_95
-from bristle.identification.delay import Alignment
+from bristle.identification.dataset import Alignment
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat

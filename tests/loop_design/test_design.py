@@ -177,7 +177,6 @@ def test_a_bandwidth_of_nothing_is_refused():
         design(Experiment("bench", "translational", (loop(),)), bandwidth=0.0)
 
 
-@pytest.mark.slow
 def test_an_axis_with_a_screw_is_designed_with_its_backlash():
     screw = plants.ball_screw(kind="rotational", J=1e-3, M=50.0, lead=5e-3, k=1e8, d=2e3, backlash="3 um")
     motor = friction.coulomb_viscous(kind="rotational", F_C=0.02, F_v=1e-3)

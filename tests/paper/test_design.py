@@ -99,7 +99,6 @@ def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
     assert "pole at 1.096: three samples of delay" in message(verdict_of(judged["3"]))
 
 
-@pytest.mark.slow
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
     # Past the refusal: what is named before the simulation is what the simulation does.
     found = {}

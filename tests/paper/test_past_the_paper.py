@@ -91,7 +91,6 @@ def _virgin_force(model, travel):
     return np.minimum(travel[:, None], reach) @ v["k_i"] + v["offset"]
 
 
-@pytest.mark.slow
 def test_beside_the_literature():
     found = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward",
                  seeds=1)  # fmt: skip

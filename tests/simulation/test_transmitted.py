@@ -76,7 +76,6 @@ def turned_by(motor, table):
     return trace.motor_position[1000]
 
 
-@pytest.mark.slow
 def test_the_friction_of_a_motor_rises_with_all_that_it_turns_and_pulls():
     motor = br.friction.find("coulomb+transmitted")(kind="rotational", F_C=0.4, c_T=0.25)
     load = (TORQUE - 0.4) / 1.25

@@ -142,7 +142,6 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
         body = loop.plant.A @ body + loop.plant.B * line.pop(0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("side", ["motor", "load"])
 def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
     screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)

@@ -15,8 +15,7 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
-from bristle.identification.delay import differentiated
-from bristle.identification.preprocessing import treat
+from bristle.identification.preprocessing import differentiated, treat
 from bristle.logs.channel import Channel
 from bristle.logs.columns import is_table
 from bristle.logs.log import Log

@@ -20,8 +20,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 _kernels: list[tuple[Callable[..., Any], bool]] = []
 _pending: list[Callable[[], None]] = []
 _active = False
-# Entries alone are called from outside: a kernel that has nothing to be called by is compiled in less time.
-UNCALLED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 @overload
@@ -105,9 +103,9 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
     from numba.extending import overload, register_jitable
 
     if compiled_as is None:
-        register_jitable(**kernel_options(inline), **UNCALLED)(plain)
+        register_jitable(**kernel_options(inline))(plain)
     else:
-        options: Any = kernel_options(inline) | UNCALLED
+        options: Any = kernel_options(inline)
         overload(plain, jit_options=options, strict=False)(compiled_as())
 
 

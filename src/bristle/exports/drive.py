@@ -20,7 +20,7 @@ from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import Source
 from bristle.friction.slots import variations_of
-from bristle.identification.roles import Role, acts_in_sliding, offset_of
+from bristle.identification.parameters import Role, acts_in_sliding, offset_of
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
 from bristle.prediction.reversal import reversal_distance

@@ -12,8 +12,8 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind, Variable
+from bristle.identification.parameters import Role
 from bristle.identification.request import prior_knowledge_of
-from bristle.identification.roles import Role
 from bristle.study.plan import Block
 
 __all__ = ["ENDS", "Fleet", "LogFile", "Quantity"]

@@ -115,7 +115,6 @@ def from_reversal_curves(
         low, high = (np.interp(drops[at], drop, E) for _, drop, E in read[right - 1 : right + 1])
         share = np.clip((nodes.alpha[at] - alphas[right - 1]) / (alphas[right] - alphas[right - 1]), 0.0, 1.0)
         table[at] = low + share * (high - low)
-    table[:, 0] = 0.0
     return _operator(nodes, table, kind, settings)
 
 

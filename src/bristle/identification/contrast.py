@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.identification.parameter_space import Solution
-from bristle.identification.waves import frequency_in, waves
+from bristle.logs.waves import frequency_in, waves
 
 __all__ = ["Away", "Contrast", "between"]
 

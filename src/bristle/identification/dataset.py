@@ -1,4 +1,4 @@
-"""The rows of a regression: what becomes of a signal along the segments of a log."""
+"""The rows of a regression: what becomes of a signal along the segments of a log; how its channels stand in time."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,13 +17,11 @@ from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
+from bristle.logs.filters import low_passed
 from bristle.logs.segmentation import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-if TYPE_CHECKING:
-    from bristle.identification.delay import Alignment
-
-__all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mechanical", "transmitted_by"]
+__all__ = ["Alignment", "Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -32,31 +29,42 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 SETTLED = 2  # times as far, its response has died out
 
 
-def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
-    """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
-    from scipy.signal import sosfilt, sosfiltfilt
+@dataclass(frozen=True)
+class Alignment:
+    """How the effort of a log stands in time to its position, and the inertia that was found with it.
 
-    sections, settled, edge = _butterworth(cutoff, sample_time)
-    if signal.shape[-1] <= edge:
-        return sosfiltfilt(sections, signal)  # which says what is too short
-    # To the bit what that returns, without solving for the settled state of the same filter at each call.
-    settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
-    before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]
-    after = 2.0 * signal[..., -1:] - signal[..., -2 : -(edge + 2) : -1]
-    extended = np.concatenate((before, signal, after), axis=-1)
-    forward, _ = sosfilt(sections, extended, zi=settled * extended[..., :1])
-    backward, _ = sosfilt(sections, forward[..., ::-1], zi=settled * forward[..., -1:])
-    return backward[..., ::-1][..., edge:-edge]
+    Parameters
+    ----------
+    delay, delay_half_width : float or None
+        By which the effort lags the position, and half of its 95 % interval [s]; None where the log does not show it.
+    smoothing, smoothing_half_width : float or None
+        Time constant of a first-order filter that the effort passed more than the position did; negative where it
+        passed less [s]. None where none is seen.
+    mass, mass_half_width : float or None
+        Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
+    slow : float
+        Cut-off of what the equations were weighed with [Hz].
+    sought : bool
+        Whether the delay was looked for.
+    """
 
+    delay: float | None = None
+    delay_half_width: float | None = None
+    smoothing: float | None = None
+    smoothing_half_width: float | None = None
+    mass: float | None = None
+    mass_half_width: float | None = None
+    slow: float = 0.0
+    sought: bool = True
 
-@cache
-def _butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the sections of the filter, their settled state, and by how much a signal is extended at its ends."""
-    from scipy.signal import butter, sosfilt_zi
-
-    sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
-    taps = 2 * len(sections) + 1 - min((sections[:, 2] == 0.0).sum(), (sections[:, 5] == 0.0).sum())
-    return sections, sosfilt_zi(sections), 3 * int(taps)
+    def as_data(self) -> dict[str, float]:
+        """Return what is known of it, as the treatment of a log tells it."""
+        data = {
+            "delay": self.delay, "delay_half_width": self.delay_half_width,
+            "smoothing": self.smoothing, "smoothing_half_width": self.smoothing_half_width,
+            "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
+        }  # fmt: skip
+        return {name: value for name, value in data.items() if value}
 
 
 @cache
@@ -64,17 +72,6 @@ def _taps(decimation: int) -> np.ndarray:
     from scipy.signal import firwin
 
     return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
-
-
-def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
-    """Return the derivative of a signal, shape (..., sample), true to the fourth order of the step.
-
-    Of the second order, as `numpy.gradient` is, the acceleration of 10 Hz at 500 samples a second is 0.5 % small.
-    """
-    slope = np.gradient(signal, dt, axis=-1)
-    near, far = signal[..., 3:-1] - signal[..., 1:-3], signal[..., 4:] - signal[..., :-4]
-    slope[..., 2:-2] = (8.0 * near - far) / (12.0 * dt)
-    return slope
 
 
 def mechanical(plant: Model, motion: Segment) -> np.ndarray:

@@ -48,9 +48,7 @@ from bristle.identification.fixed_shape import (
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import ParameterSpace, Solution
-from bristle.identification.parameters import Fixed, ParameterSet
-from bristle.identification.roles import Role, names_of
-from bristle.identification.scales import stroke_of
+from bristle.identification.parameters import Fixed, ParameterSet, Role, names_of, stroke_of
 
 __all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
 

@@ -15,9 +15,8 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import ParameterSet, PriorKnowledge, parameters_of
+from bristle.identification.parameters import ParameterSet, PriorKnowledge, Scales, parameters_of
 from bristle.identification.problem import Problem
-from bristle.identification.scales import Scales
 from bristle.identification.settings import DEFAULT, Settings
 
 __all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]

@@ -18,8 +18,12 @@ from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, combinations_of
-from bristle.identification.diagnostics.excitation import Excitation
-from bristle.identification.diagnostics.repetition import about_amplitudes, about_repeated_logs, about_repetition
+from bristle.identification.diagnostics.excitation import (
+    Excitation,
+    about_amplitudes,
+    about_repeated_logs,
+    about_repetition,
+)
 from bristle.identification.diagnostics.residual import (
     about_alignment,
     about_held_effort,

@@ -1,4 +1,4 @@
-r"""Half-cycles of a log, and how much friction differs from one to the next.
+r"""Rows that belong together: half-cycles, over which friction has one level, and blocks that are held out together.
 
 Friction that has been sliding one way is not quite the same the next time: its level scatters from reversal to
 reversal by a few percent. It is the same within a half-cycle, so that no number of samples averages it out.
@@ -11,6 +11,10 @@ from the residual `r` there. What is seen of the scatter, :math:`\tau`, is the r
 :math:`\hat c_k - 1` with the weights :math:`1 / (\tau^2 + v_k)` of a random effect [1]_, where
 :math:`v_k = \sigma^2 / (s_k \cdot s_k)` is the error of :math:`\hat c_k`: a long slide tells one level, as a short
 stroke does. A fit takes part of it into its parameters.
+
+A contiguous part of a log is the harder test: nothing next to its rows was fitted. It is an unfair one where that part
+holds an experiment of its own, as in a log that was designed: without its only fast slides nobody knows the viscous
+friction. Each part then consists of short segments from all over the log.
 
 References
 ----------
@@ -27,16 +31,24 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
+from bristle.identification.settings import Settings
 from bristle.logs.segmentation import half_cycle_numbers, turns_apart
 
 __all__ = [
+    "BLOCKS",
+    "SHORT",
+    "TIME",
     "Groups",
+    "beside",
+    "blocks_for",
     "half_cycle_starts",
     "half_cycles",
     "independent_rows",
     "least_way",
     "neighbour_correlation",
+    "room_for_blocks",
     "scatter_in",
+    "time_blocks",
     "within_cycles",
 ]
 
@@ -46,6 +58,14 @@ NUDGE = 1e-3
 SHOWS_LEVEL = 4  # rows of a half-cycle that are not all beside a reversal
 FEWEST_LEVELS = 8
 ROUNDS = 8  # of the weights, which depend on the scatter that they tell
+BLOCKS = 5  # that a log is divided into, where nobody asks for another number
+TIME, SHORT = "time blocks", "short time blocks"
+BINS = 4  # of a decade of speed
+FEW = 0.25  # of the rows of a block: so few others at such a speed are none
+ALONE = 0.1  # share of the rows of a block at speeds that no other has
+PIECES = 8  # of each part, at most
+LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
+SEED = 5
 
 
 @dataclass(frozen=True)
@@ -142,3 +162,46 @@ def independent_rows(residual: np.ndarray) -> float:
     r"""Return as how many independent rows those of a residual count, :math:`N (1 - \rho) / (1 + \rho)`."""
     correlation = min(max(neighbour_correlation(residual), 0.0), 0.999)
     return residual.size * (1.0 - correlation) / (1.0 + correlation)
+
+
+def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> int:
+    """Return how many blocks are held out: as requested, else five, fewer of a short log, 0 where none has room."""
+    if requested is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
+        return BLOCKS if requested is None else requested
+    most = room_for_blocks(dataset, settings)
+    return min(most, BLOCKS) if most > 1 else 0
+
+
+def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
+    """Return for how many time blocks a log has rows, their margins apart."""
+    return dataset.effort.size // (int(settings.held_out_rows) + 2 * dataset.reach)
+
+
+def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
+    """Return what the parts of a log are called, and the rows of each of so many, shape (row,) of bool."""
+    rows = dataset.effort.size
+    edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
+    of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
+    pieces = min(PIECES, rows // (count * 2 * LEAST * max(dataset.reach, 1)))
+    if pieces > 1 and _has_experiments_of_its_own(np.abs(dataset.velocity), part, count):
+        # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
+        rng = np.random.default_rng(SEED)
+        owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
+        of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
+    return of, [part == number for number in range(count)]
+
+
+def beside(part: np.ndarray, reach: int) -> np.ndarray:
+    """Return the rows that share no sample with those of a part through filters that reach so far, of bool."""
+    return np.convolve(part, np.ones(2 * reach + 1))[reach : reach + part.size] < 0.5
+
+
+def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int) -> bool:
+    """Return whether any of several parts goes at speeds that all others together hardly go at."""
+    moving = speed > 0.0
+    place = np.floor(BINS * np.log10(speed[moving])).astype(int)
+    place -= place.min(initial=0)
+    counts = np.zeros((count, place.max(initial=0) + 1))
+    np.add.at(counts, (part[moving], place), 1.0)
+    alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
+    return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))

@@ -19,19 +19,18 @@ from bristle.core.errors import InputError
 from bristle.core.interruption import obey, to_the_end
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import find
-from bristle.identification.dataset import Dataset
-from bristle.identification.delay import Alignment, aligned
+from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.diagnostics.checks import checks_of, with_checks
-from bristle.identification.diagnostics.repetition import spread_between_repeats
+from bristle.identification.diagnostics.excitation import spread_between_repeats
 from bristle.identification.diagnostics.structure import next_models, with_structure
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
-from bristle.identification.harmonics import told_by, with_harmonics
+from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import PriorKnowledge
-from bristle.identification.preprocessing import treat_all
+from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
+from bristle.identification.preprocessing import aligned, treat_all
 from bristle.identification.request import (
     METHODS,
     asks_for_all,
@@ -43,11 +42,9 @@ from bristle.identification.request import (
     with_method,
 )
 from bristle.identification.result import Fit, Identification
-from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
-from bristle.identification.sliding_friction import context_of
-from bristle.identification.time_blocks import blocks_for
+from bristle.identification.sliding_friction import context_of, told_by, with_harmonics
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted

@@ -28,16 +28,23 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
 from bristle.identification.contrast import Away
-from bristle.identification.dataset import Dataset, Segment, derivative, mechanical, transmitted_by
-from bristle.identification.delay import differentiated
+from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
-from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
+from bristle.identification.half_cycles import (
+    NUDGE,
+    Groups,
+    beside,
+    half_cycle_starts,
+    half_cycles,
+    room_for_blocks,
+    time_blocks,
+)
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.preprocessing import treat
+from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Fold
 from bristle.identification.recovered_motion import FINER, Recovered, between_samples, recovered
 from bristle.identification.settings import Settings
-from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
+from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
 from bristle.plants.terms import TURN
 

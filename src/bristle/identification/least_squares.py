@@ -21,8 +21,8 @@ from bristle.core.variable import OF_SLOTS, Variable
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
+from bristle.identification.parameters import Scales
 from bristle.identification.problem import Problem
-from bristle.identification.scales import Scales
 
 __all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
 

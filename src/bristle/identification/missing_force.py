@@ -10,6 +10,11 @@ and an error :math:`v_k`, rows are as good as independent of it [2]_.
 What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
 a channel makes: their derivatives are fitted with each cause.
 
+Behind play a load rests against one flank of the drive, until the force that it takes changes its sign: then it flies
+to the other flank, and knocks. At a reversal it does so as well, but there every model errs by its sampling. Amid
+motion, where an axis begins to brake, a rigid one has no reason to: there the residual is compared with that of rows of
+the same speed and the same jerk.
+
 References
 ----------
 .. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", Journal of the Royal Statistical
@@ -20,28 +25,49 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
+from bristle.core.variable import KINDS
 from bristle.friction.next_model import CHANNELS
-from bristle.identification.missing_columns import columns_by_cause
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.identification.waves import frequency_in, refined, waves
+from bristle.logs.waves import frequency_in, refined, waves
 
-__all__ = ["ANYWHERE", "Missing", "force_of", "missing_forces", "ripple_in"]
+__all__ = [
+    "ANYWHERE",
+    "Missing",
+    "columns_by_cause",
+    "force_of",
+    "lagging_columns",
+    "missing_forces",
+    "play_at_flanks",
+    "ripple_in",
+]
 
 MOST = 3  # causes
 AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
 EVEN = 0.9  # of what a ripple tells, where it is alike in both directions, or not
 OVERTONES = range(2, 7)  # of a ripple
 OVERTONE = 0.1  # of the residual without the ripple, that one tells
+FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
+WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
+LAGS = (0.01, 0.04)  # [s]
+LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
+LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a straight line
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
+BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
+FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
+SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
+JERKS = (0.5, 0.75, 0.9)  # quantiles
+TINY = 1e-9
 
 
 class Missing(NamedTuple):
@@ -185,3 +211,89 @@ def _in_detail(
             overtones.append(times)
             explained = np.column_stack([explained, pair])
     return ripple._replace(alike=True, overtones=tuple(overtones))
+
+
+def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
+    """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
+    x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
+    speed = speed / float(np.quantile(speed, 0.99))
+    falls = np.exp(-speed[:, None] / np.array(FALLS))
+    middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
+    place = ((x - middle) / reach)[:, None]
+    turns = rows.kind == KINDS[1] and 2.0 * reach > LEAST_ANGLE
+    behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
+    return {
+        "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
+        "direction": np.column_stack([np.ones_like(speed), speed, falls]),
+        "lag": rows.acceleration[:, None] * falls,
+        "play": side * np.exp(-np.column_stack([behind, before])),
+        "position": np.column_stack([place, place**2, side * place, side * place**2]),
+        "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
+        **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
+        **{
+            name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
+        },
+    }  # fmt: skip
+
+
+def lagging_columns(rows: Rows) -> np.ndarray:
+    """Return what friction that falls with the speed does where it lags behind it, shape (row, column).
+
+    Rows that are left out are at rest: the speed that friction sees has died away over them.
+    """
+    speed, time = np.abs(rows.velocity), rows.time
+    top, step = float(np.quantile(speed, 0.99)), np.diff(time, prepend=time[0])
+    usual, falls = float(np.median(step)), np.array(LAG_FALLS)
+    columns = []
+    for lag in LAGS:
+        keep, gain = np.exp(-step / lag), 1.0 - np.exp(-np.minimum(step, usual) / lag)
+        lagged, late = np.empty_like(speed), float(speed[0])
+        for row, (share, gained) in enumerate(zip(keep.tolist(), (gain * speed).tolist(), strict=True)):
+            late = share * late + gained
+            lagged[row] = late
+        columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
+    return rows.side[:, None] * np.hstack(columns)
+
+
+def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+    """Return play, none or once, and what rows of the same speed and jerk leave over elsewhere [N or N*m]."""
+    far = rows.far
+    if not rows.enough or np.count_nonzero(far) < FEWEST_ROWS:
+        return (), 0.0
+    near = _changes(rows)
+    kind, away = _kinds(rows), far & (near < 0)
+    square = (rows.residual - rows.explained @ unbounded(rows.explained, rows.residual, rcond=TINY)) ** 2
+    count = np.bincount(kind[away], minlength=kind.max() + 1)
+    usual = np.bincount(kind[away], square[away], minlength=count.size) / np.maximum(count, 1)
+    around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
+    if np.count_nonzero(around) < ENOUGH or np.unique(near[around]).size < FEWEST_CHANGES:
+        return (), 0.0
+    square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
+    ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
+    force = math.sqrt(excess / square.size)
+    if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(
+        np.sqrt(np.mean(rows.friction**2))
+    ):
+        return (), 0.0
+    left = math.sqrt(elsewhere / np.count_nonzero(around))
+    return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), left
+
+
+def _changes(rows: Rows) -> np.ndarray:
+    """Return which change of sides each row is around, shape (row,), from 0; -1 around none."""
+    side = rows.predicted < 0.0
+    changes = np.flatnonzero((side[1:] != side[:-1]) & (rows.stretch[1:] == rows.stretch[:-1])) + 1
+    after = max(round(LASTS / float(np.median(np.diff(rows.time)))), AFTER)
+    near, number, last = np.full(side.size, -1), -1, -math.inf
+    for change in changes.tolist():
+        number += change - last > after
+        near[max(change - BEFORE, 0) : change + after] = number
+        last = change
+    return near
+
+
+def _kinds(rows: Rows) -> np.ndarray:
+    """Return a number for the speed and the jerk of each row, shape (row,)."""
+    speed, jerk = np.abs(rows.velocity), np.abs(rows.rate(rows.acceleration))
+    fast = np.digitize(speed / float(np.quantile(speed, 0.99)), SPEEDS)
+    return fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[rows.far], JERKS))

@@ -13,7 +13,7 @@ from bristle.core.variable import Kind
 from bristle.friction.next_model import CHANNELS
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
-from bristle.identification.recorded_surroundings import holds
+from bristle.identification.parameters import holds
 
 __all__ = ["FEWEST_ROWS", "SMALLEST", "Rows", "Weighed"]
 

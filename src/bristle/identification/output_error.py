@@ -27,7 +27,7 @@ from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import Disturbance, scaled, signs
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.half_cycles import NUDGE, Groups, least_way
+from bristle.identification.half_cycles import NUDGE, TIME, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
@@ -36,7 +36,6 @@ from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
 from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
-from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
 from bristle.simulation.result import relative_error_percent

@@ -14,7 +14,7 @@ from bristle.core.contracts import Model
 from bristle.core.cores import abreast
 from bristle.friction import is_static, with_presliding
 from bristle.identification.disturbance import Disturbance
-from bristle.identification.roles import offset_of
+from bristle.identification.parameters import offset_of
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder

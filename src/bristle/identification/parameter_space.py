@@ -20,8 +20,7 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.friction.slots import by_direction
-from bristle.identification.parameters import ParameterSet
-from bristle.identification.scales import Scales
+from bristle.identification.parameters import ParameterSet, Scales
 
 __all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace", "Turned"]
 

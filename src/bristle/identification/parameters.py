@@ -1,34 +1,241 @@
-"""The parameters of a plant with a friction model: which are free, which are fixed, and why."""
+"""The parameters of a plant with a friction model: what they are, how large, which are free, which are fixed, and why.
+
+What a parameter is, is told from its quantity and from what a log must contain to show it: no name is asked for. By the
+typical magnitudes of a log parameters of unknown magnitude are scaled, bounded and drawn. What a slot depends on must
+be recorded.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core import units
 from bristle.core.contracts import FrictionModel, Plant
 from bristle.core.diagnostic import Number
 from bristle.core.dimensions import exponents_of
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
+from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, unit_of
-from bristle.friction.slots import OFFSET, directional
+from bristle.friction.slots import OFFSET, directional, slot_needing
 from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.identification.dataset import Dataset
-from bristle.identification.recorded_surroundings import refuse_unrecorded
-from bristle.identification.roles import Role, name_of, names_of
-from bristle.identification.scales import stroke_of
 from bristle.plants.inertia import MODEL as inertia
 
-__all__ = ["Fixed", "ParameterSet", "PriorKnowledge", "parameters_of"]
+__all__ = [
+    "Fixed",
+    "ParameterSet",
+    "PriorKnowledge",
+    "Role",
+    "Scales",
+    "acts_in_sliding",
+    "constant_of",
+    "holds",
+    "name_of",
+    "names_of",
+    "offset_of",
+    "parameters_of",
+    "refuse_unrecorded",
+    "scales_of",
+    "stroke_of",
+]
 
+SLIDES = ("sliding", "stribeck", "presliding")
+SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
+STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
+ALIKE = 1e-9  # of two scales of a unit that are one
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
-SLIDES = 0.1  # of the largest speed: what is slower is not asked for a level of friction
+SLIDES_FROM = 0.1  # of the largest speed: what is slower is not asked for a level of friction
 SINGULAR = 1e-9
+
+
+class Role(Enum):
+    """Quantity and excitation of the parameters that are treated in a way of their own."""
+
+    INERTIA = ("mass", "acceleration")
+    VISCOUS = ("force*time/length", "speed")
+    LEVEL = ("force", "sliding")
+    BREAK_AWAY = ("force", "stribeck")
+    FALL = ("length/time", "stribeck")
+    STIFFNESS = ("force/length", "presliding")
+
+    def fits(self, variable: Variable) -> bool:
+        """Return whether this is such a parameter; the constant part of friction is no level."""
+        return (variable.quantity, variable.excitation) == self.value and variable != OFFSET
+
+
+def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[str]:
+    """Return the parameters of a role, or those that are one and the same `Variable`."""
+    return [
+        name
+        for name, variable in variables.items()
+        if (role.fits(variable) if isinstance(role, Role) else variable == role)
+    ]
+
+
+def acts_in_sliding(variable: Variable) -> bool:
+    """Return whether a parameter is a force that friction only reaches where it slides, however the log shows it."""
+    return variable.quantity == "force" and variable.excitation in SLIDES and variable != OFFSET
+
+
+def name_of(role: Role | Variable, variables: Mapping[str, Variable]) -> str | None:
+    """Return the first parameter of a role; None where there is none."""
+    return next(iter(names_of(role, variables)), None)
+
+
+def offset_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
+    """Return the constant part of friction [N or N*m]; 0 where a model has none."""
+    name = name_of(OFFSET, variables)
+    return 0.0 if name is None else values.get(name, 0.0)
+
+
+def constant_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
+    """Return what of a friction is no friction [N or N*m]: its constant part, or half of what two levels differ by."""
+    levels = [values[name] for name in names_of(Role.LEVEL, variables)]
+    halves = 0.5 * (levels[0] - levels[1]) if len(levels) > 1 else 0.0
+    return offset_of(variables, values) + halves
+
+
+class Scales(NamedTuple):
+    """Typical magnitudes of a log, in SI."""
+
+    force: float
+    peak: float
+    speed: float
+    slowest: float
+    acceleration: float
+    stroke: float
+    shortest: float
+    duration: float
+    sample_time: float
+
+    def magnitude(self, variable: Variable) -> float:
+        """Return a typical value of a parameter [SI]: where nothing else is known of it, by its exponents."""
+        if variable.excitation == "drive":
+            return variable.nominal
+        typical = {
+            "length": math.sqrt(self.stroke * self.shortest),
+            "length/time": math.sqrt(self.slowest * self.speed),
+            "force/length": self.force / math.sqrt(self.stroke * self.shortest),
+            "1/length": 1.0 / self.stroke,
+            "time": math.sqrt(self.sample_time * self.duration),
+            "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
+            "force/time": self.force / math.sqrt(self.sample_time * self.duration),
+        }
+        powers = exponents_of(variable.quantity)
+        if variable.quantity in typical or not powers or set(powers) - {"force", "length", "time"}:
+            return typical.get(variable.quantity, variable.nominal)
+        length, time = powers.get("length", 0.0), powers.get("time", 0.0)
+        # A speed and an acceleration have every power of a length and a time between them.
+        parts = (
+            (self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time),
+            (self.acceleration, -length - time),
+        )  # fmt: skip
+        above, below = (math.prod(part ** max(sign * power, 0.0) for part, power in parts) for sign in (1.0, -1.0))
+        return above / below
+
+    def range(self, variable: Variable) -> tuple[float, float]:
+        """Return between which values a positive parameter of unknown magnitude is sought [SI]."""
+        return {
+            "length": (self.shortest, self.stroke),
+            "length/time": (self.slowest, max(STRIBECK_SHARE * self.speed, 2.0 * self.slowest)),
+            "force/length": (self.force / self.stroke, self.force / self.shortest),
+            "time": (self.sample_time, self.duration),
+            "1/time": (1.0 / self.duration, 1.0 / self.sample_time),
+            "force/time": (self.force / self.duration, self.force / self.sample_time),
+        }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
+
+
+def stroke_of(dataset: Dataset) -> float:
+    """Return how far the axis goes within a segment of the log [m or rad]."""
+    return max(float(np.ptp(segment.position)) for segment in dataset.segments)
+
+
+def scales_of(dataset: Dataset, force: float) -> Scales:
+    """Return the typical magnitudes of a log, for a friction force of this magnitude [N or N*m]."""
+    speeds = np.abs(dataset.all_velocities)
+    speeds = speeds[speeds > 0.0]
+    speed = float(np.quantile(speeds, 0.995))
+    slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
+    stroke = stroke_of(dataset)
+    return Scales(
+        force=force,
+        peak=float(np.max(np.abs(dataset.effort))),
+        speed=speed,
+        slowest=slowest,
+        acceleration=max(float(np.sqrt(np.mean(dataset.acceleration**2))), 1e-9 * speed / dataset.sample_time),
+        stroke=stroke,
+        shortest=min(max(dataset.resolution, slowest * dataset.sample_time), 0.1 * stroke),
+        duration=float(np.ptp(dataset.time)),
+        sample_time=dataset.sample_time,
+    )
+
+
+def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
+    """Return whether a log has this channel, and of this quantity."""
+    return _has(dataset, surrounding) and _is_of_its_quantity(dataset, surrounding)
+
+
+def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
+    """Refuse a log that lacks a channel which a slot depends on, or holds something else under its name.
+
+    Raises
+    ------
+    InputError
+        With the channel, and what to write in the axis file.
+    """
+    for surrounding in component.surroundings:
+        name = surrounding.name
+        if _has(dataset, surrounding):
+            _refuse_another(surrounding, dataset)
+        elif surrounding.is_recorded:
+            slot, written = slot_needing(component, name), _written(surrounding, dataset)
+            raise InputError(
+                f"has no {name}, which +{slot} needs", path="log",
+                mend=f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}",
+            )  # fmt: skip
+
+
+def _has(dataset: Dataset, surrounding: Surrounding) -> bool:
+    return all(surrounding.name in segment.surroundings for segment in dataset.segments)
+
+
+def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
+    unit, in_si = dataset.units.get(surrounding.name, ""), surrounding.variable.unit(dataset.kind)
+    return not surrounding.is_own or (units.compatible(unit, in_si) and abs(units.factor(unit, in_si) - 1.0) < ALIKE)
+
+
+def _written(surrounding: Surrounding, dataset: Dataset) -> str:
+    """Return what to write in the axis file for a channel."""
+    unit = surrounding.variable.unit(dataset.kind)
+    return f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
+
+
+def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
+    """Refuse a channel of another quantity, or most of whose values nothing of this quantity has."""
+    name, variable = surrounding.name, surrounding.variable
+    wanted, unit = variable.unit(dataset.kind), dataset.units.get(name, "")
+    place, allowed = f"columns.{name}", f"{variable.description}, in {wanted} or a multiple of it"
+    if not surrounding.is_own:
+        return
+    if not _is_of_its_quantity(dataset, surrounding):
+        raise InputError(
+            "is of another quantity than the slot takes it for", path=f"{place}.unit", value=unit, allowed=allowed,
+            mend="Mend the unit in the axis file, or the channel in the file of the slot, if that is yours",
+        )  # fmt: skip
+    usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
+    if not variable.min <= usual <= variable.max:
+        raise InputError(
+            "is out of range, in the middle of its values", path=place, value=usual,
+            allowed=variable.allowed(dataset.kind), mend=f"Is its unit right? It is {variable.description}",
+        )  # fmt: skip
 
 
 class Fixed(NamedTuple):
@@ -157,7 +364,7 @@ def _constant_beyond(dataset: Dataset) -> float:
     It is half of what the levels of both directions differ by, as of a weight that is larger than friction.
     """
     velocity = dataset.velocity
-    fast = np.abs(velocity) > SLIDES * float(np.max(np.abs(velocity)))
+    fast = np.abs(velocity) > SLIDES_FROM * float(np.max(np.abs(velocity)))
     v, forward, effort = velocity[fast], velocity[fast] > 0.0, dataset.effort[fast]
     # Before sliding the effort takes all levels: it is the constant alone that keeps its sign on both sides.
     if np.median(effort[forward]) * np.median(effort[~forward]) <= 0.0:

@@ -30,13 +30,13 @@ from bristle.core.errors import InputError
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.dataset import Dataset, Segment, low_passed
-from bristle.identification.delay import shifted
+from bristle.identification.dataset import Alignment, Dataset, Segment
 from bristle.logs.channel import Channel
+from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
-__all__ = ["CUTOFF_SHARE", "segment_of", "smallest_step", "treat", "treat_all"]
+__all__ = ["CUTOFF_SHARE", "aligned", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
@@ -251,3 +251,30 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
         )  # fmt: skip
     return first
+
+
+def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
+    """Return the rows of a log whose channels stand in time as they were found to."""
+    moved = shifted(dataset, alignment.delay or 0.0, alignment.smoothing or 0.0)
+    moved = differentiated(moved) if alignment.slow else moved
+    return replace(moved, alignment=alignment)
+
+
+def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0) -> Dataset:
+    """Return the rows of a log whose effort lags by `delay`, filtered by `smoothing` in that [s], mended."""
+    if not delay and not smoothing:
+        return dataset
+    moved = []
+    for segment in dataset.segments:
+        sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dataset.sample_time)
+        moved.append(replace(segment, effort=at(segment.time + delay, segment.time, sharp)))
+    return replace(dataset, segments=tuple(moved), delay=delay)
+
+
+def differentiated(dataset: Dataset) -> Dataset:
+    """Return the rows of a log whose acceleration is true to the fourth order of the step."""
+    dt, moved = dataset.sample_time, []
+    for segment in dataset.segments:
+        acceleration = derivative(derivative(segment.position - segment.position[0], dt), dt)
+        moved.append(replace(segment, acceleration=acceleration))
+    return replace(dataset, segments=tuple(moved))

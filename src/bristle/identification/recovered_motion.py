@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.identification.dataset import Dataset, Segment, derivative, low_passed
+from bristle.identification.dataset import Dataset, Segment
+from bristle.logs.filters import derivative, low_passed
 
 __all__ = ["FINER", "Recovered", "between_samples", "noise_density", "recovered"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
-from bristle.identification.roles import constant_of
+from bristle.identification.parameters import constant_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 

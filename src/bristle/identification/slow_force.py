@@ -23,8 +23,14 @@ import numpy as np
 
 from bristle.core.least_squares import unbounded
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_columns import columns_by_cause, lagging_columns
-from bristle.identification.missing_force import ANYWHERE, Missing, force_of, ripple_in
+from bristle.identification.missing_force import (
+    ANYWHERE,
+    Missing,
+    columns_by_cause,
+    force_of,
+    lagging_columns,
+    ripple_in,
+)
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Weighed
 from bristle.identification.settings import Settings
 

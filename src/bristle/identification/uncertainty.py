@@ -15,14 +15,13 @@ from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.covariance import is_white
 from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
-from bristle.identification.half_cycles import within_cycles
+from bristle.identification.half_cycles import BLOCKS, within_cycles
 from bristle.identification.identifiability import unidentifiable
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
-from bristle.identification.time_blocks import BLOCKS
 
 __all__ = ["with_uncertainty"]
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.least_squares import unbounded
-from bristle.identification.dataset import Segment, derivative, low_passed
-from bristle.identification.delay import at, through_filter
+from bristle.identification.dataset import Segment
 from bristle.identification.preprocessing import segment_of, smallest_step
-from bristle.identification.waves import frequency_in, waves
+from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log
+from bristle.logs.waves import frequency_in, waves
 
 __all__ = ["InstrumentFit", "WideRows", "wide_rows"]
 

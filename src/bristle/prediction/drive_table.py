@@ -9,8 +9,8 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.edge import guarded, instance, whole
+from bristle.identification.parameters import Role, acts_in_sliding, name_of, offset_of
 from bristle.identification.result import Fit
-from bristle.identification.roles import Role, acts_in_sliding, name_of, offset_of
 from bristle.prediction.steady_side import placed, steady_side
 
 __all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "levels_of", "never_slid", "steady_curve"]

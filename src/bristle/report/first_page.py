@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core.typography import number, typeset
 from bristle.core.variable import unit_of
-from bristle.identification.roles import Role, name_of
+from bristle.identification.parameters import Role, name_of
 from bristle.prediction.drive_table import LevelValues, level_values, never_slid
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance

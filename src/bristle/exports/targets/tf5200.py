@@ -13,7 +13,7 @@ def write(request: Request) -> Product:
 
     from bristle.exports.drive import error_on_log, levels_unseen, losses, mean_side, said_of_units, side_of
     from bristle.exports.tf5200 import as_written, current_unit, delay_lost, merged, rounding_lost, tf5200_text
-    from bristle.identification.roles import offset_of
+    from bristle.identification.parameters import offset_of
     from bristle.prediction.drive_units import table_units
 
     forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]

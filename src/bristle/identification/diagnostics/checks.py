@@ -8,9 +8,8 @@ from dataclasses import replace
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Variable
-from bristle.identification.parameters import PriorKnowledge
+from bristle.identification.parameters import PriorKnowledge, Role, acts_in_sliding, names_of
 from bristle.identification.result import Fit
-from bristle.identification.roles import Role, acts_in_sliding, names_of
 from bristle.identification.settings import Settings
 from bristle.logs.check import checked
 from bristle.logs.log import Log

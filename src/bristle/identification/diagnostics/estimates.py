@@ -20,9 +20,8 @@ from bristle.identification.diagnostics.residual import noisy_inertia
 from bristle.identification.fixed_shape import TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed
+from bristle.identification.parameters import Fixed, Role, acts_in_sliding, names_of
 from bristle.identification.result import Estimate
-from bristle.identification.roles import Role, acts_in_sliding, names_of
 
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 

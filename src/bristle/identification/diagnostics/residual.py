@@ -14,8 +14,8 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import neighbour_correlation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import Role, name_of, names_of
 from bristle.identification.result import Estimate
-from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.settings import Settings
 
 __all__ = [

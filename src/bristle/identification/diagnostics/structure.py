@@ -13,8 +13,7 @@ from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.estimation import Estimation
-from bristle.identification.flanks import play_at_flanks
-from bristle.identification.missing_force import Missing, missing_forces
+from bristle.identification.missing_force import Missing, missing_forces, play_at_flanks
 from bristle.identification.missing_rows import Rows
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_columns import columns_by_cause, lagging_columns
+from bristle.identification.missing_force import columns_by_cause, lagging_columns
 from bristle.identification.missing_rows import Rows
 
 DT = 2e-3
