@@ -17,6 +17,7 @@ from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict, unexplained_force
+from bristle.prediction.predict import TREATED
 from bristle.report.messages import notes_of
 
 DT = 1e-3
@@ -98,7 +99,7 @@ def test_open_loop_skips_twenty_samples_and_follows_the_motion():
 
 
 def channels_of(found):
-    return {name: found.treatment[name] for name in ("delay", "smoothing", "slow") if name in found.treatment}
+    return {name: found.treatment[name] for name in TREATED[1:] if name in found.treatment}
 
 
 def test_inverse_is_the_residual_of_the_identification():

@@ -50,6 +50,7 @@ TREATMENT = {
     "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
     "delay": Variable("time", "by how much the effort of the log lags its position"),
     "smoothing": Variable("time", "time constant of a filter that the effort passed more than the position"),
+    "position_smoothing": Variable("time", "time constant of a filter that the position passed", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments that the channels were looked at with", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
 }
@@ -66,9 +67,9 @@ class ModelFile(NamedTuple):
         The friction model.
     info : dict
         ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``,
-        ``smoothing`` and ``lag`` [s] and ``slow`` [Hz] of the identification, where known), ``"uncertainty"``: for each
-        parameter ``std``, ``robust_std`` and ``interval`` in SI, where known, and ``status``; and ``"bands"``, what
-        bands around a prediction are made of, or None.
+        ``smoothing``, ``position_smoothing`` and ``lag`` [s] and ``slow`` [Hz] of the identification, where known),
+        ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in SI, where known, and
+        ``status``; and ``"bands"``, what bands around a prediction are made of, or None.
     """
 
     plant: Model | None

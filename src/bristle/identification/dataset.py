@@ -40,6 +40,8 @@ class Alignment:
     smoothing, smoothing_half_width : float or None
         Time constant of a first-order filter that the effort passed more than the position did; negative where it
         passed less [s]. None where none is seen.
+    of_position : bool
+        Whether, where the effort passed less, the position passed it; else a command was recorded, which acts later.
     mass, mass_half_width : float or None
         Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
     slow : float
@@ -56,12 +58,15 @@ class Alignment:
     mass_half_width: float | None = None
     slow: float = 0.0
     sought: bool = True
+    of_position: bool = False
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""
         data = {
             "delay": self.delay, "delay_half_width": self.delay_half_width,
-            "smoothing": self.smoothing, "smoothing_half_width": self.smoothing_half_width,
+            "smoothing": None if self.of_position else self.smoothing,
+            "position_smoothing": -(self.smoothing or 0.0) if self.of_position else None,
+            "smoothing_half_width": self.smoothing_half_width,
             "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
         }  # fmt: skip
         return {name: value for name, value in data.items() if value}

@@ -21,6 +21,8 @@ References
    identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
 .. [2] O. V. Lepskii, "On a problem of adaptive estimation in Gaussian white noise", Theory of Probability & Its
    Applications 35(3), 1991. doi:10.1137/1135065
+.. [3] R. T. Birge, "The calculation of errors by the method of least squares", Physical Review 40(2), 1932.
+   doi:10.1103/PhysRev.40.207
 """
 
 from __future__ import annotations
@@ -37,16 +39,20 @@ from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
-__all__ = ["Rung", "agreeing", "alignment_of"]
+__all__ = ["Rung", "agreeing", "alignment_of", "believed"]
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 CHANGE = 0.4  # of the change to another cut-off that is put to the error
+MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
 FEWEST_ALIKE = 2  # cut-offs, or nothing is known
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
+SCALES = 1.0, 2.0, 4.0  # of errors: as little as lets two cut-offs agree
+BENT_STEPS = 3  # to a filter that is not small
+SHORT = 0.5  # of a filter: by how much less a step from none may see
 GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
 
@@ -55,6 +61,10 @@ class Rung(NamedTuple):
 
     plain: InstrumentFit
     free: InstrumentFit
+
+    def doubted(self, scale: float) -> Rung:
+        """Return the same with errors so many times as large."""
+        return Rung(self.plain.doubted(scale), self.free.doubted(scale))
 
 
 class _Channels(NamedTuple):
@@ -80,9 +90,26 @@ def alignment_of(
     lowest = min(max(LOWEST * rows.width, NARROWEST), 0.5 * highest)
     for cutoff in np.geomspace(lowest, highest, RUNGS).tolist():
         plain = rows.fit(cutoff, start, free=(sought, False))
-        rungs.append(Rung(plain, rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)))
-    run = agreeing(rungs, rows.dt, sought=sought) or agreeing(rungs, rows.dt, sought=sought, filters=False)
-    return _alignment_from(rows, run, settings, sought=sought) if run else Alignment(sought=sought)
+        free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
+        if abs(free.c) > max(AGREE * free.std(-1), FILTER):
+            # A filter of more than its prior is no small change: a step from none goes too short.
+            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=BENT_STEPS)
+        rungs.append(Rung(plain, free))
+    run, scale = believed(rungs, rows.dt, sought=sought)
+    return _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
+
+
+def believed(rungs: Sequence[Rung], dt: float, *, sought: bool) -> tuple[list[Rung], float]:
+    """Return rungs that do not contradict each other, and how many times as large their errors had to be for that.
+
+    Parts of a log that share a fault of the model scatter less than it: their errors are too small (Birge's ratio).
+    """
+    for scale in SCALES:
+        doubted = [rung.doubted(scale) for rung in rungs]
+        run = agreeing(doubted, dt, sought=sought) or agreeing(doubted, dt, sought=sought, filters=False)
+        if run:
+            return run, scale
+    return [], 1.0
 
 
 def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = True) -> list[Rung]:
@@ -116,7 +143,9 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     )
 
 
-def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, sought: bool) -> Alignment:
+def _alignment_from(
+    rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool
+) -> Alignment:  # fmt: skip
     """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
@@ -124,7 +153,7 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, so
     sharp = SHARPER * min(errors[n] for n in clean or [0])
     sharpest = max(n for n in clean or [0] if errors[n] <= sharp)
     chosen, narrower, dt = rungs[sharpest], rungs[max(sharpest - 2, 0)], rows.dt
-    filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, sought=sought)
+    filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, scale, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)
     widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
@@ -133,16 +162,18 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, so
     # What does not show the inertia does not show the jerk either.
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
     lag = lag if delay_known or not sought else None
-    well = mass_width <= settings.inertia_unsure * mass
+    shown = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
         delay=delay if delay_known else None, delay_half_width=width if delay_known else None,
         smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
-        mass=mass if well else None, mass_half_width=mass_width if well else None,
+        mass=mass if shown else None, mass_half_width=mass_width if shown else None,
         slow=chosen.plain.cutoff, sought=sought,
     )  # fmt: skip
 
 
-def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, *, sought: bool) -> _Channels | None:
+def _with_filter(
+    rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool
+) -> _Channels | None:  # fmt: skip
     """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors.
 
     A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
@@ -155,8 +186,8 @@ def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, *, so
 
     if not seen(rung.free, clear) or not seen(narrower.free, AGREE) or rung.free.c * narrower.free.c < 0.0:
         return None
-    bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS)
-    if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > FADES * abs(bent.c):
+    bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
+    if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
     lowered = rows.lowered(bent, rung.plain.delay)
     if np.sum(lowered) <= AGREE * lowered.size**0.5 * np.std(lowered):

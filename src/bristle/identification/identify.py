@@ -23,7 +23,7 @@ from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.diagnostics.checks import checks_of, with_checks
 from bristle.identification.diagnostics.excitation import spread_between_repeats
 from bristle.identification.diagnostics.structure import next_models, with_structure
-from bristle.identification.estimation import Context, Estimation
+from bristle.identification.estimation import Context, Estimation, along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
@@ -55,6 +55,8 @@ __all__ = ["identify"]
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_SLOTS = "interrupted: slots were not looked for to the end"
 WITHOUT_DRAWS = "interrupted: the intervals are not those of simulated logs"
+TELLS_CHANNEL = "lugre"
+NOISY = 0.5  # of the noise of the acceleration that is told: each model's own inertia is biased by it
 TURNS = 2  # of slots added to the best of all models
 
 Progress = Callable[[float, str], None]
@@ -163,24 +165,48 @@ def _context(
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     if estimator is None and not stated:
-        dataset = aligned(dataset, alignment_of(logs, axes, settings, sought=sought))
-        prior = replace(prior, measured=_measured(dataset.alignment, prior))
+        dataset, prior = _aligned(treated_dataset, prior, alignment_of(logs, axes, settings, sought=sought), settings)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
         if estimator is None and not stated:
             # Waves whose length is known tell the delay better than waves that were looked for.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
-            dataset = aligned(treated_dataset, alignment_of(logs, axes, settings, sought=sought))
-            prior = replace(prior, measured=_measured(dataset.alignment, prior))
+            alignment = alignment_of(logs, axes, settings, sought=sought)
+            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
 
 
-def _measured(alignment: Alignment | None, prior: PriorKnowledge) -> dict[str, tuple[float, float]]:
-    """Return the inertia as it was found before any model, where it is known well enough to be left there."""
-    if alignment is None or alignment.mass is None or alignment.mass_half_width is None:
+def _aligned(
+    treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings
+) -> tuple[Dataset, PriorKnowledge]:  # fmt: skip
+    """Return a log whose channels stand in time as they were found to, and what is known then before the fit.
+
+    An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
+    The equations do not tell which; friction where it turns does, and it is told by a model that bends there.
+    """
+    told = aligned(treated, alignment)
+    noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
+    prior = replace(prior, measured=_measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure))
+    if alignment.smoothing is None or alignment.smoothing >= 0.0:
+        return told, prior
+    other = aligned(treated, replace(alignment, of_position=True))
+    return min((told, other), key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
+
+
+def _left(context: Context) -> float:
+    """Return the share of the effort that LuGre friction does not explain."""
+    estimation = along_the_motion(context, find(TELLS_CHANNEL), lambda share, remark="": None)
+    residual = estimation.problem.residual(estimation.solution.values)
+    return float(np.linalg.norm(residual) / np.linalg.norm(context.dataset.effort))
+
+
+def _measured(alignment: Alignment, prior: PriorKnowledge, unsure: float) -> dict[str, tuple[float, float]]:
+    """Return the inertia as it was found before any model, where its half-width is no more than this share of it."""
+    mass, half_width = alignment.mass, alignment.mass_half_width
+    if mass is None or half_width is None or half_width > unsure * mass:
         return {}
     names = names_of(Role.INERTIA, prior.plant.variables)
-    return {name: (alignment.mass, alignment.mass_half_width) for name in names if name not in prior.values}
+    return {name: (mass, half_width) for name in names if name not in prior.values}
 
 
 def _with_uncertainty(

@@ -50,11 +50,12 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 def treat_all(
     logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
-    delay: float = 0.0, smoothing: float = 0.0,
+    delay: float = 0.0, smoothing: float = 0.0, position_smoothing: float = 0.0,
 ) -> Dataset:  # fmt: skip
     """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
 
-    The effort lags the position by `delay`, of which a filter of the time constant `smoothing` makes part [s].
+    The effort lags the position by `delay`, of which filters of the time constants `smoothing`, of the effort, and
+    `position_smoothing` make part [s].
 
     Raises
     ------
@@ -78,7 +79,7 @@ def treat_all(
         noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
         effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
     )
-    return shifted(merged, delay, smoothing)
+    return shifted(merged, delay, smoothing, position_smoothing)
 
 
 def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
@@ -255,20 +256,37 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
 
 def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
     """Return the rows of a log whose channels stand in time as they were found to."""
-    moved = shifted(dataset, alignment.delay or 0.0, alignment.smoothing or 0.0)
+    smoothing, of_position = alignment.smoothing or 0.0, alignment.of_position
+    moved = shifted(dataset, alignment.delay or 0.0, *((0.0, -smoothing) if of_position else (smoothing,)))
     moved = differentiated(moved) if alignment.slow else moved
     return replace(moved, alignment=alignment)
 
 
-def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0) -> Dataset:
-    """Return the rows of a log whose effort lags by `delay`, filtered by `smoothing` in that [s], mended."""
-    if not delay and not smoothing:
+def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0) -> Dataset:
+    """Return the rows of a log whose effort lags by `delay`, mended, and before the filters that are part of it [s].
+
+    The effort passed a filter of the time constant `smoothing`, or is filtered by it where that is negative: it was
+    recorded before it acted. The position passed one of `position_smoothing`.
+    """
+    if not delay and not smoothing and not position_smoothing:
         return dataset
-    moved = []
+    dt, moved = dataset.sample_time, []
     for segment in dataset.segments:
-        sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dataset.sample_time)
-        moved.append(replace(segment, effort=at(segment.time + delay, segment.time, sharp)))
+        sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dt)
+        motion = segment if not position_smoothing else _before_filter(segment, position_smoothing, dt)
+        moved.append(replace(motion, effort=at(segment.time + delay, segment.time, sharp)))
     return replace(dataset, segments=tuple(moved), delay=delay)
+
+
+def _before_filter(segment: Segment, lag: float, dt: float) -> Segment:
+    """Return a segment whose position stands before a first-order filter of this time constant [s], its delay left."""
+    origin = segment.position[0]
+    position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -lag, dt)
+    velocity = with_sides(np.gradient(position, dt), segment.velocity == 0.0)
+    return replace(
+        segment, position=position + origin, velocity=velocity, acceleration=np.gradient(velocity, dt),
+        recorded=recorded + origin,
+    )  # fmt: skip
 
 
 def differentiated(dataset: Dataset) -> Dataset:

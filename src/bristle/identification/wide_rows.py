@@ -32,6 +32,8 @@ SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: where friction may bend
 REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # samples, or s, to either side in which a delay is sought; s
 ROUGH = 25.0  # Hz: where it is sought roughly
 STEPS = 8
+CALM, CALMEST = 2.0, 60.0  # of the narrow cut-off; Hz: above it the slope of the acceleration is noise
+HIGHEST_SHARE = 0.45  # of the sampling frequency: of a filter
 CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: a step that is none
 BLOCKS = 20  # of the jackknife
 FILTER = 2e-6  # s^2: c of a filter of 2 ms, which a channel may have without a word
@@ -69,6 +71,10 @@ class InstrumentFit(NamedTuple):
     def std(self, place: int) -> float:
         """Return the standard error of one of them, by its place in the covariance."""
         return float(self.covariance[place, place]) ** 0.5
+
+    def doubted(self, scale: float) -> InstrumentFit:
+        """Return the same with errors so many times as large."""
+        return self._replace(covariance=scale**2 * self.covariance)
 
 
 @dataclass
@@ -152,9 +158,19 @@ class WideRows:
 
     def _slopes(self, cutoff: float, c: float, theta: np.ndarray, free: tuple[bool, bool]) -> list[np.ndarray]:
         """Return the columns of a little more delay and a little more of a filter, those of them that are free."""
-        slopes = [derivative(theta @ x, self.step) for x in self._filtered(c)]
-        parts = [[-x for x in slopes], [derivative(x, self.step) for x in slopes]]
+        rows = self._filtered(c)
+        late = [-derivative(self._explained(theta, x, cutoff), self.step) for x in rows]
+        bent = [derivative(derivative(theta @ x, self.step), self.step) for x in rows]
+        parts = [late, bent]
         return [self.behind(cutoff, part) for part, is_free in zip(parts, free, strict=True) if is_free]
+
+    def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
+        """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
+        calm, without = max(CALM * cutoff, CALMEST), theta.copy()
+        if calm >= min(self.width, HIGHEST_SHARE / self.step):
+            return theta @ columns
+        without[0] = 0.0
+        return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)
 
     def lowered(self, bent: InstrumentFit, delay: float) -> np.ndarray:
         """Return by how much a filter lowers the squared residual of each block, told by the others, shape (block,).

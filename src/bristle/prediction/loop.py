@@ -21,6 +21,7 @@ __all__ = ["longest_of", "loop_of"]
 def loop_of(
     plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None, lag: float | None = None,
     delay: float | None = None, smoothing: float | None = None, slow: float | None = None,
+    position_smoothing: float | None = None,
 ) -> Experiment | None:  # fmt: skip
     """Return the loop of an axis without and with compensation, on the reference that a log holds.
 
@@ -40,8 +41,8 @@ def loop_of(
         Cut-off of the identification [Hz]; the axis decides where it is not given.
     lag : float, optional
         Time constant with which the drive follows its controller [s]; the axis decides where it is not given.
-    delay, smoothing, slow : float, optional
-        What the identification took out of the effort of the log, as in `predict`.
+    delay, smoothing, slow, position_smoothing : float, optional
+        What the identification took out of the channels of the log, as in `predict`.
 
     Returns
     -------
@@ -52,7 +53,8 @@ def loop_of(
         return None
     longest, limit = longest_of(log), axis.effort_limit or math.inf
     left = unexplained_force(
-        plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow
+        plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow,
+        position_smoothing=position_smoothing,
     )  # fmt: skip
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside

@@ -32,19 +32,21 @@ from bristle.simulation.recorded.closed_loop import START_SAMPLES
 from bristle.simulation.recorded.course import LOOPS, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
-__all__ = ["MODES", "predict", "rows_as_fitted", "unexplained_force"]
+__all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force"]
 
 MODES = ("inverse", *LOOPS)
+TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
 DELAY = optional(amount(Variable("time", "delay of the effort")))
 SMOOTHING = optional(amount(Variable("time", "filter of the effort")))
+POSITION_SMOOTHING = optional(amount(Variable("time", "filter of the position", min=0.0)))
 SLOW = optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0)))
 
 
 @guarded(
     mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
-    delay=DELAY, smoothing=SMOOTHING, slow=SLOW,
+    delay=DELAY, smoothing=SMOOTHING, slow=SLOW, position_smoothing=POSITION_SMOOTHING,
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
 )  # fmt: skip
 def predict(
@@ -52,6 +54,7 @@ def predict(
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
     velocity_max: Amount | None = None, delay: Amount | None = None, smoothing: Amount | None = None,
     slow: Amount | None = None, lag: Amount | None = None, bands: Bands | None = None,
+    position_smoothing: Amount | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -87,6 +90,8 @@ def predict(
         the axis decides where it is not given.
     bands : Bands, optional
         How sure the model is; what is predicted then has a 95 % band.
+    position_smoothing : float or str, optional
+        Time constant of a filter that the position passed, as the identification found [s], for the inverse mode.
 
     Returns
     -------
@@ -113,7 +118,7 @@ def predict(
     log = parted(log, axis)
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = rows_as_fitted(log, axis, *filtering, delay, smoothing, slow)
+        dataset = rows_as_fitted(log, axis, *filtering, delay, smoothing, slow, position_smoothing)
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
@@ -250,20 +255,23 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
 
 def rows_as_fitted(
     log: Log, axis: Axis | None, cutoff: float | None, decimation: int | None, delay: float | None,
-    smoothing: float | None, slow: float | None,
+    smoothing: float | None, slow: float | None, position_smoothing: float | None,
 ) -> Dataset:  # fmt: skip
     """Return the rows of a log, treated as its identification did."""
-    dataset = treat_all([log], [axis], cutoff, decimation, delay or 0.0, smoothing or 0.0)
+    filters = smoothing or 0.0, position_smoothing or 0.0
+    dataset = treat_all([log], [axis], cutoff, decimation, delay or 0.0, *filters)
     return differentiated(dataset) if slow else dataset
 
 
 @guarded(
     plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS),
     cutoff=optional(amount(CUTOFF, exclusive=True)), delay=DELAY, smoothing=SMOOTHING, slow=SLOW,
+    position_smoothing=POSITION_SMOOTHING,
 )  # fmt: skip
 def unexplained_force(
     plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None,
     delay: Amount | None = None, smoothing: Amount | None = None, slow: Amount | None = None,
+    position_smoothing: Amount | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return the force that a model does not explain, at the rate of the log.
 
@@ -281,15 +289,15 @@ def unexplained_force(
         Its cut-off and encoder resolution are used.
     cutoff : float or str, optional
         Cut-off of the identification [Hz]; the axis decides where it is not given.
-    delay, smoothing, slow : float or str, optional
-        What the identification took out of the effort, as in `predict`; nothing where not given.
+    delay, smoothing, slow, position_smoothing : float or str, optional
+        What the identification took out of the channels, as in `predict`; nothing where not given.
 
     Returns
     -------
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    dataset = rows_as_fitted(log, axis, cutoff, None, delay, smoothing, slow)
+    dataset = rows_as_fitted(log, axis, cutoff, None, delay, smoothing, slow, position_smoothing)
     force = np.zeros(len(log))
     for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
         residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)

@@ -14,11 +14,9 @@ from bristle.engine.checks import finite
 from bristle.identification.dataset import Segment, transmitted_by
 from bristle.logs.check import parted
 from bristle.logs.log import Log
-from bristle.prediction.predict import rows_as_fitted
+from bristle.prediction.predict import TREATED, rows_as_fitted
 
 __all__ = ["TableError", "table_error"]
-
-TREATED = ("cutoff", "delay", "smoothing", "slow")
 
 
 class TableError(NamedTuple):
@@ -47,7 +45,7 @@ def table_error(
     sides : mapping of float to ndarray, shape (entry, 2)
         By direction, 1 and -1, speed, ascending, and the force along the motion; straight lines between the entries.
     treatment : mapping of str to float
-        ``cutoff``, ``delay``, ``smoothing`` and ``slow`` of the identification, as far as they are known.
+        How the identification treated its log, as far as that is known.
 
     Raises
     ------

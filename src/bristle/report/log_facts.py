@@ -25,6 +25,7 @@ TREATMENT = {
     "delay": ("Delay of the effort, identified", "{:.3g} s"),
     "delay_half_width": ("Half-width of its 95 % interval", "{:.3g} s"),
     "smoothing": ("Filter of the effort beyond that of the position, identified", "{:.3g} s"),
+    "position_smoothing": ("Filter of the position, identified", "{:.3g} s"),
     "slow": ("Cut-off of the acceleration", "{:.3g} Hz"),
     "lag": ("Lag of the drive behind its controller, identified", "{:.3g} s"),
     "rest_percent": ("Samples at rest, left out", "{:.3g} %"),

@@ -205,15 +205,13 @@ def _in_the_loop(identification: Identification, axis: Axis, progress: Progress 
     """
     from bristle.prediction.following import following_of
     from bristle.prediction.loop import loop_of
-    from bristle.prediction.predict import predict
+    from bristle.prediction.predict import TREATED, predict
     from bristle.simulation import simulate
 
     best, log = identification.best, identification.log
     if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop"), following_of(log)
-    treatment = {
-        name: identification.treatment.get(name) for name in ("cutoff", "delay", "smoothing", "slow")
-    }  # fmt: skip
+    treatment = {name: identification.treatment.get(name) for name in TREATED}
     experiment = loop_of(best.plant, best.friction, log, axis, lag=best.lag, **treatment)
     if experiment is None:
         return None, None, following_of(log)

@@ -142,7 +142,7 @@ def about_alignment(
     if alignment.smoothing is not None:
         numbers = {
             "lag": abs(alignment.smoothing), "half_width": alignment.smoothing_half_width or 0.0,
-            "channel": "effort" if alignment.smoothing > 0.0 else "position",
+            "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
         }  # fmt: skip
         about.append(Diagnostic("filter_suspect", numbers=numbers))
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""

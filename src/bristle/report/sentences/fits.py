@@ -179,12 +179,14 @@ FITS: dict[str, Sentence] = {
         (
             "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
             "the drive, and record again",
-            "position passed a filter of {lag:time} more than effort did, or the effort is a command that the drive "
-            "follows with such a lag; it was taken out",
+            "position passed a filter of {lag:time} more than effort did; it was taken out. Better switch it off in "
+            "the drive, and record again",
+            "the recorded effort is a command, which the drive follows with a lag of {lag:time}, or position passed a "
+            "filter like that; friction is told from the effort as it acted",
         ),
         "a channel was filtered, or a command was recorded",
         "switch the filter off in the drive and record again, or record what acted",
-        choose=lambda texts, numbers: texts[numbers["channel"] == "position"],
+        choose=lambda texts, numbers: texts[("effort", "position", "command").index(numbers["channel"])],
         also=("channel", "half_width"),
     ),
     "stages_differ": says(
