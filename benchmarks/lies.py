@@ -52,7 +52,7 @@ def judged(name: str, seed: int) -> Outcome:
             found = br.identify(table, MODELS[family], axis=axis, blocks=0, draws=DRAWS)
         except InputError as error:
             return Outcome(str(error), (), ())
-    missed, known = [], true_values(truth)
+    missed, known = [], true_values(truth, record)
     for parameter, estimate in found.parameters.items():
         if estimate.status == "identified" and estimate.interval is not None and parameter in known:
             low, high = estimate.interval

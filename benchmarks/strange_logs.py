@@ -23,6 +23,7 @@ __all__ = ["StrangeLog", "strange_logs", "table_of", "tried"]
 
 LOGS, DRAWS = 100, 100
 MODELS = {"coulomb": "coulomb_viscous", "lugre": "lugre"}
+MOVES = 0.01  # of the largest speed
 STROKES = ("strokes", "multisine", "cycle")  # what shows inertia and sliding friction at all
 
 
@@ -44,13 +45,18 @@ def table_of(truth: Truth, record: Record) -> dict[str, np.ndarray]:
     }
 
 
-def true_values(truth: Truth) -> dict[str, float]:
-    """Return the parameters of the same friction laws, as the mean of both directions where they differ."""
-    law = truth.friction
+def true_values(truth: Truth, record: Record) -> dict[str, float]:
+    """Return the parameters of the same friction laws, as the mean of both directions where they differ.
+
+    By how much friction differs by direction pushes to one side as an offset does, damping by its mean where it moves.
+    """
+    law, speed = truth.friction, np.abs(np.gradient(record.position, record.t))
+    moving = np.mean(speed[speed > MOVES * np.max(speed)])
+    by_direction = (np.diff(law.F_C)[0] + np.diff(law.F_v)[0] * moving) / 2.0
     values = {name: float(np.mean(getattr(law, name))) for name in ("F_C", "F_S", "F_v")}
     return values | {
         "M": truth.mass, "v_S": law.v_S, "sigma_0": law.sigma_0, "sigma_1": law.sigma_1, "sigma_2": values["F_v"],
-        "offset": truth.axis.gravity + float(-np.diff(law.F_C)[0]) / 2.0,
+        "offset": truth.axis.gravity - float(by_direction),
     }  # fmt: skip
 
 
@@ -64,7 +70,7 @@ def tried(family: str, seed: int) -> StrangeLog:
             found = br.identify(table_of(truth, record), MODELS[family], axis=axis, blocks=0, draws=DRAWS)
         except InputError as error:
             return StrangeLog(str(error), np.nan, {}, 0)
-    known, inside = true_values(truth), {}
+    known, inside = true_values(truth, record), {}
     for name, estimate in found.parameters.items():
         if estimate.status == "identified" and estimate.interval is not None and name in known:
             inside[name] = bool(estimate.interval[0] <= known[name] <= estimate.interval[1])

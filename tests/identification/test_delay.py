@@ -208,3 +208,22 @@ def test_the_derivative_is_of_fourth_order():
     coarse, fine = (np.arange(0.0, 3.0, dt) for dt in (0.1, 0.05))
     errors = [np.max(np.abs(derivative(np.sin(t), t[1]) - np.cos(t))[2:-2]) for t in (coarse, fine)]
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.05)
+
+
+@pytest.mark.parametrize("factor", [0.85, 1.0, 1.15])
+def test_the_interval_of_an_inertia_reaches_over_both_stages_where_they_have_nothing_in_common(monkeypatch, factor):
+    log, found = late(0.0), found_in(late(0.0))
+    other = replace(found, mass=factor * found.mass, mass_half_width=0.04 * found.mass)
+    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: other)
+    fit = identify(log, blocks=0, draws=20).best
+    low, high = fit.parameters["M"].interval
+    told = [one for one in fit.diagnostics if one.code == "stages_differ"]
+    assert low < TRUTH["M"] < high
+    if factor == 1.0:
+        assert not told
+        assert high - low < 0.02 * TRUTH["M"]
+        return
+    assert [one.numbers["first"] for one in told] == [other.mass]
+    ends = (factor - 0.04) * found.mass, (factor + 0.04) * found.mass
+    assert (low if factor < 1.0 else high) == pytest.approx(ends[factor > 1.0])
+    assert (high if factor < 1.0 else low) == pytest.approx(TRUTH["M"], rel=0.02)

@@ -51,7 +51,7 @@ from bristle.plants.terms import TURN
 __all__ = ["InverseDynamics", "RowReplicates"]
 
 HOLD = 0.25  # samples, as a standard error: an effort that is held acts half of one earlier or later
-DOUBT, UNSEEN = 0.4, 0.2  # of what fits to replicates are off, and more where nothing is seen beyond the filter
+DOUBT, UNSEEN = 0.8, 0.4  # of what fits to replicates are off, and more where nothing is seen beyond the filter
 AWAY, AWAY_TIME = 2.0, 15e-3  # periods of the cut-off, and seconds, of filters in the channels: from a reversal
 FAR_AWAY = 6.0  # times as long: where a slide is a steady one
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1

@@ -5,6 +5,7 @@ It is the same for every problem, whatever the signal that it makes small.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -17,6 +18,8 @@ from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import BLOCKS, within_cycles
 from bristle.identification.identifiability import unidentifiable
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import Role
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
@@ -24,6 +27,8 @@ from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
 
 __all__ = ["with_uncertainty"]
+
+MOST_SCALE = 4.0  # of errors, of a model that lacks a force
 
 
 def with_uncertainty(
@@ -38,7 +43,8 @@ def with_uncertainty(
     flat = {parameter.name for parameter in lost if parameter.flat}
     free = np.array([name not in flat for name in solution.space.names])
     linear = problem.refits_linearly(fit.friction)
-    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, report=report)
+    scale = _scale(fit.diagnostics)
+    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, report=report)
     residual, cycles = replicates.residual, problem.half_cycles
     bands = _bands(replicates, estimation)
     resampling = Resampling(
@@ -56,17 +62,31 @@ def with_uncertainty(
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
         for name, estimate in fit.parameters.items()
     )
-    estimates = tuple(_with_interval(estimate, replicates) for estimate in judged)
+    fitted = [_with_interval(estimate, replicates) for estimate in judged]
+    estimates, about = zip(*(_of_both_stages(estimate, estimation.inverse) for estimate in fitted), strict=True)
     return replace(
         fit, estimates=estimates, resampling=resampling,
         diagnostics=(
             *fit.diagnostics,
             *reasons.values(),
+            *(diagnostic for diagnostic in about if diagnostic is not None),
             *_at_odds(estimates, replicates, settings),
             *_shifted(estimates),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
+
+
+def _scale(diagnostics: Sequence[Diagnostic]) -> float:
+    """Return by how much errors are larger where a force is missing: replicates know of what chance leaves over.
+
+    The square root of what is left over, the force and chance, over chance alone (Birge's ratio).
+    """
+    told = (one.numbers for one in diagnostics if one.code == "structure")
+    missing, chance = next(((one["missing"], one["chance"]) for one in told), (0.0, 1.0))
+    assert isinstance(missing, float)
+    assert isinstance(chance, float)
+    return min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
 
 
 def _curve_from(estimates: Sequence[Estimate], least: float) -> float:
@@ -117,6 +137,21 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap) -> Estimate:
     low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
     # Where all replicates end on the edge where the fit ended, there is no interval.
     return estimate if low == high else replace(estimate, interval=(low, high))
+
+
+def _of_both_stages(estimate: Estimate, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
+    """Return an inertia whose interval reaches over that of the first stage where both have nothing in common."""
+    alignment, variable = problem.dataset.alignment, problem.parameters.plant.variables.get(estimate.name)
+    if alignment is None or alignment.mass is None or alignment.mass_half_width is None or estimate.interval is None:
+        return estimate, None
+    low, high = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
+    apart = estimate.interval[1] < low or high < estimate.interval[0]
+    if variable is None or not Role.INERTIA.fits(variable) or not apart:
+        return estimate, None
+    numbers = {"first": alignment.mass, "value": estimate.value}
+    told = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
+    interval = min(low, estimate.interval[0]), max(high, estimate.interval[1])
+    return replace(estimate, interval=interval), told
 
 
 def _at_odds(estimates: Sequence[Estimate], replicates: Bootstrap, settings: Settings) -> tuple[Diagnostic, ...]:

@@ -43,8 +43,8 @@ STRUCTURE: dict[str, Sentence] = {
             "the structure of the model does not hold: {missing:force} (root mean square, {percent:.2g} % of friction) "
             "of what it leaves over is no chance, but comes back on half-cycles that it was not fitted to, where noise "
             "and scatter leave {chance:force}. What it depends on is told next",
-            ". Parameters are effective: {names:list} and their intervals hold for this model along such a motion, and "
-            "are not those of the axis",
+            ". Parameters are effective: {names:list} hold for this model along such a motion, and are not those of "
+            "the axis; intervals are widened by what is missing",
         ),
         "forces are missing in the model, by cause",
         "try the model that is named, and take parameters and intervals for effective until then",
