@@ -28,7 +28,7 @@ from bristle.identification.settings import Settings
 
 __all__ = ["with_uncertainty"]
 
-MOST_SCALE = 4.0  # of errors, of a model that lacks a force
+MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
 
 
 def with_uncertainty(
