@@ -162,11 +162,11 @@ def _alignment_from(
     # What does not show the inertia does not show the jerk either.
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
     lag = lag if delay_known or not sought else None
-    shown = mass_width <= MASS_UNKNOWN * mass
+    known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
         delay=delay if delay_known else None, delay_half_width=width if delay_known else None,
         smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
-        mass=mass if shown else None, mass_half_width=mass_width if shown else None,
+        mass=mass if known else None, mass_half_width=mass_width if known else None,
         slow=chosen.plain.cutoff, sought=sought,
     )  # fmt: skip
 

@@ -184,13 +184,13 @@ def _aligned(
     An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
     The equations do not tell which; friction where it turns does, and it is told by a model that bends there.
     """
-    told = aligned(treated, alignment)
+    by_effort = aligned(treated, alignment)
     noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
     prior = replace(prior, measured=_measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure))
     if alignment.smoothing is None or alignment.smoothing >= 0.0:
-        return told, prior
-    other = aligned(treated, replace(alignment, of_position=True))
-    return min((told, other), key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
+        return by_effort, prior
+    both = by_effort, aligned(treated, replace(alignment, of_position=True))
+    return min(both, key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
 
 
 def _left(context: Context) -> float:

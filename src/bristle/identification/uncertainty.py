@@ -82,8 +82,8 @@ def _scale(diagnostics: Sequence[Diagnostic]) -> float:
 
     The square root of what is left over, the force and chance, over chance alone (Birge's ratio).
     """
-    told = (one.numbers for one in diagnostics if one.code == "structure")
-    missing, chance = next(((one["missing"], one["chance"]) for one in told), (0.0, 1.0))
+    structures = (diagnostic.numbers for diagnostic in diagnostics if diagnostic.code == "structure")
+    missing, chance = next(((numbers["missing"], numbers["chance"]) for numbers in structures), (0.0, 1.0))
     assert isinstance(missing, float)
     assert isinstance(chance, float)
     return min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
@@ -149,9 +149,9 @@ def _of_both_stages(estimate: Estimate, problem: InverseDynamics) -> tuple[Estim
     if variable is None or not Role.INERTIA.fits(variable) or not apart:
         return estimate, None
     numbers = {"first": alignment.mass, "value": estimate.value}
-    told = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
+    warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
     interval = min(low, estimate.interval[0]), max(high, estimate.interval[1])
-    return replace(estimate, interval=interval), told
+    return replace(estimate, interval=interval), warning
 
 
 def _at_odds(estimates: Sequence[Estimate], replicates: Bootstrap, settings: Settings) -> tuple[Diagnostic, ...]:
