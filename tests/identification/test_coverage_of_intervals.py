@@ -20,7 +20,7 @@ import bristle as br
 from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
-from bristle.identification import Fit, identify
+from bristle.identification import Fit, identify, inverse_dynamics
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
@@ -414,14 +414,17 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, draws=40, blocks=0)
 
 
-def test_a_value_outside_its_interval_is_told():
-    fit = cornered("lugre")
+def test_a_value_outside_its_interval_is_told(monkeypatch):
+    # Without a doubt of what fits to replicates are off by, the draws lie beside the value.
+    monkeypatch.setattr(inverse_dynamics, "DOUBT", 0.1)
+    monkeypatch.setattr(inverse_dynamics, "UNSEEN", 0.0)
+    fit = cornered.__wrapped__("lugre")
     (told,) = (one.numbers["names"] for one in fit.diagnostics if one.code == "shifted")
     inside = {name for name, one in fit.parameters.items()
               if one.interval and one.interval[0] <= one.value <= one.interval[1]}  # fmt: skip
     assert "F_S" in told
     assert not inside.intersection(told)
-    assert not any(one.code == "shifted" for one in cornered("coulomb_viscous").diagnostics)
+    assert not any(one.code == "shifted" for one in cornered.__wrapped__("coulomb_viscous").diagnostics)
 
 
 def test_what_the_filter_rounds_is_known_from_replicates_that_it_rounds_alike():

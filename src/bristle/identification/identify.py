@@ -189,8 +189,8 @@ def _aligned(
     prior = replace(prior, measured=_measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure))
     if alignment.smoothing is None or alignment.smoothing >= 0.0:
         return by_effort, prior
-    both = by_effort, aligned(treated, replace(alignment, of_position=True))
-    return min(both, key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
+    datasets = by_effort, aligned(treated, replace(alignment, of_position=True))
+    return min(datasets, key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
 
 
 def _left(context: Context) -> float:
