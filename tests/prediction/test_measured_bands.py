@@ -63,7 +63,7 @@ def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitte
     # What is left over brings them nearer to 95 %: little where rounding is all there is, nearly all of it elsewhere.
     bare = replace(fit.resampling.bands, left_in_closed_loop=0.0)
     without = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=bare)
-    assert abs(found.position_inside_percent - 95.0) < 0.3 * abs(without.position_inside_percent - 95.0)
+    assert abs(found.position_inside_percent - 95.0) < 0.5 * abs(without.position_inside_percent - 95.0)
     assert not jitter or without.position_inside_percent < 50.0
 
 
