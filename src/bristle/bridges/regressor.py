@@ -15,7 +15,7 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS
-from bristle.identification.preprocessing import differentiated, treat
+from bristle.identification.preprocessing import differentiated, shifted, treat
 from bristle.logs.channel import Channel
 from bristle.logs.columns import is_table
 from bristle.logs.log import Log
@@ -170,6 +170,7 @@ class FrictionRegressor:
         log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
         treatment = identified.treatment
         dataset = treat(log, axis, treatment["cutoff"], 1)
+        dataset = shifted(dataset, 0.0, position_smoothing=treatment.get("position_smoothing", 0.0))
         dataset = differentiated(dataset) if treatment.get("slow") else dataset
         lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
         return _at_rows(columns["time"], dataset, self._explained(dataset), lag)
