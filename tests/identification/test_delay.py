@@ -14,6 +14,7 @@ from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
 from bristle.identification import identify
+from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.filters import derivative
@@ -95,6 +96,7 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
     fit = identify(log, model, blocks=0, draws=0)
     assert {"smoothing", "position_smoothing"} & set(fit.treatment) == {key}
     assert fit.treatment[key] == pytest.approx(lag, rel=0.15)
+    assert 0.0 < fit.treatment[f"{key}_half_width"] < 0.1 * abs(lag)
     viscous = "sigma_2" if model == "dahl" else "F_v"
     for name, true in (("M", TRUTH["M"]), (viscous, TRUTH["F_v"]), ("F_C", TRUTH["F_C"])):
         assert fit.best.parameters[name].value == pytest.approx(true, rel=0.01), name
@@ -105,6 +107,23 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
     treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
     again = predict(fit.best.plant, fit.best.friction, log, **treatment)
     assert again.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
+
+
+def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(monkeypatch):
+    log, told = late(position_lag=3e-3), list[str]()
+    identify(log, blocks=0, draws=0, progress=lambda share, task: told.append(task))
+    assert told[0] == "looking for the channel that was filtered"
+    module = sys.modules["bristle.identification.identify"]
+
+    def interrupted(*arguments):
+        estimation = along_the_motion(*arguments)
+        return replace(estimation, solution=replace(estimation.solution, unfinished=True))
+
+    monkeypatch.setattr(module, "along_the_motion", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        identify(log, blocks=0, draws=0)
+    # Nothing is looked for where no position can have been filtered.
+    assert identify(late(effort_lag=3e-3), blocks=0, draws=0).treatment["smoothing"] > 0.0
 
 
 def test_what_is_late_biases_nothing_and_is_told():

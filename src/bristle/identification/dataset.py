@@ -62,11 +62,11 @@ class Alignment:
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""
+        smoothing = "position_smoothing" if self.of_position else "smoothing"
         data = {
             "delay": self.delay, "delay_half_width": self.delay_half_width,
-            "smoothing": None if self.of_position else self.smoothing,
-            "position_smoothing": -(self.smoothing or 0.0) if self.of_position else None,
-            "smoothing_half_width": self.smoothing_half_width,
+            smoothing: abs(self.smoothing or 0.0) if self.of_position else self.smoothing,
+            f"{smoothing}_half_width": self.smoothing_half_width,
             "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
         }  # fmt: skip
         return {name: value for name, value in data.items() if value}

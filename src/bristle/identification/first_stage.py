@@ -13,7 +13,8 @@ were late. A first-order filter of time constant `T` is a delay of `T` and a :ma
 effort passed it. A `c` that is not seen clearly is drawn to zero, as one of some milliseconds is.
 
 The cut-off of `H` is the widest at which neither noise of the encoder nor an estimate from narrower ones speaks against
-it [2]_. Errors are those of a jackknife over blocks of time.
+it [2]_. Errors are those of a jackknife over blocks of time; where all cut-offs contradict each other, as many times as
+large as lets some agree [3]_.
 
 References
 ----------
@@ -92,7 +93,7 @@ def alignment_of(
         plain = rows.fit(cutoff, start, free=(sought, False))
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
-            # A filter of more than its prior is no small change: a step from none goes too short.
+            # A step from none to more than 2 ms goes too short.
             free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=BENT_STEPS)
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)

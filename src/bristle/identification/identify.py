@@ -27,7 +27,7 @@ from bristle.identification.estimation import Context, Estimation, along_the_mot
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.least_squares import Report
+from bristle.identification.least_squares import Report, silent
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, treat_all
@@ -133,7 +133,7 @@ def identify(
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
-    context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
+    context = _context(pairs, prior, chosen, progress, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     share, short = partial(_share, progress, count), blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
@@ -150,8 +150,8 @@ def identify(
 
 
 def _context(
-    pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, cutoff: float | None,
-    decimation: int | None,
+    pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, progress: Progress | None,
+    cutoff: float | None, decimation: int | None,
 ) -> Context:  # fmt: skip
     """Return what the fits of all models to some logs share."""
     logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
@@ -161,41 +161,53 @@ def _context(
         estimator = Simulation(logs, described, loop_of(logs, axes))
         treated = estimator.excerpts
     everywhere = any(axis.global_search for axis in described)
-    treated_dataset = dataset = treat_all(treated, axes, cutoff, decimation)
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
-    if estimator is None and not stated:
-        dataset, prior = _aligned(treated_dataset, prior, alignment_of(logs, axes, settings, sought=sought), settings)
+    finds = estimator is None and not stated
+    dataset = treated_dataset = treat_all(treated, axes, cutoff, decimation)
+    if finds:
+        alignment = alignment_of(logs, axes, settings, sought=sought)
+        dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
-        if estimator is None and not stated:
+        if finds:
             # Waves whose length is known tell the delay better than waves that were looked for.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
             alignment = alignment_of(logs, axes, settings, sought=sought)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
-    return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
+    context = replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
+    return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
 
 
 def _aligned(
     treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings
 ) -> tuple[Dataset, PriorKnowledge]:  # fmt: skip
-    """Return a log whose channels stand in time as they were found to, and what is known then before the fit.
+    """Return a log whose channels stand in time as they were found to, and what is known then before the fit."""
+    noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
+    measured = _measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure)
+    return aligned(treated, alignment), replace(prior, measured=measured)
+
+
+def _of_channel(context: Context, treated: Dataset, report: Report) -> Context:
+    """Return the context of a log with its filter in the channel in which LuGre friction then explains more.
 
     An effort that passed less of a filter than the position was recorded before it acted, or the position was filtered.
-    The equations do not tell which; friction where it turns does, and it is told by a model that bends there.
+    The equations before the fit do not tell which; friction where it turns does.
     """
-    by_effort = aligned(treated, alignment)
-    noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
-    prior = replace(prior, measured=_measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure))
-    if alignment.smoothing is None or alignment.smoothing >= 0.0:
-        return by_effort, prior
-    datasets = by_effort, aligned(treated, replace(alignment, of_position=True))
-    return min(datasets, key=lambda dataset: _left(context_of(dataset, prior, settings=settings))), prior
+    alignment = context.dataset.alignment
+    if alignment is None or (alignment.smoothing or 0.0) >= 0.0:
+        return context
+    dataset = aligned(treated, replace(alignment, of_position=True))
+    of_position = context_of(dataset, context.prior, everywhere=context.everywhere, settings=context.settings)
+    report(0.0)
+    return min((context, of_position), key=_left)
 
 
 def _left(context: Context) -> float:
-    """Return the share of the effort that LuGre friction does not explain."""
-    estimation = along_the_motion(context, find(TELLS_CHANNEL), lambda share, remark="": None)
+    """Return the share of the effort that LuGre friction does not explain; half of it is nothing to go on with."""
+    estimation = along_the_motion(replace(context, everywhere=False), find(TELLS_CHANNEL), silent)
+    if estimation.solution.unfinished:
+        raise KeyboardInterrupt
     residual = estimation.problem.residual(estimation.solution.values)
     return float(np.linalg.norm(residual) / np.linalg.norm(context.dataset.effort))
 

@@ -57,7 +57,7 @@ class Settings(CheckThresholds):
     )
     filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
     inertia_unsure: float = _set(
-        0.03, "half-width of the inertia, as a share of it, beyond which each model has its own", most=1.0
+        0.03, "half-width of the inertia, as a share, beyond which each model has its own, if noise is little", most=1.0
     )
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
     stages_apart: float = _set(0.02, "share of the inertia by which the rows of a fit may want another one", most=1.0)

@@ -33,7 +33,6 @@ REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # samples, or s, to either s
 ROUGH = 25.0  # Hz: where it is sought roughly
 STEPS = 8
 CALM, CALMEST = 2.0, 60.0  # of the narrow cut-off; Hz: above it the slope of the acceleration is noise
-HIGHEST_SHARE = 0.45  # of the sampling frequency: of a filter
 CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: a step that is none
 BLOCKS = 20  # of the jackknife
 FILTER = 2e-6  # s^2: c of a filter of 2 ms, which a channel may have without a word
@@ -167,7 +166,7 @@ class WideRows:
     def _explained(self, theta: np.ndarray, columns: np.ndarray, cutoff: float) -> np.ndarray:
         """Return the effort without what noise makes of the acceleration, which a weight would carry into all rows."""
         calm, without = max(CALM * cutoff, CALMEST), theta.copy()
-        if calm >= min(self.width, HIGHEST_SHARE / self.step):
+        if calm >= self.width:
             return theta @ columns
         without[0] = 0.0
         return without @ columns + theta[0] * low_passed(columns[0], calm, self.step)

@@ -17,7 +17,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.check import parted
 from bristle.logs.log import Log
-from bristle.prediction.predict import TREATED, rows_as_fitted
+from bristle.prediction.predict import rows_as_fitted
 
 __all__ = ["MOST", "Replay", "decimated", "replay_of_log", "replay_of_traces", "turns_of"]
 
@@ -76,8 +76,7 @@ def replay_of_log(
     cutoff = treated.get("cutoff") or (axis.cutoff if axis is not None else None)
     most = FASTEST / log.sample_time
     cutoff = most if cutoff is not None and cutoff * log.sample_time >= 0.5 else cutoff
-    channels = (treated.get(name) for name in TREATED[1:])
-    rows = rows_as_fitted(log, axis, cutoff, None, *channels)
+    rows = rows_as_fitted(log, axis, {**treated, "cutoff": cutoff})
     parts = []
     for segment in rows.segments:
         plant_effort = rows.mechanical_along(plant, segment) if plant is not None else 0.0

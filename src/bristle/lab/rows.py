@@ -22,7 +22,7 @@ from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
 from bristle.lab.replay import turns_of
 from bristle.logs.log import Log
-from bristle.prediction.predict import TREATED, rows_as_fitted
+from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["MOST_INTERVALS", "MOST_ROWS", "Column", "FittedRows", "Stretch", "fitted_rows"]
@@ -130,8 +130,7 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     """
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
-    options = {name: treatment.get(name) for name in TREATED}
-    dataset = rows_as_fitted(log, axis, decimation=_integer(treatment.get("decimation")), **options)
+    dataset = rows_as_fitted(log, axis, treatment, _integer(treatment.get("decimation")))
     traces, count = fit.traces, dataset.time.size
     # A person's own treatment, or another version's, is not repeated by halves.
     if not np.array_equal(dataset.time, traces.time[:count]):

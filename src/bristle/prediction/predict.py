@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any
@@ -118,7 +118,8 @@ def predict(
     log = parted(log, axis)
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = rows_as_fitted(log, axis, *filtering, delay, smoothing, slow, position_smoothing)
+        channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
+        dataset = rows_as_fitted(log, axis, {"cutoff": filtering[0], **channels}, filtering[1])
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
@@ -254,13 +255,12 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
 
 
 def rows_as_fitted(
-    log: Log, axis: Axis | None, cutoff: float | None, decimation: int | None, delay: float | None,
-    smoothing: float | None, slow: float | None, position_smoothing: float | None,
+    log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None
 ) -> Dataset:  # fmt: skip
-    """Return the rows of a log, treated as its identification did."""
-    filters = smoothing or 0.0, position_smoothing or 0.0
-    dataset = treat_all([log], [axis], cutoff, decimation, delay or 0.0, *filters)
-    return differentiated(dataset) if slow else dataset
+    """Return the rows of a log, treated as its identification did: by what a treatment has of `TREATED`."""
+    channels = [treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")]
+    dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *channels)
+    return differentiated(dataset) if treatment.get("slow") else dataset
 
 
 @guarded(
@@ -297,7 +297,8 @@ def unexplained_force(
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    dataset = rows_as_fitted(log, axis, cutoff, None, delay, smoothing, slow, position_smoothing)
+    channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
+    dataset = rows_as_fitted(log, axis, {"cutoff": cutoff, **channels})
     force = np.zeros(len(log))
     for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
         residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)

@@ -14,7 +14,7 @@ from bristle.engine.checks import finite
 from bristle.identification.dataset import Segment, transmitted_by
 from bristle.logs.check import parted
 from bristle.logs.log import Log
-from bristle.prediction.predict import TREATED, rows_as_fitted
+from bristle.prediction.predict import rows_as_fitted
 
 __all__ = ["TableError", "table_error"]
 
@@ -57,8 +57,7 @@ def table_error(
                          allowed=friction.kind, mend="Give the axis file of this log")  # fmt: skip
     if log.effort is None:
         raise InputError("has no effort", path="log", mend="Name its column in the axis file")
-    cutoff, *channels = (treatment.get(name) for name in TREATED)
-    rows = rows_as_fitted(parted(log, axis), axis, cutoff, None, *channels)
+    rows = rows_as_fitted(parted(log, axis), axis, treatment)
     gaps = []
     for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):
         force = segment.friction(friction, rows.sample_time, contact, transmitted_by(friction, plant, segment))
