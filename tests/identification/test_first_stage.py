@@ -69,6 +69,16 @@ def test_a_filter_that_lowers_no_residual_is_none():
     assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=-1.0 - chance).smoothing is None
 
 
+def test_one_fierce_block_neither_hides_a_filter_nor_makes_one():
+    """In a stop from full speed a filter shows a thousand times as clearly as elsewhere, and so does a fault."""
+    bent, alike = instruments(c=2e-5), np.ones(20)
+    fierce = np.where(np.arange(20) == 7, 1e3, 1.0)
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=fierce).smoothing is not None
+    mixed = fierce * np.where(np.arange(20) % 2, 1.0, -1.0)
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=mixed).smoothing is None
+    assert aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, lowered=alike - 30.0 * (fierce > 1.0)).smoothing is None
+
+
 def agree(*rungs, sought=True):
     run = agreeing(rungs, DT, sought=sought)
     return [place for place, one in enumerate(rungs) if any(one is agreed for agreed in run)]

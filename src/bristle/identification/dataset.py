@@ -48,6 +48,9 @@ class Alignment:
         Cut-off of what the equations were weighed with [Hz].
     sought : bool
         Whether the delay was looked for.
+    hidden : float
+        Share of what friction takes that noise of the position would make of the inertia in as many rows as usual,
+        where that is so much that fewer are kept; else 0.
     """
 
     delay: float | None = None
@@ -59,6 +62,7 @@ class Alignment:
     slow: float = 0.0
     sought: bool = True
     of_position: bool = False
+    hidden: float = 0.0
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""

@@ -24,6 +24,7 @@ References
    Applications 35(3), 1991. doi:10.1137/1135065
 .. [3] R. T. Birge, "The calculation of errors by the method of least squares", Physical Review 40(2), 1932.
    doi:10.1103/PhysRev.40.207
+.. [4] F. Wilcoxon, "Individual comparisons by ranking methods", Biometrics Bulletin 1(6), 1945. doi:10.2307/3001968
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as 
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 CHANGE = 0.4  # of the change to another cut-off that is put to the error
 MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
+SIGNIFICANT = 0.5  # of a delay: a half-width with which it is one
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
@@ -160,8 +162,9 @@ def _alignment_from(
     widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
-    # What does not show the inertia does not show the jerk either.
-    delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
+    # What does not show the inertia does not show the jerk either. A long delay is better moved roughly than not at all.
+    narrow = width <= max(settings.delay_unsure * dt, SIGNIFICANT * abs(delay))
+    delay_known = narrow and mass_width <= settings.delay_inertia * mass
     lag = lag if delay_known or not sought else None
     known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
@@ -190,8 +193,7 @@ def _with_filter(
     bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS).doubted(scale)
     if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > SHORT * abs(bent.c):
         return None
-    lowered = rows.lowered(bent, rung.plain.delay)
-    if np.sum(lowered) <= AGREE * lowered.size**0.5 * np.std(lowered):
+    if not _above_zero(rows.lowered(bent, rung.plain.delay)):
         return None
     again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
     places = (0, bent.theta.size)[: 1 + sought]
@@ -201,6 +203,12 @@ def _with_filter(
         (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay),
     )
     return _Channels(lag, bent.std(-1) / abs(lag), values, [bent.std(place) for place in places], changed)
+
+
+def _above_zero(values: np.ndarray) -> bool:
+    """Return whether values lie above zero for certain, by their signed ranks [4]_: one that is huge is one vote."""
+    ranks = 1.0 + np.argsort(np.argsort(np.abs(values)))
+    return bool(np.sum(values) > 0.0 and np.sum(np.sign(values) * ranks) > AGREE * np.sum(ranks**2) ** 0.5)
 
 
 def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:

@@ -30,7 +30,7 @@ from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
-from bristle.identification.preprocessing import aligned, treat_all
+from bristle.identification.preprocessing import aligned, calmed, treat_all
 from bristle.identification.request import (
     METHODS,
     asks_for_all,
@@ -91,7 +91,7 @@ def identify(
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
     decimation : int, optional
-        Of how many samples one row is kept; 10 by default.
+        Of how many samples one row is kept; 10 by default, more where noise of the position would hide friction.
     blocks : int, optional
         Time blocks, each held out in turn, by whose error models are ranked; 0 for none. Five, or as many as a short
         log has room for, where not given.
@@ -164,17 +164,23 @@ def _context(
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
-    dataset = treated_dataset = treat_all(treated, axes, cutoff, decimation)
+    treat = partial(treat_all, treated, axes, cutoff)
+    dataset = treated_dataset = treat(decimation)
+    stated_rows = decimation is not None or any(axis.decimation is not None for axis in described)
     if finds:
         alignment = alignment_of(logs, axes, settings, sought=sought)
+        rows, share = calmed(aligned(treated_dataset, alignment))
+        if rows > dataset.decimation and not stated_rows:
+            alignment, treated_dataset = replace(alignment, hidden=share), treat(rows)
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
-    if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
-        prior = with_harmonics(prior, axes[0], dataset)
-        if finds:
+        if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
             # Waves whose length is known tell the delay better than waves that were looked for.
-            axes = [axis and told_by(prior.plant, axis) for axis in axes]
-            alignment = alignment_of(logs, axes, settings, sought=sought)
-            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
+            told = with_harmonics(prior, axes[0], dataset)
+            axes = [axis and told_by(told.plant, axis) for axis in axes]
+            alignment = replace(alignment_of(logs, axes, settings, sought=sought), hidden=alignment.hidden)
+            dataset, prior = _aligned(treated_dataset, told, alignment, settings)
+    elif any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
+        prior = with_harmonics(prior, axes[0], dataset)
     context = replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
     return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
 

@@ -36,7 +36,10 @@ from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
-__all__ = ["CUTOFF_SHARE", "aligned", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]
+__all__ = [
+    "CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat",
+    "treat_all",
+]  # fmt: skip
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
@@ -44,6 +47,8 @@ BENT_DECIMATION, BENT_ROWS = 4, 400  # of a plant with terms, and rows that are 
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
+HIDES, CALM = 0.3, 0.03  # of what friction takes: noise that hides it, and that does not
+CALM_ROWS = 1000  # that are left
 CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
 ALIKE = 1e-3  # relative difference of sample times that is none
 
@@ -287,6 +292,27 @@ def _before_filter(segment: Segment, lag: float, dt: float) -> Segment:
         segment, position=position + origin, velocity=velocity, acceleration=np.gradient(velocity, dt),
         recorded=recorded + origin,
     )  # fmt: skip
+
+
+def calmed(dataset: Dataset) -> tuple[int, float]:
+    r"""Return of how many samples one row is kept, lest noise of the position hide friction, and by how much it would.
+
+    In rows that contain frequencies up to `f`, white noise :math:`\sigma` of the position makes an inertia `M` take a
+    force of :math:`M (2\pi)^2 \sigma \sqrt{\tfrac{2}{5} \Delta t f^5}`, here as a share of what friction takes. Where
+    that is much, fewer rows do not have it, and friction turns where it did, which a lower cut-off would blur.
+    """
+    alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
+    if alignment is None or alignment.mass is None:
+        return rows, 0.0
+    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
+    slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
+    noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
+    share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
+    if share <= HIDES:
+        return rows, share
+    bandwidth = dataset.bandwidth * (CALM / share) ** 0.4
+    most = rows * dataset.effort.size // CALM_ROWS
+    return max(min(round(0.5 / (bandwidth * dt)), most), rows), share
 
 
 def differentiated(dataset: Dataset) -> Dataset:

@@ -223,7 +223,7 @@ def identify(
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
     decimation : int, optional
-        Of how many samples one row is kept; 10 by default.
+        Of how many samples one row is kept; 10 by default, more where noise of the position would hide friction.
     blocks : int, optional
         Time blocks, each held out in turn, by whose error models are ranked; 0 for none. At most five by default.
     offset : float, str or "identify", optional

@@ -174,6 +174,8 @@ def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     remarks: dict[str, dict[str, float]] = {
         "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     }
+    if dataset.alignment and dataset.alignment.hidden:
+        remarks["rows_calmed"] = {"percent": 100.0 * dataset.alignment.hidden, "decimation": dataset.decimation}
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
     if dataset.creeping:

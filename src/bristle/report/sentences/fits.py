@@ -154,6 +154,12 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=plural("decimation"),
     ),
+    "rows_calmed": says(
+        "in as many rows as usual, noise of the position would have made the inertia take {percent:.2g} % of what "
+        "friction takes; one row for {decimation} samples has hardly any of it",
+        "fewer rows were kept, in which noise does not hide friction",
+        "record with a finer encoder, or state `decimation` under [identification]",
+    ),
     "delay_found": Sentence(
         (
             "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), "

@@ -1,0 +1,62 @@
+"""Fewer rows where noise of a coarse encoder, differentiated twice, would hide what friction takes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+
+from bristle.core.axis import Axis
+from bristle.identification import identify
+from bristle.report.messages import assumptions_of
+
+FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
+AXIS = Axis(kind="translational")
+
+
+def coarse_log(step):
+    motion = sines(20.0, 5e-4, **FAST)
+    return log_of(motion, sliding_effort(motion, noise=0.05), step=step)
+
+
+def found(log, axis=AXIS, **named):
+    return identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, **named)
+
+
+def test_noise_of_a_coarse_encoder_hides_no_friction():
+    log = coarse_log(2.5e-5)
+    usual, calm = found(log, decimation=10), found(log)
+    assert usual.best.metrics["friction_error_percent"] > 40.0
+    assert calm.best.metrics["friction_error_percent"] < 8.0
+    assert calm.treatment["decimation"] > 20
+    for name in ("F_C", "F_v", "offset"):
+        assert calm.parameters[name].value == pytest.approx(TRUTH[name], rel=0.02)
+
+
+def test_fewer_rows_are_told_with_what_they_cost():
+    (told,) = (text for text in assumptions_of(found(coarse_log(2.5e-5)).best) if "as many rows as usual" in text)
+    share = float(told.split(" % of what friction")[0].split()[-1])
+    # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
+    motion = sines(20.0, 5e-4, **FAST)
+    turned = np.fft.rfftfreq(motion.time.size, 5e-4)
+    white = 2.5e-5 / 12.0**0.5 * np.sqrt(np.mean(np.where(turned < 100.0, (2.0 * np.pi * turned) ** 4, 0.0)))
+    friction = np.std(TRUTH["F_C"] * np.sign(motion.velocity) + TRUTH["F_v"] * motion.velocity)
+    assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
+
+
+def test_a_fine_encoder_keeps_its_rows():
+    fine = found(coarse_log(1e-6))
+    assert fine.treatment["decimation"] == 10
+    assert not any("as many rows as usual" in text for text in assumptions_of(fine.best))
+
+
+def test_rows_that_are_stated_stay():
+    log = coarse_log(2.5e-5)
+    assert found(log, decimation=10).treatment["decimation"] == 10
+    assert found(log, replace(AXIS, decimation=12)).treatment["decimation"] == 12
+
+
+def test_a_short_log_keeps_a_thousand_rows():
+    motion = sines(7.0, 5e-4, **FAST)
+    log = log_of(motion, sliding_effort(motion, noise=0.05), step=2.5e-5)
+    assert 1000 <= found(log).treatment["rows"] < found(log, decimation=10).treatment["rows"]
