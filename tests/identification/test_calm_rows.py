@@ -30,7 +30,7 @@ def test_noise_of_a_coarse_encoder_hides_no_friction():
     assert calm.best.metrics["friction_error_percent"] < 8.0
     assert calm.treatment["decimation"] > 20
     for name in ("F_C", "F_v", "offset"):
-        assert calm.parameters[name].value == pytest.approx(TRUTH[name], rel=0.02)
+        assert calm.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.02)
 
 
 def test_fewer_rows_are_told_with_what_they_cost():

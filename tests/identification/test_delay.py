@@ -213,7 +213,9 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
 
 def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
     fit = identify(late(3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    assert "delay_unknown" in [one.code for one in fit.diagnostics]
+    (told,) = (one for one in fit.diagnostics if one.code == "delay_unknown")
+    assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
+    assert any("only roughly" in text and "3 ms (3 samples" in text for text in warnings_of(fit))
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 

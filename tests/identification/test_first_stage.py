@@ -47,6 +47,12 @@ def test_a_cutoff_at_which_noise_may_bias_is_not_chosen():
     assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0, bias=1e-4)).slow == 10.0
 
 
+def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_seventh():
+    roughly, hardly = (rung(10.0, 5e-3, std=std) for std in (0.5, 1.0))
+    assert aligned_by(roughly, roughly).delay == pytest.approx(5e-3)
+    assert aligned_by(hardly, hardly).delay is None
+
+
 def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
     plain = instruments(10.0)
     sure, unsure = (Rung(plain, instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))

@@ -47,7 +47,6 @@ RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as 
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 CHANGE = 0.4  # of the change to another cut-off that is put to the error
 MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
-SIGNIFICANT = 0.5  # of a delay: a half-width with which it is one
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
@@ -162,9 +161,8 @@ def _alignment_from(
     widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
-    # What does not show the inertia does not show the jerk either. A long delay is better moved roughly than not at all.
-    narrow = width <= max(settings.delay_unsure * dt, SIGNIFICANT * abs(delay))
-    delay_known = narrow and mass_width <= settings.delay_inertia * mass
+    # What does not show the inertia does not show the jerk either.
+    delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
     lag = lag if delay_known or not sought else None
     known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(

@@ -51,7 +51,7 @@ class Settings(CheckThresholds):
     delay_rough: float = _set(
         0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples"
     )
-    delay_unsure: float = _set(3.0, "half-width of a delay beyond which nothing is moved", "samples")
+    delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
     delay_inertia: float = _set(
         0.15, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
     )

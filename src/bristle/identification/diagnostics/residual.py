@@ -131,12 +131,12 @@ def about_alignment(
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
         return ()
-    if (
-        alignment.delay is not None
-        and (alignment.delay_half_width or 0.0) <= settings.delay_rough * dataset.sample_time
-    ):
-        samples = {"samples": alignment.delay / dataset.sample_time, "half_width": alignment.delay_half_width or 0.0}
-        about.append(Diagnostic("delay_found", severity="note", numbers={"delay": alignment.delay} | samples))
+    if alignment.delay is not None:
+        half_width = alignment.delay_half_width or 0.0
+        numbers = {"delay": alignment.delay, "samples": alignment.delay / dataset.sample_time, "half_width": half_width}
+        told = half_width <= settings.delay_rough * dataset.sample_time
+        about.append(Diagnostic("delay_found", severity="note", numbers=numbers) if told
+                     else Diagnostic("delay_unknown", numbers=numbers))  # fmt: skip
     elif alignment.sought:
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:

@@ -174,12 +174,19 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=lambda texts, numbers: texts[_lead(numbers)],
     ),
-    "delay_unknown": says(
-        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
-        "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
-        "`delay` under [timing] of the axis file",
-        "the delay between the channels is not known",
+    "delay_unknown": Sentence(
+        (
+            "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
+            "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
+            "`delay` under [timing] of the axis file",
+            "this log shows only roughly by how much the effort lags the position: {delay:time} ({samples:.2g} "
+            "samples, 95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, damping "
+            "and stiffness before sliding are as unsure. Record accelerations that change fast, or write `delay` under "
+            "[timing] of the axis file",
+        ),
+        "the delay between the channels is not known, or only roughly",
         "record accelerations that change fast, or write `delay` under [timing]",
+        choose=lambda texts, numbers: texts["delay" in numbers],
     ),
     "filter_suspect": Sentence(
         (
