@@ -180,9 +180,9 @@ FITS: dict[str, Sentence] = {
             "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
             "`delay` under [timing] of the axis file",
             "this log shows only roughly by how much the effort lags the position: {delay:time} ({samples:.2g} "
-            "samples, 95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, damping "
-            "and stiffness before sliding are as unsure. Record accelerations that change fast, or write `delay` under "
-            "[timing] of the axis file",
+            "samples, 95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, "
+            "damping and stiffness before sliding are as unsure. Record accelerations that change fast, or write "
+            "`delay` under [timing] of the axis file",
         ),
         "the delay between the channels is not known, or only roughly",
         "record accelerations that change fast, or write `delay` under [timing]",
