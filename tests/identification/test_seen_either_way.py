@@ -4,12 +4,15 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle.core import FrictionModel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.friction import find
 from bristle.identification import identify
+from bristle.identification.identifiability import Unidentifiable
+from bristle.report.messages import warnings_of
 
 
 class Spring(NamedTuple):
@@ -47,3 +50,20 @@ def test_what_shows_when_it_shrinks_is_seen_though_it_may_grow_for_nothing(noise
     # What is hidden by noise but shows is not held for the sake of the others: it has an interval.
     assert reach.interval is not None
     assert reach.interval[0] < reach.value < reach.interval[1]
+
+
+LUGRE = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=3e5, sigma_1=600.0, sigma_2=30.0)
+
+
+@pytest.mark.parametrize(("lost", "statuses"), [
+    ((), ("identified", "identified")),
+    (("sigma_0",), ("unidentifiable", "unidentifiable")),
+    (("sigma_1",), ("identified", "unidentifiable")),
+])  # fmt: skip
+def test_a_damping_before_sliding_is_told_beside_its_stiffness_only(monkeypatch, lost, statuses):
+    unseen = tuple(Unidentifiable(name, 0.0, flat=False, instead=(), percent=30.0) for name in lost)
+    monkeypatch.setattr("bristle.identification.uncertainty.unidentifiable", lambda *_: unseen)
+    fit = identify(slow_log(LUGRE), "lugre", blocks=0, draws=20).best
+    assert tuple(fit.parameters[name].status for name in ("sigma_0", "sigma_1")) == statuses
+    told = [text for text in warnings_of(fit) if "sigma_1 cannot be identified" in text]
+    assert any("beside sigma_0, which the log does not show" in text for text in told) is (lost == ("sigma_0",))

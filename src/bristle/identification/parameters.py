@@ -65,6 +65,7 @@ class Role(Enum):
     BREAK_AWAY = ("force", "stribeck")
     FALL = ("length/time", "stribeck")
     STIFFNESS = ("force/length", "presliding")
+    MICRO_DAMPING = ("force*time/length", "presliding")
 
     def fits(self, variable: Variable) -> bool:
         """Return whether this is such a parameter; the constant part of friction is no level."""

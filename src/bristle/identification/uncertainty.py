@@ -6,12 +6,12 @@ It is the same for every problem, whatever the signal that it makes small.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.covariance import is_white
 from bristle.identification.disturbance import correlation_time
@@ -19,7 +19,7 @@ from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import BLOCKS, within_cycles
 from bristle.identification.identifiability import unidentifiable
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameters import Role
+from bristle.identification.parameters import Role, names_of
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
@@ -58,6 +58,7 @@ def with_uncertainty(
         curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
     )
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
+    reasons |= _without_stiffness(fit.estimates, reasons, estimation.inverse)
     judged = (
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
         for name, estimate in fit.parameters.items()
@@ -75,6 +76,20 @@ def with_uncertainty(
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
+
+
+def _without_stiffness(
+    estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics
+) -> dict[str, Diagnostic]:  # fmt: skip
+    """Return why what damps a stiffness is not identified, where no stiffness is: beside another one it is another."""
+    variables, kind = problem.parameters.variables, problem.dataset.kind
+    known = [one.name for one in estimates if one.status in ("identified", "held") and one.name not in lost]
+    stiff = names_of(Role.STIFFNESS, variables)
+    damping = set(known).intersection(names_of(Role.MICRO_DAMPING, variables))
+    if not stiff or not set(stiff).isdisjoint(known):
+        return {}
+    numbers: dict[str, Number] = {"stiffness": stiff[0]}
+    return {name: Diagnostic("without_stiffness", name, "warning", numbers, kind) for name in damping}
 
 
 def _scale(diagnostics: Sequence[Diagnostic]) -> float:

@@ -126,6 +126,11 @@ PARAMETERS: dict[str, Sentence] = {
         "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
         "the error on held-out blocks does not rise noticeably",
     ),
+    "without_stiffness": cause(
+        "a damping before sliding is told beside its stiffness only",
+        "let the axis reverse slowly, so that its stiffness shows",
+        "it acts beside {stiffness}, which the log does not show",
+    ),
     "redundant": held(
         "only {products:and} show in the force, whatever {parameter} is",
         "no log can tell it: the force depends on products with it only",
