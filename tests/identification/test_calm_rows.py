@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
-from bristle.core.axis import Axis
+from bristle.core.axis import Axis, Cogging
 from bristle.identification import identify
 from bristle.report.messages import assumptions_of
 
@@ -44,8 +44,15 @@ def test_fewer_rows_are_told_with_what_they_cost():
     assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
 
 
-def test_a_fine_encoder_keeps_its_rows():
-    fine = found(coarse_log(1e-6))
+def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
+    cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
+    assert any("as many rows as usual" in text for text in assumptions_of(found(coarse_log(2.5e-5), cogs).best))
+
+
+@pytest.mark.parametrize("step", [1e-6, 8e-6])
+def test_a_fine_encoder_keeps_its_rows(step):
+    """The coarser one makes noise of a fifth of friction, which averages out."""
+    fine = found(coarse_log(step))
     assert fine.treatment["decimation"] == 10
     assert not any("as many rows as usual" in text for text in assumptions_of(fine.best))
 

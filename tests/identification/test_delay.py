@@ -162,7 +162,7 @@ def test_a_stated_delay_is_left_alone():
     log = late(3.0 * DT)
     stated = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
-    assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay_unknown")]
+    assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay_rough", "delay_unknown")]
 
 
 def test_a_log_that_does_not_show_it_is_not_refused():
@@ -213,7 +213,7 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
 
 def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
     fit = identify(late(3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (told,) = (one for one in fit.diagnostics if one.code == "delay_unknown")
+    (told,) = (one for one in fit.diagnostics if one.code == "delay_rough")
     assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
     assert any("only roughly" in text and "3 ms (3 samples" in text for text in warnings_of(fit))
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)

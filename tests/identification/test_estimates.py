@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
 
+from bristle.friction import find
 from bristle.identification import identify
+from bristle.report.messages import warnings_of
 
 
 def codes(fit, name):
@@ -32,3 +34,21 @@ def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls
     if known == "identified":
         assert found["F_S"].value == pytest.approx(F_S, rel=0.02)
         assert found["v_S"].value == pytest.approx(v_S, rel=0.1)
+
+
+def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes():
+    """Of an effort of 65 N friction takes 16: a third of that is less than its level, a third of the effort is not."""
+    log, third = sliding_log(), {"beyond_effort": 0.3}
+    fit = identify(log, axis=STATED, blocks=0, draws=0, settings=third).best
+    assert np.max(np.abs(log.effort.values)) > 4.0 * TRUTH["F_C"]
+    assert fit.parameters["F_C"].reason.code == "beyond_effort"
+    assert TRUTH["F_C"] < fit.parameters["F_C"].reason.numbers["effort"] < 0.5 * np.max(np.abs(log.effort.values))
+    assert identify(log, axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
+
+
+@pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])
+def test_a_level_at_slow_speeds_is_told_as_one(v_S, told):
+    truth = find("lugre")(F_C=8.0, F_S=11.0, v_S=v_S, sigma_0=3e5, sigma_1=600.0, sigma_2=0.0 if told else 30.0)
+    fit = identify(slow_log(truth), "lugre", blocks=0, draws=20).best
+    assert fit.parameters["F_C"].status == "identified"
+    assert any("is what friction comes to at the speeds of this log" in text for text in warnings_of(fit)) is told

@@ -11,7 +11,7 @@ from tests.identification.known_logs import TRUTH, Motion, log_of, sines, slidin
 from bristle.identification import identify
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
-from bristle.identification.wide_rows import InstrumentFit
+from bristle.identification.wide_rows import InstrumentFit, WideRows, wide_rows
 from bristle.logs import Log
 
 DT = 1e-3
@@ -30,9 +30,11 @@ def rung(*values, **named):
     return Rung(fit, fit)
 
 
-def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0):
+def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0, springiness=0.2):
     """What is made of cut-offs that agree; `bent` is what the rows say with a filter in a channel."""
-    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20))
+    rows = SimpleNamespace(
+        dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20), springiness=lambda _: springiness
+    )
     return _alignment_from(rows, list(rungs), DEFAULT, scale, sought=True)
 
 
@@ -47,10 +49,29 @@ def test_a_cutoff_at_which_noise_may_bias_is_not_chosen():
     assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0, bias=1e-4)).slow == 10.0
 
 
-def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_seventh():
-    roughly, hardly = (rung(10.0, 5e-3, std=std) for std in (0.5, 1.0))
+def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_ninth():
+    roughly, hardly = (rung(10.0, 5e-3, std=std) for std in (0.4, 0.8))
     assert aligned_by(roughly, roughly).delay == pytest.approx(5e-3)
     assert aligned_by(hardly, hardly).delay is None
+    assert aligned_by(roughly, roughly, springiness=0.8).delay is None
+
+
+def test_one_sine_is_a_spring_and_several_are_none():
+    one, several = (
+        wide_rows([log_of(motion, sliding_effort(motion))], [None])
+        for motion in (sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,)), sines(20.0, **FAST))
+    )
+    assert one.springiness(10.0) > 0.95
+    assert several.springiness(10.0) < 0.6
+
+
+@pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])
+def test_the_slope_of_the_acceleration_is_kept_to_sixty_hertz_behind_the_narrowest_filter(frequency, kept):
+    time = DT * np.arange(4000)
+    columns = np.stack([np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)])
+    rows = WideRows([], 200.0, DT, DT, 0.0)
+    explained = rows._explained(np.array([3.0, 2.0]), columns, 8.0)
+    assert explained[500:-500] == pytest.approx((3.0 * kept * columns[0] + 2.0 * columns[1])[500:-500], abs=0.35)
 
 
 def test_a_filter_that_is_hardly_known_moves_the_inertia_little():

@@ -7,7 +7,7 @@ from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.preprocessing import treat
+from bristle.identification.preprocessing import shifted, treat
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
 
@@ -107,6 +107,22 @@ def test_noise_of_the_position_is_measured():
     quiet = treat(log_of(motion, sliding_effort(motion)), None)
     excess = np.mean(regression.acceleration**2) - np.mean(quiet.acceleration**2)
     assert regression.acceleration_noise_share * np.mean(regression.acceleration**2) == pytest.approx(excess, rel=0.5)
+
+
+def test_all_of_a_position_stands_before_its_filter_rests_too():
+    motion, lag = strokes(repeats=3), 4e-3
+    behind = motion.position + 0.7 - lag * motion.velocity + lag**2 * motion.acceleration
+    late = treat(log_of(motion._replace(position=behind), sliding_effort(motion)), Axis(keeps_rests=True))
+    (segment,), (before,) = shifted(late, 0.0, 0.0, lag).segments, late.segments
+    # A filter of first order delays by its time constant, which stays: it is part of the delay.
+    there = np.interp(motion.time - lag, motion.time, motion.position + 0.7)[300:-300]
+    assert segment.recorded[300:-300] == pytest.approx(there, abs=2e-5)
+    assert segment.position[300:-300] == pytest.approx(there, abs=2e-5)
+    assert np.max(np.abs(before.recorded[300:-300] - there)) > 1.5 * np.max(np.abs(segment.recorded[300:-300] - there))
+    resting = before.velocity == 0.0
+    assert np.count_nonzero(resting) > 1000
+    assert not np.any(segment.velocity[resting])
+    assert np.array_equal(np.signbit(segment.velocity[resting]), np.signbit(before.velocity[resting]))
 
 
 @pytest.mark.parametrize("cutoff", [50.0, 100.0, 200.0, 300.0])

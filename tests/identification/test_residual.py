@@ -86,4 +86,4 @@ def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
     assert noisy.force_error_percent > 15.0
     assert any("lasts from row to row" in one for one in warnings_of(in_waves))
     # So noisy an effort does not show its delay.
-    assert [one.code for one in noisy.diagnostics if one.severity == "warning"] == ["delay_unknown"]
+    assert [one.code for one in noisy.diagnostics if one.severity == "warning"] == ["delay_rough"]

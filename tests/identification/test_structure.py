@@ -325,6 +325,14 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
 
 
+def test_one_jolt_is_no_play(motion):
+    effort = sliding_effort(motion, noise=0.0)
+    change = (np.flatnonzero(np.diff(np.sign(effort))) + 1)[20]
+    jolt = np.zeros(effort.size)
+    jolt[change : change + 30] = 60.0
+    assert told_of(motion, jolt, step=1e-7)[0] == ()
+
+
 def rows_of(columns, residual, cycles=40, narrow=20.0):
     """Rows of an axis to and fro, 5 ms apart, with this residual and what was fitted."""
     count = residual.size

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 __all__ = ["show_identification"]
 
+TOLD_FIRST = "delay_found", "structure", "missing_"  # notes without which the table is not understood
+
 
 def show_identification(
     identification: Identification, simulation: SimulationResult | None, following: Following | None = None
@@ -30,7 +32,7 @@ def show_identification(
     judgement = judged(best, identification.settings, following)
     say(f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}.")
     for diagnostic in best.diagnostics:
-        if diagnostic.code == "delay_found":
+        if diagnostic.severity == "note" and diagnostic.code.startswith(TOLD_FIRST):
             say(whole_sentence(diagnostic))
     show_table(parameter_table(best))
     if len(identification.fits) > 1:

@@ -161,8 +161,9 @@ def _alignment_from(
     widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
-    # What does not show the inertia does not show the jerk either.
-    delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
+    # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
+    shown = settings.delay_inertia * mass * (1.0 - rows.springiness(chosen.plain.cutoff) ** 2)
+    delay_known = width <= settings.delay_unsure * dt and mass_width <= shown
     lag = lag if delay_known or not sought else None
     known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(

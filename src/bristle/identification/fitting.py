@@ -17,7 +17,13 @@ from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
-from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, combinations_of
+from bristle.identification.diagnostics.estimates import (
+    Judgement,
+    about_estimates,
+    about_fixed,
+    about_level,
+    combinations_of,
+)
 from bristle.identification.diagnostics.excitation import (
     Excitation,
     about_amplitudes,
@@ -114,7 +120,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     if not estimation.simulates:
         rows = (
             *about_alignment(problem, solution, residual, settings),
-            *about_held_effort(problem, estimates, settings), *about_noise(problem, settings),
+            *about_held_effort(problem, estimates, settings), *about_noise(problem, estimates, settings),
             *about_residual(problem, values, error, settings),
         )  # fmt: skip
     errors: dict[str, Any] = estimation.problem.errors(solution.values)
@@ -138,6 +144,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
         force_error_percent=error,
         diagnostics=(
             *about_estimates(estimates, uncertainty.correlation, names, settings.inseparable),
+            *about_level(estimates, excitation),
             *rows,
             *about_rise(problem, values),
             *about_amplitudes(dataset, friction, settings),

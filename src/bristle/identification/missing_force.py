@@ -268,6 +268,10 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
     if np.count_nonzero(around) < ENOUGH or np.unique(near[around]).size < FEWEST_CHANGES:
         return (), 0.0
+    # One knock may be anything: a jolt, the end of a filter. What the worst change leaves over counts for none.
+    changes = np.unique(near[around], return_inverse=True)[1]
+    excesses = np.bincount(changes, square[around] - usual[kind[around]])
+    around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False
     square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
     ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
     force = math.sqrt(excess / square.size)

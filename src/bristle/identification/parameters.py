@@ -351,7 +351,7 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
         constant = _constant_beyond(dataset)
-        return Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels[:2])})
+        return Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels)})
     variables = component.variables.items()
     forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
     if side and forces:

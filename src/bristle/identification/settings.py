@@ -53,7 +53,7 @@ class Settings(CheckThresholds):
     )
     delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
     delay_inertia: float = _set(
-        0.15, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
+        0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
     )
     filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
     inertia_unsure: float = _set(

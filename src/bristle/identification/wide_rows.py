@@ -110,6 +110,12 @@ class WideRows:
             self.narrow[cutoff] = self.behind(cutoff, [s.columns for s in self.stretches])
         return self.narrow[cutoff]
 
+    def springiness(self, cutoff: float) -> float:
+        """Return the correlation of acceleration and position, its sign apart: in a single sine both are one."""
+        acceleration, position = self.regressor(cutoff)[:2]
+        lengths = float(acceleration @ acceleration) * float(position @ position)
+        return abs(float(acceleration @ position)) / lengths**0.5 if lengths > 0.0 else 0.0
+
     def scanned(self) -> float:
         """Return the delay that leaves least, roughly."""
         cutoff = min(ROUGH, self.width)

@@ -184,6 +184,8 @@ def meaning_of(name: str, about: str = "") -> Meaning:
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
+    if len(words) > 1 and words[-1] == NANOMETERS and (before := _meaning(words[:-1])).role in LENGTHS:
+        return before
     reference, actual = _says(words, REFERENCE), _says(words, ACTUAL)
     joined = "".join(words)
     scores: dict[str, float] = {}
@@ -335,6 +337,7 @@ def plain_unit(written: str) -> str:
     return WRITTEN.get(text.lower(), text)
 
 
+NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles that are lengths
 SLOWEST = 0.05  # s between samples of an axis
 LONG_AGO = 1e8  # s
 ENDINGS = {
@@ -355,6 +358,11 @@ def unit_in_name(name: str) -> str:
     --------
     >>> unit_in_name("pos_mm"), unit_in_name("phi deg"), unit_in_name("speed_rad_s"), unit_in_name("torque")
     ('mm', 'deg', 'rad/s', '')
+
+    Small letters of torque are those of nanometers as well: what stands before them tells.
+
+    >>> unit_in_name("pos_nm"), unit_in_name("torque_nm"), unit_in_name("ref_nm")
+    ('nm', 'N*m', '')
     """
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
     if (
@@ -365,6 +373,9 @@ def unit_in_name(name: str) -> str:
         return f"{plain_unit(parts[-2])}/{parts[-1].lower()[:3].removesuffix('ec')}".replace("rev/min", "rpm")
     if len(parts) < 2 or len(parts[-1]) > 8:
         return ""
+    if parts[-1] == NANOMETERS:
+        before = _meaning(words_of(" ".join(parts[:-1])))
+        return "nm" if before.role in LENGTHS else "" if before.reference and not before.role else ENDINGS[NANOMETERS]
     return "um" if parts[-1] in ("µm", "μm") else ENDINGS.get(parts[-1].lower(), "")
 
 

@@ -23,9 +23,10 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, acts_in_sliding, names_of
 from bristle.identification.result import Estimate
 
-__all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
+__all__ = ["Judgement", "about_estimates", "about_fixed", "about_level", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
+GUESSED = "held_constant"  # a constant that is held without that anybody told it
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 """What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
 
@@ -99,9 +100,8 @@ class Judgement:
             return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
-        peak = self.excitation.scales.peak
-        if acts_in_sliding(variable) and value > least.beyond_effort * peak:
-            return Diagnostic("beyond_effort", name, "warning", {"effort": peak}, self._kind)
+        if acts_in_sliding(variable) and value > least.beyond_effort * self._most_of_friction:
+            return Diagnostic("beyond_effort", name, "warning", {"effort": self._most_of_friction}, self._kind)
         # No value of a constant force within its error would matter.
         rms_effort = float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
         small = variable.quantity == "force" and std < least.negligible_force * rms_effort
@@ -111,6 +111,11 @@ class Judgement:
         if not math.isfinite(std) or value == 0.0 or std > STATED_UP_TO * abs(value):
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
+
+    @cached_property
+    def _most_of_friction(self) -> float:
+        """The largest part of the effort that the plant does not take [N or N*m]."""
+        return float(np.max(np.abs(self.problem.dataset.effort - self.problem.mechanical(self.excitation.values))))
 
     def _blurred(self, name: str) -> Diagnostic | None:
         """Return that elements which slip within a few encoder steps make up the stiffness of all; None otherwise.
@@ -175,7 +180,8 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
     """Return why a parameter is fixed, with its value."""
     value = variable.written(fixed.value) if variable.choices else fixed.value
     numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **fixed.numbers}
-    return Diagnostic(fixed.reason, name, "note", numbers, kind)
+    severity = "warning" if fixed.reason == GUESSED else "note"
+    return Diagnostic(fixed.reason, name, severity, numbers, kind)
 
 
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
@@ -198,6 +204,17 @@ def about_estimates(
         if {name, second} <= sure and abs(coefficient) > inseparable
     ]
     return (*reasons, *pairs)
+
+
+def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[Diagnostic, ...]:
+    """Return a warning where a level of friction is told, and nothing of how friction falls or rises with speed."""
+    variables, known = excitation.variables, {one.name for one in estimates if one.status in ("identified", "held")}
+    curve = [name for role in (Role.FALL, Role.VISCOUS) for name in names_of(role, variables)]
+    levels = tuple(name for name in names_of(Role.LEVEL, variables) if name in known)
+    if not levels or not names_of(Role.FALL, variables) or not known.isdisjoint(curve):
+        return ()
+    numbers: dict[str, Number] = {"names": levels, "speed": excitation.scales.speed}
+    return (Diagnostic("level_as_seen", levels[0], "warning", numbers, excitation.dataset.kind),)
 
 
 def combinations_of(

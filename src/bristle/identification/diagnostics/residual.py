@@ -108,11 +108,17 @@ def about_held_effort(
     return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
-def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnostic, ...]:
+def about_noise(
+    problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings
+) -> tuple[Diagnostic, ...]:  # fmt: skip
     """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
     share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
-    if inertia not in problem.parameters.free or not settings.acceleration_noise <= share <= settings.noisy_inertia:
+    known = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    if (
+        inertia not in known.intersection(problem.parameters.free)
+        or not settings.acceleration_noise <= share <= settings.noisy_inertia
+    ):
         return ()
     return (noisy_inertia(problem.dataset, inertia, settings),)
 
@@ -136,7 +142,7 @@ def about_alignment(
         numbers = {"delay": alignment.delay, "samples": alignment.delay / dataset.sample_time, "half_width": half_width}
         told = half_width <= settings.delay_rough * dataset.sample_time
         about.append(Diagnostic("delay_found", severity="note", numbers=numbers) if told
-                     else Diagnostic("delay_unknown", numbers=numbers))  # fmt: skip
+                     else Diagnostic("delay_rough", numbers=numbers))  # fmt: skip
     elif alignment.sought:
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:

@@ -37,6 +37,12 @@ FITS: dict[str, Sentence] = {
         "two parameters trade places",
         "give one of them, or excite them apart",
     ),
+    "level_as_seen": says(
+        "{names:and} is what friction comes to at the speeds of this log, up to {speed:length/time}: whether it falls "
+        "or rises beyond them, the log does not show",
+        "a level of friction is told at slow speeds only",
+        "slide at several speeds, as fast as the axis works",
+    ),
     "half_sample": says(
         "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds "
         "until "
@@ -174,31 +180,34 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=lambda texts, numbers: texts[_lead(numbers)],
     ),
-    "delay_unknown": Sentence(
-        (
-            "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
-            "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
-            "`delay` under [timing] of the axis file",
-            "this log shows only roughly by how much the effort lags the position: {delay:time} ({samples:.2g} "
-            "samples, 95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, "
-            "damping and stiffness before sliding are as unsure. Record accelerations that change fast, or write "
-            "`delay` under [timing] of the axis file",
-        ),
-        "the delay between the channels is not known, or only roughly",
+    "delay_unknown": says(
+        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
+        "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
+        "`delay` under [timing] of the axis file",
+        "the delay between the channels is not known",
         "record accelerations that change fast, or write `delay` under [timing]",
-        choose=lambda texts, numbers: texts["delay" in numbers],
+    ),
+    "delay_rough": says(
+        "this log shows only roughly by how much the effort lags the position: {delay:time} ({samples:.2g} samples, "
+        "95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, damping and "
+        "stiffness before sliding are as unsure. Record accelerations that change fast, or write `delay` under "
+        "[timing] of the axis file",
+        "the delay between the channels is known roughly, and taken out",
+        "record accelerations that change fast, or write `delay` under [timing]",
     ),
     "filter_suspect": Sentence(
         (
             "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
             "the drive, and record again",
-            "position passed a filter of {lag:time} more than effort did; it was taken out. Better switch it off in "
-            "the drive, and record again",
+            "position passed a filter of {lag:time} more than effort did, and it was taken out; a mass that hangs on "
+            "something elastic looks alike. Switch the filter off in the drive and record again, or look for a "
+            "resonance",
             "the recorded effort is a command, which the drive follows with a lag of {lag:time}, or position passed a "
-            "filter like that; friction is told from the effort as it acted",
+            "filter like that, and friction is told from the effort as it acted; a mass that hangs on something "
+            "elastic looks alike. Record what acted, or look for a resonance",
         ),
-        "a channel was filtered, or a command was recorded",
-        "switch the filter off in the drive and record again, or record what acted",
+        "a channel was filtered, a command was recorded, or part of the mass is elastic",
+        "switch the filter off in the drive and record again, record what acted, or look for a resonance",
         choose=lambda texts, numbers: texts[("effort", "position", "command").index(numbers["channel"])],
         also=("channel", "half_width"),
     ),

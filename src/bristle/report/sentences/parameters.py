@@ -112,7 +112,7 @@ PARAMETERS: dict[str, Sentence] = {
     "beyond_effort": cause(
         "the best force is one that the log never reached",
         "let the axis stick, break away and slide, or leave it out",
-        "the best value is far beyond the largest effort of the log, {effort:force}",
+        "the best value is far beyond the most that friction took of the effort in this log, {effort:force}",
     ),
     "unseen": cause(
         "moved away, the others fitted again, it leaves the held-out error as it was",
@@ -172,9 +172,9 @@ PARAMETERS: dict[str, Sentence] = {
         "write `offset` under [plant] of the axis file where it is known",
     ),
     "held_constant": held(
-        "half of what the effort of both directions differs by, as of a weight: {levels[0]} and {levels[1]} cannot be "
-        "told from it, and without it one of them would be negative",
-        "a constant force is larger than friction",
+        "half of what the effort of both directions differs by, as of a weight: {levels:list} cannot be told from it, "
+        "and are those beside this very offset. Write the weight as `offset` under [plant] of the axis file",
+        "friction by direction holds only with the offset as it is held, of a weight larger than friction",
         "write `offset` under [plant] of the axis file where it is known",
     ),
     "held_one_direction": held(
