@@ -20,7 +20,7 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.filters import derivative
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
-from bristle.report.messages import assumptions_of, warnings_of
+from bristle.report.messages import assumptions_of, message, warnings_of
 
 DT, FINE = 1e-3, 2e-5
 FAST = {
@@ -217,6 +217,19 @@ def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
     assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
     assert any("only roughly" in text and "3 ms (3 samples" in text for text in warnings_of(fit))
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
+
+
+@pytest.mark.parametrize(("model", "severity"), [("coulomb_viscous", "note"), ("dahl", "warning")])
+def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feels_it(monkeypatch, model, severity):
+    log, found = late(4.0 * DT), found_in(late(4.0 * DT))
+    assert not found.filter_open
+    unsure = replace(found, filter_open=True)
+    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: unsure)
+    fit = identify(log, model, blocks=0, draws=0).best
+    (told,) = (one for one in fit.diagnostics if one.code == "delay_or_filter")
+    assert told.severity == severity
+    assert told.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
+    assert ("sigma_0" in message(told)) is (model == "dahl")
 
 
 def test_thresholds_decide_what_is_known():

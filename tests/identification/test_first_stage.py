@@ -56,6 +56,15 @@ def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_ninth():
     assert aligned_by(roughly, roughly, springiness=0.8).delay is None
 
 
+@pytest.mark.parametrize(("delay", "c", "c_std", "is_open"), [
+    (5e-3, 0.0, 2e-5, True), (5e-3, 0.0, 1e-6, False), (-5e-3, 0.0, 2e-5, True), (1.2e-3, 0.0, 2e-5, False),
+    (5e-3, 5e-6, 3e-6, True), (-5e-3, 5e-6, 3e-6, False),
+])  # fmt: skip
+def test_a_delay_that_a_filter_may_make_is_left_open(delay, c, c_std, is_open):
+    one = rung(10.0, delay, c, c_std=c_std)
+    assert aligned_by(one, one).filter_open is is_open
+
+
 def test_one_sine_is_a_spring_and_several_are_none():
     one, several = (
         wide_rows([log_of(motion, sliding_effort(motion))], [None])

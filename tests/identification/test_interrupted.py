@@ -48,7 +48,7 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     part = identify(log, "lugre", blocks=0)
     assert seen[0] > 60
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
-    assert part.unfinished == "interrupted: lugre is the best found until then"
+    assert part.unfinished == "interrupted: lugre is as far as it was fitted until then"
     assert whole.unfinished == ""
     assert warnings_of(part.best)[0].startswith("unfinished: ")
     # Not yet the end, but better than any start alone.
@@ -62,7 +62,7 @@ def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrup
     found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", blocks=2)
     assert [fit.name for fit in found.fits] == ["coulomb_viscous", "lugre"]
     assert [fit.unfinished for fit in found.fits] == [False, True]
-    assert found.unfinished == "interrupted: lugre is the best found until then; dahl was not fitted"
+    assert found.unfinished == "interrupted: lugre is as far as it was fitted until then; dahl was not fitted"
 
 
 def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
@@ -82,7 +82,7 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
     found = identify(log, "maxwell_slip,dahl", blocks=2)
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
     assert len(found.best.friction.values["k_i"]) >= 1
-    assert found.unfinished == "interrupted: maxwell_slip is the best found until then; dahl was not fitted"
+    assert found.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
 
 
 @pytest.mark.parametrize(
@@ -182,5 +182,5 @@ def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interr
     assert main(["identify", *asked, "--model", "lugre", "--json"]) == 130
     printed = capsys.readouterr()
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
-    assert "interrupted: lugre is the best found until then" in printed.err
+    assert "interrupted: lugre is as far as it was fitted until then" in printed.err
     assert 'unfinished = "interrupted' in (out / "model.toml").read_text()

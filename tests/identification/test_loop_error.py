@@ -105,7 +105,7 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
     monkeypatch.setattr(OutputError, "residual", counting)
     found = identify(log, "stribeck", axis=SOUGHT, draws=0)
     assert found.best.unfinished
-    assert found.unfinished == "interrupted: stribeck is the best found until then"
+    assert found.unfinished == "interrupted: stribeck is as far as it was fitted until then"
     assert warnings_of(found.best)[0].startswith("unfinished: ")
     assert found.best.loop_error_percent < 20.0
 

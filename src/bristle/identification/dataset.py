@@ -48,6 +48,8 @@ class Alignment:
         Cut-off of what the equations were weighed with [Hz].
     sought : bool
         Whether the delay was looked for.
+    filter_open : bool
+        Whether the log leaves open that a filter makes the delay, and none is seen.
     hidden : float
         Share of what friction takes that noise of the position would make of the inertia in as many rows as usual,
         where that is so much that fewer are kept; else 0.
@@ -63,6 +65,7 @@ class Alignment:
     sought: bool = True
     of_position: bool = False
     hidden: float = 0.0
+    filter_open: bool = False
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""

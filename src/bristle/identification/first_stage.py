@@ -171,7 +171,15 @@ def _alignment_from(
         smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
         mass=mass if known else None, mass_half_width=mass_width if known else None,
         slow=chosen.plain.cutoff, sought=sought,
+        filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
     )  # fmt: skip
+
+
+def _may_be_filter(fit: InstrumentFit, delay: float, dt: float) -> bool:
+    """Return whether a filter that makes all of a delay is as good an explanation as none; half a sample is a hold."""
+    lag = abs(delay) - 0.5 * dt
+    bent = math.copysign(0.5 * lag**2, delay)
+    return lag > dt and abs(fit.c - bent) < AGREE * fit.std(-1)
 
 
 def _with_filter(

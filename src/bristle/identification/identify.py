@@ -364,7 +364,7 @@ def _refuse_without_effort(logs: Sequence[Log]) -> None:
 def _unfinished(fits: Sequence[Fit], names: Sequence[str]) -> str:
     """Return what was interrupted, in words; nothing where all was done."""
     missing = names[len(fits) :]
-    remarks = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
+    remarks = [f"{fit.name} is as far as it was fitted until then" for fit in fits if fit.unfinished]
     remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
     return f"interrupted: {'; '.join(remarks)}" if remarks else ""
 

@@ -17,10 +17,10 @@ __all__ = ["DOUBTS", "LEVELS", "Judgement", "judged"]
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
 """The words of each level."""
 DOUBTS = (
-    "structure", "stages_differ", "filter_suspect", "delay_unknown", "delay_rough", "rows_lost", "clock_suspect",
-    "unit_suspect", "held_constant", "velocity_contradicts", "clipped", "saturates", "mass_contradicts", "gear_suspect",
-    "sign_reversed", "effort_unsigned", "level_drifts", "level_over_position", "one_direction", "one_speed",
-    "never_slides", "below_resolution", "half_cycles_differ",
+    "structure", "stages_differ", "filter_suspect", "delay_or_filter", "delay_unknown", "delay_rough", "rows_lost",
+    "clock_suspect", "unit_suspect", "held_constant", "velocity_contradicts", "clipped", "saturates",
+    "mass_contradicts", "gear_suspect", "sign_reversed", "effort_unsigned", "level_drifts", "level_over_position",
+    "one_direction", "one_speed", "never_slides", "below_resolution", "half_cycles_differ",
 )  # fmt: skip
 """Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first."""
 

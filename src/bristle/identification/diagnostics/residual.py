@@ -151,6 +151,11 @@ def about_alignment(
             "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
         }  # fmt: skip
         about.append(Diagnostic("filter_suspect", numbers=numbers))
+    variables = problem.parameters.variables
+    touched = [*names_of(Role.STIFFNESS, variables), *names_of(Role.MICRO_DAMPING, variables)]
+    if alignment.filter_open and alignment.delay is not None:
+        numbers = {"delay": abs(alignment.delay), "names": tuple(touched)}
+        about.append(Diagnostic("delay_or_filter", severity="warning" if touched else "note", numbers=numbers))
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
     if held is not None and held.half_width is not None:

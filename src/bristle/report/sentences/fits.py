@@ -195,6 +195,16 @@ FITS: dict[str, Sentence] = {
         "the delay between the channels is known roughly, and taken out",
         "record accelerations that change fast, or write `delay` under [timing]",
     ),
+    "delay_or_filter": Sentence(
+        (
+            "whether the {delay:time} between effort and position are a delay or a filter in one of the channels, this "
+            "log does not tell; they were taken out as a delay",
+            ". {names:and} depend on it. Record accelerations that change fast, or switch filters off in the drive",
+        ),
+        "a delay may be a filter",
+        "record accelerations that change fast, or switch filters off in the drive",
+        choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
+    ),
     "filter_suspect": Sentence(
         (
             "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
