@@ -69,7 +69,7 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert [name for name, remark in remarks.items() if remark == WITH_CONSTANT] == ["F_C_pos", "F_C_neg"]
-    assert any("Write the weight as `offset`" in text for text in warnings_of(fit)) is (code == "held_constant")
+    assert any("which is a guess" in text for text in warnings_of(fit)) is (code == "held_constant")
 
 
 def test_break_away_by_direction_holds_with_the_offset_too():
@@ -77,11 +77,11 @@ def test_break_away_by_direction_holds_with_the_offset_too():
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)
     fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", blocks=0, draws=0).best
     assert fit.with_constant == ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")
-    (told,) = (text for text in warnings_of(fit) if "Write the weight as `offset`" in text)
-    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg cannot be told from it" in told
+    (told,) = (text for text in warnings_of(fit) if "which is a guess" in text)
+    assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg hold beside an offset of 12" in told
     judgement = judged(fit, DEFAULT)
     assert judgement.level != "usable"
-    assert any("a weight larger than friction" in reason for reason in judgement.reasons)
+    assert any("a guessed weight" in reason for reason in judgement.reasons)
 
 
 @pytest.mark.parametrize(("offset", "told"), [(3.0, True), (0.6, False), (0.0, False)])

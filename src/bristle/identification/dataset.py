@@ -1,4 +1,4 @@
-"""The rows of a regression: what becomes of a signal along the segments of a log; how its channels stand in time."""
+"""The rows of a regression: what becomes of a signal along the segments of a log."""
 
 from __future__ import annotations
 
@@ -16,67 +16,18 @@ from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
+from bristle.identification.alignment import Alignment
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import low_passed
 from bristle.logs.segmentation import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-__all__ = ["Alignment", "Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
+__all__ = ["Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
 SETTLED = 2  # times as far, its response has died out
-
-
-@dataclass(frozen=True)
-class Alignment:
-    """How the effort of a log stands in time to its position, and the inertia that was found with it.
-
-    Parameters
-    ----------
-    delay, delay_half_width : float or None
-        By which the effort lags the position, and half of its 95 % interval [s]; None where the log does not show it.
-    smoothing, smoothing_half_width : float or None
-        Time constant of a first-order filter that the effort passed more than the position did; negative where it
-        passed less [s]. None where none is seen.
-    of_position : bool
-        Whether, where the effort passed less, the position passed it; else a command was recorded, which acts later.
-    mass, mass_half_width : float or None
-        Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
-    slow : float
-        Cut-off of what the equations were weighed with [Hz].
-    sought : bool
-        Whether the delay was looked for.
-    filter_open : bool
-        Whether the log leaves open that a filter makes the delay, and none is seen.
-    hidden : float
-        Share of what friction takes that noise of the position would make of the inertia in as many rows as usual,
-        where that is so much that fewer are kept; else 0.
-    """
-
-    delay: float | None = None
-    delay_half_width: float | None = None
-    smoothing: float | None = None
-    smoothing_half_width: float | None = None
-    mass: float | None = None
-    mass_half_width: float | None = None
-    slow: float = 0.0
-    sought: bool = True
-    of_position: bool = False
-    hidden: float = 0.0
-    filter_open: bool = False
-
-    def as_data(self) -> dict[str, float]:
-        """Return what is known of it, as the treatment of a log tells it."""
-        smoothing = "position_smoothing" if self.of_position else "smoothing"
-        data = {
-            "delay": self.delay, "delay_half_width": self.delay_half_width,
-            smoothing: abs(self.smoothing or 0.0) if self.of_position else self.smoothing,
-            f"{smoothing}_half_width": self.smoothing_half_width,
-            "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
-        }  # fmt: skip
-        return {name: value for name, value in data.items() if value}
 
 
 @cache

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.dataset import Alignment
+from bristle.identification.alignment import Alignment
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
@@ -162,8 +162,8 @@ def _alignment_from(
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
-    shown = settings.delay_inertia * mass * (1.0 - rows.springiness(chosen.plain.cutoff) ** 2)
-    delay_known = width <= settings.delay_unsure * dt and mass_width <= shown
+    most = settings.delay_inertia * mass * (1.0 - rows.springiness(chosen.plain.cutoff) ** 2)
+    delay_known = width <= settings.delay_unsure * dt and mass_width <= most
     lag = lag if delay_known or not sought else None
     known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(

@@ -19,7 +19,8 @@ from bristle.core.errors import InputError
 from bristle.core.interruption import obey, to_the_end
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import find
-from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.alignment import Alignment
+from bristle.identification.dataset import Dataset
 from bristle.identification.diagnostics.checks import checks_of, with_checks
 from bristle.identification.diagnostics.excitation import spread_between_repeats
 from bristle.identification.diagnostics.structure import next_models, with_structure
@@ -175,10 +176,10 @@ def _context(
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
         if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
             # Waves whose length is known tell the delay better than waves that were looked for.
-            told = with_harmonics(prior, axes[0], dataset)
-            axes = [axis and told_by(told.plant, axis) for axis in axes]
+            prior = with_harmonics(prior, axes[0], dataset)
+            axes = [axis and told_by(prior.plant, axis) for axis in axes]
             alignment = replace(alignment_of(logs, axes, settings, sought=sought), hidden=alignment.hidden)
-            dataset, prior = _aligned(treated_dataset, told, alignment, settings)
+            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     elif any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
     context = replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)

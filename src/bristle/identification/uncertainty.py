@@ -83,10 +83,14 @@ def _without_stiffness(
 ) -> dict[str, Diagnostic]:  # fmt: skip
     """Return why what damps a stiffness is not identified, where no stiffness is: beside another one it is another."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    known = [one.name for one in estimates if one.status in ("identified", "held") and one.name not in lost]
+    names = [
+        estimate.name
+        for estimate in estimates
+        if estimate.status in ("identified", "held") and estimate.name not in lost
+    ]
     stiff = names_of(Role.STIFFNESS, variables)
-    damping = set(known).intersection(names_of(Role.MICRO_DAMPING, variables))
-    if not stiff or not set(stiff).isdisjoint(known):
+    damping = set(names).intersection(names_of(Role.MICRO_DAMPING, variables))
+    if not stiff or not set(stiff).isdisjoint(names):
         return {}
     numbers: dict[str, Number] = {"stiffness": stiff[0]}
     return {name: Diagnostic("without_stiffness", name, "warning", numbers, kind) for name in damping}

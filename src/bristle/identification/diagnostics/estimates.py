@@ -180,15 +180,21 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
     """Return why a parameter is fixed, with its value."""
     value = variable.written(fixed.value) if variable.choices else fixed.value
     numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **fixed.numbers}
-    severity = "warning" if fixed.reason == GUESSED else "note"
-    return Diagnostic(fixed.reason, name, severity, numbers, kind)
+    return Diagnostic(fixed.reason, name, "note", numbers, kind)
 
 
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
-    """Return which parameters were fixed, and why."""
+    """Return which parameters were fixed, and why; a weight that nobody told is a doubt of what holds beside it."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
     fixed = {name: entry for name, entry in problem.parameters.fixed.items() if entry.half_width is None}
-    return tuple(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items())
+    weights = [entry for entry in fixed.values() if entry.reason == GUESSED]
+    return (
+        *(
+            Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind)
+            for entry in weights
+        ),
+        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items()),
+    )
 
 
 def about_estimates(
@@ -208,10 +214,11 @@ def about_estimates(
 
 def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[Diagnostic, ...]:
     """Return a warning where a level of friction is told, and nothing of how friction falls or rises with speed."""
-    variables, known = excitation.variables, {one.name for one in estimates if one.status in ("identified", "held")}
+    variables = excitation.variables
+    names = {estimate.name for estimate in estimates if estimate.status in ("identified", "held")}
     curve = [name for role in (Role.FALL, Role.VISCOUS) for name in names_of(role, variables)]
-    levels = tuple(name for name in names_of(Role.LEVEL, variables) if name in known)
-    if not levels or not names_of(Role.FALL, variables) or not known.isdisjoint(curve):
+    levels = tuple(name for name in names_of(Role.LEVEL, variables) if name in names)
+    if not levels or not names_of(Role.FALL, variables) or not names.isdisjoint(curve):
         return ()
     numbers: dict[str, Number] = {"names": levels, "speed": excitation.scales.speed}
     return (Diagnostic("level_as_seen", levels[0], "warning", numbers, excitation.dataset.kind),)

@@ -140,9 +140,9 @@ def about_alignment(
     if alignment.delay is not None:
         half_width = alignment.delay_half_width or 0.0
         numbers = {"delay": alignment.delay, "samples": alignment.delay / dataset.sample_time, "half_width": half_width}
-        told = half_width <= settings.delay_rough * dataset.sample_time
-        about.append(Diagnostic("delay_found", severity="note", numbers=numbers) if told
-                     else Diagnostic("delay_rough", numbers=numbers))  # fmt: skip
+        rough = half_width > settings.delay_rough * dataset.sample_time
+        code, severity = ("delay_rough", "warning") if rough else ("delay_found", "note")
+        about.append(Diagnostic(code, severity=severity, numbers=numbers))
     elif alignment.sought:
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:

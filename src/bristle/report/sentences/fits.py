@@ -37,6 +37,12 @@ FITS: dict[str, Sentence] = {
         "two parameters trade places",
         "give one of them, or excite them apart",
     ),
+    "weight_guessed": says(
+        "{levels:list} hold beside an offset of {weight:force}, which is a guess: friction that differs by direction "
+        "and a weight look alike. Write the weight as `offset` under [plant] of the axis file",
+        "friction by direction holds beside a guessed weight only",
+        "write `offset` under [plant] of the axis file",
+    ),
     "level_as_seen": says(
         "{names:and} is what friction comes to at the speeds of this log, up to {speed:length/time}: whether it falls "
         "or rises beyond them, the log does not show",

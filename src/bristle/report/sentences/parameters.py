@@ -173,8 +173,8 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "held_constant": held(
         "half of what the effort of both directions differs by, as of a weight: {levels:list} cannot be told from it, "
-        "and are those beside this very offset. Write the weight as `offset` under [plant] of the axis file",
-        "friction by direction holds only with the offset as it is held, of a weight larger than friction",
+        "and without it one of them would be negative",
+        "a constant force is larger than friction",
         "write `offset` under [plant] of the axis file where it is known",
     ),
     "held_one_direction": held(

@@ -1,0 +1,57 @@
+"""What is found of a log before any model: how its channels stand in time, and how heavy the axis is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Alignment"]
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """How the effort of a log stands in time to its position, and the inertia that was found with it.
+
+    Parameters
+    ----------
+    delay, delay_half_width : float or None
+        By which the effort lags the position, and half of its 95 % interval [s]; None where the log does not show it.
+    smoothing, smoothing_half_width : float or None
+        Time constant of a first-order filter that the effort passed more than the position did; negative where it
+        passed less [s]. None where none is seen.
+    of_position : bool
+        Whether, where the effort passed less, the position passed it; else a command was recorded, which acts later.
+    mass, mass_half_width : float or None
+        Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
+    slow : float
+        Cut-off of what the equations were weighed with [Hz].
+    sought : bool
+        Whether the delay was looked for.
+    filter_open : bool
+        Whether the log leaves open that a filter makes the delay, and none is seen.
+    hidden : float
+        Share of what friction takes that noise of the position would make of the inertia in as many rows as usual,
+        where that is so much that fewer are kept; else 0.
+    """
+
+    delay: float | None = None
+    delay_half_width: float | None = None
+    smoothing: float | None = None
+    smoothing_half_width: float | None = None
+    mass: float | None = None
+    mass_half_width: float | None = None
+    slow: float = 0.0
+    sought: bool = True
+    of_position: bool = False
+    hidden: float = 0.0
+    filter_open: bool = False
+
+    def as_data(self) -> dict[str, float]:
+        """Return what is known of it, as the treatment of a log tells it."""
+        smoothing = "position_smoothing" if self.of_position else "smoothing"
+        data = {
+            "delay": self.delay, "delay_half_width": self.delay_half_width,
+            smoothing: abs(self.smoothing or 0.0) if self.of_position else self.smoothing,
+            f"{smoothing}_half_width": self.smoothing_half_width,
+            "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
+        }  # fmt: skip
+        return {name: value for name, value in data.items() if value}
