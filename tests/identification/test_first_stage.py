@@ -65,6 +65,14 @@ def test_a_delay_that_a_filter_may_make_is_left_open(delay, c, c_std, is_open):
     assert aligned_by(one, one).filter_open is is_open
 
 
+def test_a_delay_that_is_not_known_or_is_a_filter_leaves_none_open():
+    unknown, filtered = rung(10.0, 5e-3, std=0.8, c_std=2e-5), rung(10.0, 6.3e-3, 1.7e-5, c_std=2e-6)
+    assert aligned_by(unknown, unknown).filter_open is False
+    found = aligned_by(filtered, filtered, bent=instruments(10.0, 6.3e-3, 1.7e-5, c_std=2e-6))
+    assert found.smoothing == pytest.approx(5.8e-3, abs=0.1e-3)
+    assert found.filter_open is False
+
+
 def test_one_sine_is_a_spring_and_several_are_none():
     one, several = (
         wide_rows([log_of(motion, sliding_effort(motion))], [None])
