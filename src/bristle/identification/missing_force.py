@@ -63,6 +63,7 @@ LEAST_ANGLE = 1.0  # [rad], over which the sine of an angle is more than a strai
 ANYWHERE = ("speed", "direction", "position", "ripple", "gravity", *CHANNELS, "transmitted")
 AROUND = ("lag", "play")
 """Causes that act everywhere, and those that act around reversals."""
+MOST_OF_ONE = 0.5  # of what changes of sides leave over
 BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows ahead of a change of sides; after it that many at least, and so long [s]
 FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of sides, rows of a kind to compare with, rows around them
 SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
@@ -268,10 +269,11 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
     if np.count_nonzero(around) < ENOUGH or np.unique(near[around]).size < FEWEST_CHANGES:
         return (), 0.0
-    # One knock may be anything: a jolt, the end of a filter. What the worst change leaves over counts for none.
+    # One knock may be a jolt, or the end of a filter: where it is most of what is left over, it counts for none.
     changes = np.unique(near[around], return_inverse=True)[1]
     excesses = np.bincount(changes, square[around] - usual[kind[around]])
-    around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False
+    if np.max(excesses) > MOST_OF_ONE * np.sum(excesses):
+        around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False
     square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
     ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
     force = math.sqrt(excess / square.size)
