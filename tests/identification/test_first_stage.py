@@ -56,6 +56,17 @@ def test_a_delay_is_taken_out_where_the_inertia_is_known_to_a_ninth():
     assert aligned_by(roughly, roughly, springiness=0.8).delay is None
 
 
+def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_only():
+    def lagging(delay, std):
+        covariance = np.diag([std, 7e-4, 5e-7]) ** 2
+        fit = InstrumentFit(20.0, np.array([10.0]), delay, 0.0, covariance, 0.0, converged=True)
+        return aligned_by(Rung(fit, fit), Rung(fit, fit)).delay
+
+    assert lagging(5e-3, 0.4) == pytest.approx(5e-3)
+    assert lagging(2.2e-3, 0.4) is None
+    assert lagging(1e-3, 0.05) == pytest.approx(1e-3)
+
+
 @pytest.mark.parametrize(("delay", "c", "c_std", "is_open"), [
     (5e-3, 0.0, 2e-5, True), (5e-3, 0.0, 1e-6, False), (-5e-3, 0.0, 2e-5, True), (1.2e-3, 0.0, 2e-5, False),
     (5e-3, 5e-6, 3e-6, True), (-5e-3, 5e-6, 3e-6, False),

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
 __all__ = ["show_identification"]
 
-TOLD_FIRST = "delay_found", "structure", "missing_"  # notes without which the table is not understood
-
 
 def show_identification(
     identification: Identification, simulation: SimulationResult | None, following: Following | None = None
@@ -32,8 +30,11 @@ def show_identification(
     judgement = judged(best, identification.settings, following)
     say(f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}.")
     for diagnostic in best.diagnostics:
-        if diagnostic.severity == "note" and diagnostic.code.startswith(TOLD_FIRST):
+        if diagnostic.code == "delay_found":
             say(whole_sentence(diagnostic))
+        elif diagnostic.code == "structure" and diagnostic.severity == "note":
+            force = with_unit(float(diagnostic.numbers["missing"]), unit_of("force", best.plant.kind))
+            say(f"Parameters are effective: a force of {force} is missing, too small to matter; the report names it.")
     show_table(parameter_table(best))
     if len(identification.fits) > 1:
         show_table(comparison_table(identification))

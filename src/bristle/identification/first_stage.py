@@ -48,6 +48,8 @@ NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 CHANGE = 0.4  # of the change to another cut-off that is put to the error
 MASS_UNKNOWN = 0.2  # of the inertia: a half-width that tells nothing
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, samples: what no log says better
+CLEARLY = 2.0  # half-widths from which a delay is one, whatever made the first stage err
+MAY_BE_NONE = 0.25  # of the half-width of the inertia with which a delay is taken out, where there may be none
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
 FEWEST_ALIKE = 2  # cut-offs, or nothing is known
@@ -162,8 +164,9 @@ def _alignment_from(
     (mass, delay), lag = channels.values, channels.lag
     mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either; in one sine, it is told from a spring by nothing.
-    most = settings.delay_inertia * mass * (1.0 - rows.springiness(chosen.plain.cutoff) ** 2)
-    delay_known = width <= settings.delay_unsure * dt and mass_width <= most
+    # A delay that may be none is moved where the inertia is known well only.
+    share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
+    delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
     lag = lag if delay_known or not sought else None
     known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
