@@ -1,5 +1,6 @@
 """A parameter that the log sees in one direction is seen, though in the other one it may go for nothing."""
 
+from types import SimpleNamespace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from bristle.core.variable import Variable
 from bristle.friction import find
 from bristle.identification import identify
 from bristle.identification.identifiability import Unidentifiable
+from bristle.identification.uncertainty import _without_stiffness
 from bristle.report.messages import warnings_of
 
 
@@ -67,3 +69,11 @@ def test_a_damping_before_sliding_is_told_beside_its_stiffness_only(monkeypatch,
     assert tuple(fit.parameters[name].status for name in ("sigma_0", "sigma_1")) == statuses
     told = [text for text in warnings_of(fit) if "sigma_1 cannot be identified" in text]
     assert any("beside sigma_0, which the log does not show" in text for text in told) is (lost == ("sigma_0",))
+
+
+@pytest.mark.parametrize(("status", "lost"), [("held", ()), ("identified", ()), ("unidentifiable", ("sigma_1",))])
+def test_a_stiffness_that_is_held_tells_its_damping(status, lost):
+    estimates = [SimpleNamespace(name="sigma_0", status=status), SimpleNamespace(name="sigma_1", status="identified")]
+    parameters = SimpleNamespace(variables=LUGRE.component.variables)
+    problem = SimpleNamespace(parameters=parameters, dataset=SimpleNamespace(kind="translational"))
+    assert tuple(_without_stiffness(estimates, (), problem)) == lost
