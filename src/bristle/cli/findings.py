@@ -32,8 +32,9 @@ def show_identification(
     for diagnostic in best.diagnostics:
         if diagnostic.code == "delay_found":
             say(whole_sentence(diagnostic))
-        elif diagnostic.code == "structure" and diagnostic.severity == "note":
-            force = with_unit(float(diagnostic.numbers["missing"]), unit_of("force", best.plant.kind))
+        missing = diagnostic.numbers.get("missing")
+        if diagnostic.code == "structure" and diagnostic.severity == "note" and isinstance(missing, float):
+            force = with_unit(missing, unit_of("force", best.plant.kind))
             say(f"Parameters are effective: a force of {force} is missing, too small to matter; the report names it.")
     show_table(parameter_table(best))
     if len(identification.fits) > 1:

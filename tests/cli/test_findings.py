@@ -1,0 +1,20 @@
+"""What a person at a terminal reads of an identification before its table."""
+
+from dataclasses import replace
+
+import pytest
+from tests.identification.known_logs import STATED, sliding_log
+
+from bristle.cli.findings import show_identification
+from bristle.core.diagnostic import Diagnostic
+from bristle.identification import identify
+
+
+@pytest.mark.parametrize(("severity", "told"), [("note", True), ("warning", False)])
+def test_a_table_that_calls_parameters_effective_is_led_by_why(capsys, severity, told):
+    found = identify(sliding_log(), axis=STATED, blocks=0, draws=0)
+    numbers = {"missing": 0.07, "percent": 0.2, "chance": 0.1, "names": ("M",), "causes": ("speed",)}
+    structure = Diagnostic("structure", "", severity, numbers, "translational")
+    best = replace(found.best, diagnostics=(structure, *found.best.diagnostics))
+    show_identification(replace(found, fits=(best,)), None)
+    assert ("a force of 70 mN is missing, too small to matter" in " ".join(capsys.readouterr().out.split())) is told
