@@ -72,6 +72,16 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     assert any("which is a guess" in text for text in warnings_of(fit)) is (code == "held_constant")
 
 
+def test_a_constant_force_is_large_beside_the_level_not_beside_break_away():
+    """It is told from a quarter of the level on: 2.2 N beside 6 N, whatever the axis breaks away at."""
+    shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
+    log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
+    found = identify(log, ["lugre+asymmetry", "lugre"], blocks=0, draws=0)
+    fits = {fit.name: fit for fit in found.fits}
+    notes = replace(found, fits=(fits["lugre+asymmetry"], fits["lugre"])).notes
+    assert any("holds offset at 0" in note for note in notes)
+
+
 def test_break_away_by_direction_holds_with_the_offset_too():
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0, "offset": 12.0}
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)

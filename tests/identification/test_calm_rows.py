@@ -49,6 +49,12 @@ def test_fewer_rows_are_told_where_the_delay_is_sought_once_more_with_cogging():
     assert any("as many rows as usual" in text for text in assumptions_of(found(coarse_log(2.5e-5), cogs).best))
 
 
+def test_noise_beyond_friction_is_told_in_plain_numbers():
+    (told,) = (text for text in assumptions_of(found(coarse_log(8e-5)).best) if "as many rows as usual" in text)
+    assert 100.0 < float(told.split(" % of what friction")[0].split()[-1]) < 500.0
+    assert "e+" not in told
+
+
 @pytest.mark.parametrize("step", [1e-6, 8e-6])
 def test_a_fine_encoder_keeps_its_rows(step):
     """The coarser one makes noise of a fifth of friction, which averages out."""

@@ -215,7 +215,7 @@ def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
     fit = identify(late(3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (told,) = (one for one in fit.diagnostics if one.code == "delay_rough")
     assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
-    assert any("only roughly" in text and "3 ms (3 samples" in text for text in warnings_of(fit))
+    assert any("only roughly that the effort lags" in text and "3 ms (3.0 samples" in text for text in warnings_of(fit))
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 
@@ -230,6 +230,12 @@ def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feel
     assert told.severity == severity
     assert told.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
     assert ("sigma_0" in message(told)) is (model == "dahl")
+
+
+def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
+    fit = identify(late(-3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    (told,) = (text for text in warnings_of(fit) if "only roughly" in text)
+    assert "runs ahead of the position by 3 ms (3.0 samples" in told
 
 
 def test_thresholds_decide_what_is_known():

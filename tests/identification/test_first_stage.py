@@ -91,6 +91,11 @@ def test_one_sine_is_a_spring_and_several_are_none():
     )
     assert one.springiness(10.0) > 0.95
     assert several.springiness(10.0) < 0.6
+    elsewhere = sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,))
+    far = elsewhere._replace(position=elsewhere.position + 0.7)
+    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(
+        one.springiness(10.0), abs=1e-3
+    )
 
 
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])

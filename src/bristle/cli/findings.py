@@ -22,7 +22,7 @@ def show_identification(
     from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import judged
-    from bristle.report.messages import warnings_of, whole_sentence
+    from bristle.report.messages import warnings_of, whole_sentence, why_effective
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.passages import break_away_table
 
@@ -32,10 +32,8 @@ def show_identification(
     for diagnostic in best.diagnostics:
         if diagnostic.code == "delay_found":
             say(whole_sentence(diagnostic))
-        missing = diagnostic.numbers.get("missing")
-        if diagnostic.code == "structure" and diagnostic.severity == "note" and isinstance(missing, float):
-            force = with_unit(missing, unit_of("force", best.plant.kind))
-            say(f"Parameters are effective: a force of {force} is missing, too small to matter; the report names it.")
+        elif diagnostic.code == "structure" and diagnostic.severity == "note":
+            say(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
     show_table(parameter_table(best))
     if len(identification.fits) > 1:
         show_table(comparison_table(identification))

@@ -28,9 +28,6 @@ class Alignment:
         Whether the delay was looked for.
     filter_open : bool
         Whether the log leaves open that a filter makes the delay, and none is seen.
-    hidden : float
-        Share of what friction takes that noise of the position would make of the inertia in as many rows as usual,
-        where that is so much that fewer are kept; else 0.
     """
 
     delay: float | None = None
@@ -42,7 +39,6 @@ class Alignment:
     slow: float = 0.0
     sought: bool = True
     of_position: bool = False
-    hidden: float = 0.0
     filter_open: bool = False
 
     def as_data(self) -> dict[str, float]:

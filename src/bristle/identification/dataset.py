@@ -136,6 +136,9 @@ class Dataset:
         What was found of its channels in time; None where nobody looked.
     units : mapping of str to str
         Of what was recorded of the surroundings, by name.
+    calmed_from : float
+        Share of what friction takes that noise of the position would make the inertia take in as many rows as usual,
+        where that is so much that fewer are kept; else 0.
     """
 
     segments: tuple[Segment, ...]
@@ -154,6 +157,7 @@ class Dataset:
     alignment: Alignment | None = None
     creeping: bool = False
     units: Mapping[str, str] = field(default_factory=dict)
+    calmed_from: float = 0.0
 
     def explained(
         self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None

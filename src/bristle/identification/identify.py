@@ -167,23 +167,26 @@ def _context(
     finds = estimator is None and not stated
     treat = partial(treat_all, treated, axes, cutoff)
     dataset = treated_dataset = treat(decimation)
-    stated_rows = decimation is not None or any(axis.decimation is not None for axis in described)
     if finds:
         alignment = alignment_of(logs, axes, settings, sought=sought)
-        rows, share = calmed(aligned(treated_dataset, alignment))
-        if rows > dataset.decimation and not stated_rows:
-            alignment, treated_dataset = replace(alignment, hidden=share), treat(rows)
+        if decimation is None and all(axis.decimation is None for axis in described):
+            treated_dataset = _calmed(treated_dataset, alignment, treat)
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
-        if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
-            # Waves whose length is known tell the delay better than waves that were looked for.
-            prior = with_harmonics(prior, axes[0], dataset)
-            axes = [axis and told_by(prior.plant, axis) for axis in axes]
-            alignment = replace(alignment_of(logs, axes, settings, sought=sought), hidden=alignment.hidden)
-            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
-    elif any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
+    if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
+        if finds:
+            # Waves whose length is known tell the delay better than waves that were looked for.
+            axes = [axis and told_by(prior.plant, axis) for axis in axes]
+            alignment = alignment_of(logs, axes, settings, sought=sought)
+            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     context = replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
     return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
+
+
+def _calmed(treated: Dataset, alignment: Alignment, treat: Callable[[int], Dataset]) -> Dataset:
+    """Return the rows of a log, or so many fewer that noise of its position does not hide friction."""
+    rows, share = calmed(aligned(treated, alignment))
+    return replace(treat(rows), calmed_from=share) if rows > treated.decimation else treated
 
 
 def _aligned(

@@ -267,10 +267,10 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     count = np.bincount(kind[away], minlength=kind.max() + 1)
     usual = np.bincount(kind[away], square[away], minlength=count.size) / np.maximum(count, 1)
     around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
-    if np.count_nonzero(around) < ENOUGH or np.unique(near[around]).size < FEWEST_CHANGES:
+    numbers, changes = np.unique(near[around], return_inverse=True)
+    if changes.size < ENOUGH or numbers.size < FEWEST_CHANGES:
         return (), 0.0
     # One knock may be a jolt, or the end of a filter: where it is most of what is left over, it counts for none.
-    changes = np.unique(near[around], return_inverse=True)[1]
     excesses = np.bincount(changes, square[around] - usual[kind[around]])
     if np.max(excesses) > MOST_OF_ONE * np.sum(excesses):
         around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
-from bristle.identification.parameters import constant_of
+from bristle.identification.parameters import Role, constant_of, names_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
@@ -361,7 +361,8 @@ class Identification:
         name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), None)
         if name is None:
             return ()
-        level = max(abs(self.best.parameters[level].value) for level in self.best.with_constant)
+        levels = names_of(Role.LEVEL, self.best.friction.component.variables) or self.best.with_constant
+        level = max(abs(self.best.parameters[name].value) for name in levels)
         for fit in self.fits:
             estimate = fit.parameters.get(name)
             if estimate is None or estimate.status != "identified" or estimate.std is None:

@@ -111,10 +111,15 @@ class WideRows:
         return self.narrow[cutoff]
 
     def springiness(self, cutoff: float) -> float:
-        """Return the correlation of acceleration and position, its sign apart: in a single sine both are one."""
-        acceleration, position = self.regressor(cutoff)[:2]
-        lengths = float(acceleration @ acceleration) * float(position @ position)
-        return abs(float(acceleration @ position)) / lengths**0.5 if lengths > 0.0 else 0.0
+        """Return the correlation of acceleration and position, its sign apart: in a single sine both are one.
+
+        Where the axis has its zero does not matter.
+        """
+        constant = self.behind(cutoff, [np.ones_like(s.time) for s in self.stretches])
+        both = self.regressor(cutoff)[:2]
+        both = both - np.outer(both @ constant, constant) / max(float(constant @ constant), np.finfo(float).tiny)
+        lengths = float(np.prod(np.sum(both**2, axis=1)))
+        return abs(float(both[0] @ both[1])) / lengths**0.5 if lengths > 0.0 else 0.0
 
     def scanned(self) -> float:
         """Return the delay that leaves least, roughly."""

@@ -88,18 +88,14 @@ def about_held_effort(
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
     dataset, variables = problem.dataset, problem.parameters.variables
 
-    def identified(quantity: str) -> dict[str, float]:
-        return {
-            estimate.name: estimate.value
-            for estimate in estimates
-            if estimate.status == "identified"
-            and (variables[estimate.name].excitation, variables[estimate.name].quantity) == ("presliding", quantity)
-        }
+    def identified(role: Role) -> dict[str, float]:
+        names = names_of(role, variables)
+        return {one.name: one.value for one in estimates if one.status == "identified" and one.name in names}
 
-    shift = 0.5 * dataset.sample_time * max(identified("force/length").values(), default=0.0)
+    shift = 0.5 * dataset.sample_time * max(identified(Role.STIFFNESS).values(), default=0.0)
     touched = tuple(
         name
-        for name, damping in identified("force*time/length").items()
+        for name, damping in identified(Role.MICRO_DAMPING).items()
         if shift > settings.half_sample_damping * abs(damping)
     )
     aligned = dataset.alignment is not None and dataset.alignment.delay is not None
@@ -151,10 +147,10 @@ def about_alignment(
             "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
         }  # fmt: skip
         about.append(Diagnostic("filter_suspect", numbers=numbers))
-    variables = problem.parameters.variables
-    touched = [*names_of(Role.STIFFNESS, variables), *names_of(Role.MICRO_DAMPING, variables)]
     if alignment.filter_open and alignment.delay is not None:
-        numbers = {"delay": abs(alignment.delay), "names": tuple(touched)}
+        feeling = Role.STIFFNESS, Role.MICRO_DAMPING
+        touched = tuple(name for role in feeling for name in names_of(role, problem.parameters.variables))
+        numbers = {"delay": abs(alignment.delay), "names": touched}
         about.append(Diagnostic("delay_or_filter", severity="warning" if touched else "note", numbers=numbers))
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
@@ -185,8 +181,8 @@ def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     remarks: dict[str, dict[str, float]] = {
         "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     }
-    if dataset.alignment and dataset.alignment.hidden:
-        remarks["rows_calmed"] = {"percent": 100.0 * dataset.alignment.hidden, "decimation": dataset.decimation}
+    if dataset.calmed_from:
+        remarks["rows_calmed"] = {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation}
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
     if dataset.creeping:

@@ -30,6 +30,11 @@ def _lead(numbers: Mapping[str, Any]) -> int:
     return 2 if abs(numbers["samples"] + 0.5) <= HALF_SAMPLE else 1
 
 
+_TAKEN_OUT = (
+    ". That was taken out; inertia, damping and stiffness before sliding are as unsure. Record accelerations that "
+    "change fast, or write `delay` under [timing] of the axis file"
+)
+
 FITS: dict[str, Sentence] = {
     # Pairs of parameters, noise, residual.
     "correlated": says(
@@ -167,7 +172,7 @@ FITS: dict[str, Sentence] = {
         choose=plural("decimation"),
     ),
     "rows_calmed": says(
-        "in as many rows as usual, noise of the position would have made the inertia take {percent:.2g} % of what "
+        "in as many rows as usual, noise of the position would have made the inertia take {percent:.0f} % of what "
         "friction takes; one row for {decimation} samples has hardly any of it",
         "fewer rows were kept, in which noise does not hide friction",
         "record with a finer encoder, or state `decimation` under [identification]",
@@ -193,13 +198,16 @@ FITS: dict[str, Sentence] = {
         "the delay between the channels is not known",
         "record accelerations that change fast, or write `delay` under [timing]",
     ),
-    "delay_rough": says(
-        "this log shows only roughly by how much the effort lags the position: {delay:time} ({samples:.2g} samples, "
-        "95 % interval ±{half_width:time}; below zero it runs ahead). That was taken out; inertia, damping and "
-        "stiffness before sliding are as unsure. Record accelerations that change fast, or write `delay` under "
-        "[timing] of the axis file",
+    "delay_rough": Sentence(
+        (
+            "this log shows only roughly that the effort lags the position by {delay:time} ({samples:.1f} samples; "
+            "95 % interval ±{half_width:time})" + _TAKEN_OUT,
+            "this log shows only roughly that the effort runs ahead of the position by {delay!m:time} ({samples!m:.1f} "
+            "samples; 95 % interval ±{half_width:time})" + _TAKEN_OUT,
+        ),
         "the delay between the channels is known roughly, and taken out",
         "record accelerations that change fast, or write `delay` under [timing]",
+        choose=lambda texts, numbers: texts[numbers["delay"] < 0.0],
     ),
     "delay_or_filter": Sentence(
         (
