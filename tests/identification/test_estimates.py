@@ -52,3 +52,10 @@ def test_a_level_at_slow_speeds_is_told_as_one(v_S, told):
     fit = identify(slow_log(truth), "lugre", blocks=0, draws=20).best
     assert fit.parameters["F_C"].status == "identified"
     assert any("is what friction comes to at the speeds of this log" in text for text in warnings_of(fit)) is told
+
+
+def test_a_level_beside_a_viscous_friction_that_is_known_is_no_level_at_slow_speeds():
+    fit = identify(slow_log(find("coulomb_viscous")(F_C=8.0, F_v=90.0)), "stribeck", blocks=0, draws=0).best
+    statuses = {name: fit.parameters[name].status == "identified" for name in ("F_C", "F_v", "v_S")}
+    assert statuses == {"F_C": True, "F_v": True, "v_S": False}
+    assert "level_as_seen" not in [one.code for one in fit.diagnostics]

@@ -325,6 +325,16 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
     assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
 
 
+def test_all_knocks_count_where_none_is_most_of_them(motion, monkeypatch):
+    def ratio():
+        fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
+        return next(one.numbers["ratio"] for one in fit.diagnostics if one.code == "missing_flanks")
+
+    usual = ratio()
+    monkeypatch.setattr("bristle.identification.missing_force.MOST_OF_ONE", np.inf)
+    assert usual == ratio()
+
+
 def test_one_jolt_is_no_play(motion):
     effort = sliding_effort(motion, noise=0.0)
     change = (np.flatnonzero(np.diff(np.sign(effort))) + 1)[20]
