@@ -232,6 +232,16 @@ def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feel
     assert ("sigma_0" in message(told)) is (model == "dahl")
 
 
+@pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])
+def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filtered(monkeypatch, lags):
+    asked = []
+    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: asked.append(0) or 0.0)
+    identify(late(**lags), blocks=0, draws=0)
+    assert not asked
+    identify(late(position_lag=4e-3), blocks=0, draws=0)
+    assert len(asked) == 2
+
+
 def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
     fit = identify(late(-3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (told,) = (text for text in warnings_of(fit) if "only roughly" in text)
