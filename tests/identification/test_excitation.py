@@ -113,6 +113,20 @@ def test_an_inertia_that_drowns_in_noise_is_not_identified():
     assert fit.parameters["F_C"].status == "identified"
 
 
+def test_noise_makes_no_inertia_too_small_that_is_not_identified():
+    motion = sines()
+    noise = np.random.default_rng(1).normal(0.0, 15e-6, motion.time.size)
+    log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
+
+    def told(settings):
+        axis = Axis(seeks_delay=False, cutoff=100.0)
+        fit = identify(log, axis=axis, blocks=0, draws=0, settings=settings).best
+        return fit.parameters["M"].status, [one.code for one in fit.diagnostics].count("noisy_acceleration")
+
+    assert told({}) == ("identified", 1)
+    assert told({"unsure_std": 1e-9}) == ("unidentifiable", 0)
+
+
 def test_a_model_that_explains_little_is_said():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0, draws=0).best

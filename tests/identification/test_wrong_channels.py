@@ -54,6 +54,16 @@ def test_of_a_hold_that_nobody_told_an_interval_reaches_half_a_sample_to_either_
     assert problem_of(Alignment(sought=False)).found_first() == []
 
 
+def test_a_delay_that_was_left_in_the_log_may_be_all_of_what_it_seems():
+    left = 0.9e-3
+    problem = problem_of(Alignment(delay_left=left))
+    (change,) = problem.found_first()
+    early = effort_behind(lambda w: np.exp(1j * w * left)) - effort_behind(np.ones_like)
+    np.testing.assert_allclose(change, rows_of(problem, early), atol=0.03 * np.ptp(early))
+    (held,) = problem_of(Alignment(delay_left=1e-5)).found_first()
+    np.testing.assert_array_equal(held, problem_of(Alignment()).found_first()[0])
+
+
 def test_a_filter_that_was_taken_out_may_be_wrong_by_its_standard_error_at_the_same_delay():
     constant, std = 4e-3, 0.3e-3
 

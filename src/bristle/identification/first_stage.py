@@ -36,6 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.normal import NORMAL_95
 from bristle.identification.alignment import Alignment
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
@@ -168,13 +169,14 @@ def _alignment_from(
     share = 1.0 - rows.springiness(chosen.plain.cutoff) ** 2 if abs(delay) > CLEARLY * width else MAY_BE_NONE
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * share * mass
     lag = lag if delay_known or not sought else None
-    known = mass_width <= MASS_UNKNOWN * mass
+    mass_known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
         delay=delay if delay_known else None, delay_half_width=width if delay_known else None,
         smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
-        mass=mass if known else None, mass_half_width=mass_width if known else None,
+        mass=mass if mass_known else None, mass_half_width=mass_width if mass_known else None,
         slow=chosen.plain.cutoff, sought=sought,
         filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
+        delay_left=0.0 if delay_known or not sought else math.hypot(delay, width / NORMAL_95),
     )  # fmt: skip
 
 

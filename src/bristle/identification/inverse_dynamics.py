@@ -128,9 +128,9 @@ class InverseDynamics:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted(self.parameters.complete(free))
 
-    def residuals(self, several: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
+    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
         """Return what `residual` does, for each of several sets of free parameters."""
-        return abreast(self.residual)(several)
+        return abreast(self.residual)(parameter_sets)
 
     def found_first(self) -> list[np.ndarray]:
         """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].
@@ -152,12 +152,13 @@ class InverseDynamics:
 
     @cached_property
     def delay_std(self) -> float:
-        """Standard error of the delay that was taken out of the log [s]; that of a hold where neither is known."""
+        """Standard error of the delay that was taken out of the log [s]; where none was, what it may be, a hold at least."""
         alignment = self.dataset.alignment
         if alignment is None or not alignment.sought:
             return 0.0
         if alignment.delay is None:
-            return HOLD * self.dataset.sample_time if self.dataset.held is None else 0.0
+            held = HOLD * self.dataset.sample_time if self.dataset.held is None else 0.0
+            return max(held, alignment.delay_left)
         return (alignment.delay_half_width or 0.0) / NORMAL_95
 
     @property

@@ -215,9 +215,9 @@ class Search:
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        several = [self.space.values(theta) for theta in thetas]
+        parameter_sets = [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
-            scaled = [signal / self._unit for signal in (problem or self.problem).residuals(several)]
+            scaled = [signal / self._unit for signal in (problem or self.problem).residuals(parameter_sets)]
         finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
         return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
 
@@ -234,7 +234,7 @@ class Search:
 
         low, high = self.space.low, self.space.high
         shared = Differences(
-            lambda several: self._residuals(several, rows), high, STEP if self.simulates else DIFFERENCE
+            lambda thetas: self._residuals(thetas, rows), high, STEP if self.simulates else DIFFERENCE
         )
 
         def residual(x: np.ndarray) -> np.ndarray:
@@ -261,7 +261,7 @@ class Search:
         def jacobian(x: np.ndarray) -> np.ndarray:
             values = self.space.values(x)
             near = self.problem.near(values)
-            differences = Differences(lambda several: self._residuals(several, rows, near), self.space.high, DIFFERENCE)
+            differences = Differences(lambda thetas: self._residuals(thetas, rows, near), self.space.high, DIFFERENCE)
             return near.without_found(differences.jacobian(x), values, rows)
 
         return jacobian

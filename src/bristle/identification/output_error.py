@@ -135,9 +135,9 @@ class OutputError:
         """Return measured minus simulated signal of each sample."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
-    def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
+    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
         """Return what `residual` does, for each of several sets of free parameters."""
-        values = [self.parameters.complete(free) for free in several]
+        values = [self.parameters.complete(free) for free in parameter_sets]
         plants, frictions = ([part(each) for each in values] for part in (self.inverse.plant, self.inverse.model))
         signals = [output.all_simulated(plants, frictions, values) for output in self.outputs]
         return list(self.measured - np.hstack(signals))

@@ -101,7 +101,7 @@ class Problem(Residual, Protocol):
         """Where nothing of how friction turns disturbs the signal; nowhere, where that cannot be told."""
         ...
 
-    def residuals(self, several: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
+    def residuals(self, parameter_sets: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
         """Return what `residual` does, for each of several sets of free parameters, on all cores."""
         ...
 

@@ -110,9 +110,9 @@ def about_noise(
     """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
     share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
-    known = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    identified = {estimate.name for estimate in estimates if estimate.status == "identified"}
     if (
-        inertia not in known.intersection(problem.parameters.free)
+        inertia not in identified.intersection(problem.parameters.free)
         or not settings.acceleration_noise <= share <= settings.noisy_inertia
     ):
         return ()
