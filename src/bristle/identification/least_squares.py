@@ -233,9 +233,7 @@ class Search:
         from scipy.optimize import least_squares
 
         low, high = self.space.low, self.space.high
-        shared = Differences(
-            lambda thetas: self._residuals(thetas, rows), high, STEP if self.simulates else DIFFERENCE
-        )
+        shared = Differences(lambda thetas: self._residuals(thetas, rows), high, STEP if self.simulates else DIFFERENCE)
 
         def residual(x: np.ndarray) -> np.ndarray:
             rest = shared(x)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.core.typography import number
 from bristle.logs.order import Order, median_step, order_of
 
 __all__ = ["GAP", "Clock", "Jitter", "clock_of"]
@@ -46,7 +47,8 @@ class Jitter:
     largest: float
 
     def __str__(self) -> str:
-        return f"{100 * self.usual:.2g} % (19 of 20 stamps) and {100 * self.largest:.2g} % (all)"
+        usual, largest = (number(100.0 * share, digits=2) for share in (self.usual, self.largest))
+        return f"{usual} % (19 of 20 stamps) and {largest} % (all)"
 
 
 @dataclass(frozen=True)
