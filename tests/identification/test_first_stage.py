@@ -67,21 +67,6 @@ def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_o
     assert lagging(1e-3, 0.05) == pytest.approx(1e-3)
 
 
-def test_a_delay_that_is_not_taken_out_leaves_what_it_may_be():
-    def left(delay, delay_std, mass_std):
-        fit = InstrumentFit(
-            20.0, np.array([10.0]), delay, 0.0, np.diag([mass_std, delay_std, 5e-7]) ** 2, 0.0, converged=True
-        )
-        found = aligned_by(Rung(fit, fit), Rung(fit, fit))
-        return found.delay, found.delay_left
-
-    assert left(5e-3, 1e-4, 0.05) == (5e-3, 0.0)
-    delay, surely = left(5e-3, 1e-4, 0.8)
-    assert delay is None
-    assert surely == pytest.approx(5e-3, rel=0.01)
-    assert left(1e-5, 5e-3, 0.05) == (None, pytest.approx(5e-3, rel=0.2))
-
-
 @pytest.mark.parametrize(("delay", "c", "c_std", "is_open"), [
     (5e-3, 0.0, 2e-5, True), (5e-3, 0.0, 1e-6, False), (-5e-3, 0.0, 2e-5, True), (1.2e-3, 0.0, 2e-5, False),
     (5e-3, 5e-6, 3e-6, True), (-5e-3, 5e-6, 3e-6, False),

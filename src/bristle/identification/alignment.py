@@ -28,9 +28,6 @@ class Alignment:
         Whether the delay was looked for.
     filter_open : bool
         Whether the log leaves open that a filter makes the delay, and none is seen.
-    delay_left : float
-        By how much the effort is late or early, root mean square, where the log shows its delay too poorly to be taken
-        out [s]; 0 where it was taken out, and where the log says nothing of it.
     """
 
     delay: float | None = None
@@ -43,7 +40,6 @@ class Alignment:
     sought: bool = True
     of_position: bool = False
     filter_open: bool = False
-    delay_left: float = 0.0
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""

@@ -36,7 +36,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.normal import NORMAL_95
 from bristle.identification.alignment import Alignment
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
@@ -176,7 +175,6 @@ def _alignment_from(
         mass=mass if mass_known else None, mass_half_width=mass_width if mass_known else None,
         slow=chosen.plain.cutoff, sought=sought,
         filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
-        delay_left=0.0 if delay_known or not sought else math.hypot(delay, width / NORMAL_95),
     )  # fmt: skip
 
 

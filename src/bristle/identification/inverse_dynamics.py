@@ -152,12 +152,12 @@ class InverseDynamics:
 
     @cached_property
     def delay_std(self) -> float:
-        """Standard error of the delay that was taken out [s]; where none was and none is stated, what it may be."""
+        """Standard error of the delay that was taken out of the log [s]; that of a hold where neither is known."""
         alignment = self.dataset.alignment
         if alignment is None or not alignment.sought:
             return 0.0
         if alignment.delay is None:
-            return max(HOLD * self.dataset.sample_time, alignment.delay_left) if self.dataset.held is None else 0.0
+            return HOLD * self.dataset.sample_time if self.dataset.held is None else 0.0
         return (alignment.delay_half_width or 0.0) / NORMAL_95
 
     @property

@@ -5,17 +5,18 @@ The equations and the weights are those of `bristle.identification.first_stage`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Segment
 from bristle.identification.preprocessing import segment_of, smallest_step
-from bristle.logs.filters import at, derivative, low_passed, through_filter
+from bristle.logs.filters import between, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
 
@@ -52,8 +53,12 @@ class _Stretch:
     weight: np.ndarray
     segment: Segment
 
+    @cached_property
+    def effort_at(self) -> Callable[[np.ndarray], np.ndarray]:
+        return between(self.segment.time, self.segment.effort)
+
     def effort(self, delay: float) -> np.ndarray:
-        return at(self.time + delay, self.segment.time, self.segment.effort)
+        return self.effort_at(self.time + delay)
 
 
 class InstrumentFit(NamedTuple):
@@ -86,6 +91,7 @@ class WideRows:
     dt: float
     noise: float  # of the position, sample by sample
     narrow: dict[float, np.ndarray] = field(default_factory=dict)
+    passed: tuple[float, list[np.ndarray]] | None = None  # filter [s^2], and the columns behind it
 
     def suffice(self) -> bool:
         """Return whether these are enough; columns that a log in one direction does not have are dropped."""
@@ -154,9 +160,13 @@ class WideRows:
         raise AssertionError
 
     def _filtered(self, c: float) -> list[np.ndarray]:
-        """Return the columns, behind the filter that the effort passed."""
+        """Return the columns, behind the filter that the effort passed; each step of a fit asks twice for the same."""
         columns = [s.columns for s in self.stretches]
-        return [through_filter(x, (2.0 * c) ** 0.5, self.step) for x in columns] if c > 0.0 else columns
+        if c <= 0.0:
+            return columns
+        if self.passed is None or self.passed[0] != c:
+            self.passed = c, [through_filter(x, (2.0 * c) ** 0.5, self.step) for x in columns]
+        return self.passed[1]
 
     def _weighed(self, cutoff: float, delay: float, c: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the equations for a delay and a filter: the regressor, shape (column, row), and the effort."""
@@ -222,6 +232,7 @@ class WideRows:
             for s in self.stretches:
                 s.columns = np.vstack([s.columns, waves(s.position, np.ones_like(s.position), frequency)[:, :2].T])
             self.narrow.clear()
+            self.passed = None
 
 
 def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:

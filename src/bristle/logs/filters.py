@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
-__all__ = ["at", "derivative", "low_passed", "through_filter"]
+__all__ = ["at", "between", "derivative", "low_passed", "through_filter"]
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
@@ -47,11 +48,17 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
     return slope
 
 
-def at(instants: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return a signal, shape (..., sample), between its samples; beyond its ends it stays."""
+def between(time: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what tells a signal, shape (..., sample), between its samples; beyond its ends it stays."""
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(CubicSpline(time, values, axis=-1)(np.clip(instants, time[0], time[-1])))
+    spline = CubicSpline(time, values, axis=-1)
+    return lambda instants: np.asarray(spline(np.clip(instants, time[0], time[-1])))
+
+
+def at(instants: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return a signal, shape (..., sample), at these instants, as `between` tells it."""
+    return between(time, values)(instants)
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
