@@ -79,9 +79,10 @@ FITS: dict[str, Sentence] = {
     ),
     "unexplained": says(
         "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
-        "channels and the mass in the axis file",
+        "channels and the mass in the axis file, and whether gravity of a link, cogging or a spring acts on the axis "
+        "(`[plant]` and `[[cogging]]`)",
         "the model explains little",
-        "check units, signs, delay and mass",
+        "check units, signs, delay, mass, and what else acts on the axis",
     ),
     "coloured_residual": says(
         "the model leaves {percent:.0f} % of the effort unexplained, and that is no noise but lasts from row to "
