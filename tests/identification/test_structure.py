@@ -76,6 +76,21 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     assert any(f"`{following}`" in one for one in warnings_of(fit))
 
 
+@pytest.mark.parametrize(
+    ("cause", "compared"),
+    [
+        ("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"),
+        ("lag", "gms"),
+    ],
+)  # fmt: skip
+def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
+    found = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
+    assert [fit.name for fit in found.fits] == ["coulomb_viscous", compared]
+    named = next(one for one in found.best.diagnostics if one.code == f"missing_{cause}")
+    assert (named.numbers["model"], named.numbers["compared"]) == ("", compared)
+    assert message(named).endswith(f". `{compared}`, which was compared, is no better")
+
+
 def test_a_force_too_small_to_matter_makes_parameters_effective_and_asks_for_no_care(motion):
     found = best_of(motion, "position", missing_force=0.5, coloured_error=100.0)
     assert causes_in(found.best) == ("position",)

@@ -298,7 +298,8 @@ def _judged(
 ) -> list[Fit]:  # fmt: skip
     """Return fits best first, with what their logs say, and the best one with what its model lacks."""
     best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-    best = with_structure(best, estimations[best.name], context.settings, context.prior.pitch)
+    others = [fit.name for fit in rest]
+    best = with_structure(best, estimations[best.name], context.settings, context.prior.pitch, others)
     return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
 

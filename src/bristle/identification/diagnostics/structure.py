@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -50,14 +51,17 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
     return (), 0.0
 
 
-def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None) -> Fit:
+def with_structure(
+    fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()
+) -> Fit:  # fmt: skip
     """Return a fit with what its model lacks before all else that is to be known of it.
 
-    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Parameters are effective however small
-    the force is; a warning is what may matter to the use of the model.
+    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Nobody is sent to models that were
+    `compared` and are no better. Parameters are effective however small the force is; a warning is what may matter to
+    the use of the model.
     """
     if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
-        return _with_presliding(fit)
+        return _with_presliding(fit, compared)
     missing, left = missing_in(fit, estimation, settings)
     if not missing:
         return fit
@@ -69,7 +73,7 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
         "missing": lacking, "percent": 100.0 * lacking / level, "chance": left, "names": names,
         "causes": tuple(force.cause for force in missing),
     }  # fmt: skip
-    named = [_diagnostic(force, level, fit.friction, lead) for force in missing]
+    named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if lacking < settings.missing_force * level:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
@@ -91,7 +95,7 @@ def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[s
     return tuple(dict.fromkeys([*named, *damped]))
 
 
-def _with_presliding(fit: Fit) -> Fit:
+def _with_presliding(fit: Fit, compared: Collection[str]) -> Fit:
     """Return the fit of a static model to a log that never slides: all that it leaves over builds up over a distance.
 
     Such a force lies over the position as much as over the way since a reversal, and would be taken for one of the
@@ -101,9 +105,15 @@ def _with_presliding(fit: Fit) -> Fit:
     level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
     numbers: dict[str, Number] = {
         "force": left, "percent": 100.0 * left / level if level > 0.0 else 100.0, "share_percent": 100.0,
-        "model": model_with("hysteresis", fit.friction),
+        **_next("hysteresis", fit.friction, compared),
     }  # fmt: skip
     return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
+
+
+def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:
+    """Return the model to try next, or the one of those compared that it would be."""
+    name = model_with(cause, friction)
+    return {"model": "", "compared": name} if name in compared else {"model": name, "compared": ""}
 
 
 def _slot_cause(missing: Missing) -> str:
@@ -111,22 +121,24 @@ def _slot_cause(missing: Missing) -> str:
     return "level" if missing.cause == "ripple" and missing.alike is False else missing.cause
 
 
-def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None) -> Diagnostic:
+def _diagnostic(
+    missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]
+) -> Diagnostic:  # fmt: skip
     # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
     cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
     numbers: dict[str, Number] = {
         "force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share,
-        "model": model_with(_slot_cause(missing) if cause == "ripple" else cause, friction),
+        **_next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared),
     }  # fmt: skip
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
         numbers |= _turns_of(missing, friction, lead)
     if cause == "gravity":
         numbers |= {"amplitude": missing.amplitude}
-        del numbers["model"]
     if cause == "flanks":
         numbers |= {"ratio": missing.ratio}
-        del numbers["model"]
+    if cause in ("gravity", "flanks"):
+        del numbers["model"], numbers["compared"]
     if cause not in CODES:
         numbers |= {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)

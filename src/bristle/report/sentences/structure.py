@@ -11,6 +11,8 @@ __all__ = ["STRUCTURE"]
 
 _CURVE = "friction over the speed has another curve than the model: {force:force}, {percent:.2g} % of friction"
 
+_COMPARED = "`{compared}`, which was compared, is no better"
+
 _RIPPLE = (
     "the force ripples over the position, with a period of {period:length} and an amplitude of {amplitude:force}, "
     "{percent:.2g} % of friction (root mean square)"
@@ -19,21 +21,23 @@ _RIPPLE = (
 
 def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return what is said of a ripple, by the directions that it pulls in."""
-    plain, known, turning, alike, lead, beside, following = texts
+    plain, known, turning, alike, lead, beside, following, compared = texts
+    after = compared if numbers["compared"] else ""
     if numbers.get("pulls") == "turning":
-        return turning + (following if numbers["model"] else "")
+        return turning + (following if numbers["model"] else after)
     if numbers.get("harmonics"):
         own = alike + (lead if numbers["turner"] == "motor" else "")
-        return own + (beside if numbers["model"] else "")
-    return plain if numbers["model"] else known
+        return own + (beside if numbers["model"] else after)
+    return plain + (following if numbers["model"] else after or known)
 
 
 def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
     """Return what is said of a force that a model lacks: which one has it, or that there is none."""
     return Sentence(
-        (f"{text}. Next: {by_model}", f"{text}; {without}"),
+        (f"{text}. Next: {by_model}", f"{text}; {without}", f"{text}. {_COMPARED}"),
         means, "try the model that is named",
-        choose=lambda texts, numbers: texts[0 if numbers["model"] else 1], also=("share_percent",),
+        choose=lambda texts, numbers: texts[0 if numbers["model"] else 2 if numbers["compared"] else 1],
+        also=("share_percent",),
     )  # fmt: skip
 
 
@@ -56,10 +60,13 @@ STRUCTURE: dict[str, Sentence] = {
             _CURVE + "; no model of bristle has another one",
             _CURVE + ". Next: `{model}`",
             _CURVE + ". Next: `{model}`, of which the exponent may be identified as well (`--free delta_S`)",
+            _CURVE + ". " + _COMPARED,
         ),
         "friction over the speed has another curve",
         "try the model that is named",
-        choose=lambda texts, numbers: texts[("", "lugre", "stribeck_free").index(numbers["model"])],
+        choose=lambda texts, numbers: texts[
+            3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])
+        ],
         also=("share_percent",),
     ),
     "missing_direction": _missing(
@@ -107,15 +114,15 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "missing_ripple": Sentence(
         (
-            _RIPPLE + ", as cogging or a screw does. Next: `{model}`",
-            _RIPPLE + ", as cogging or a screw does; this model has one period already: look for a second one in "
-            "motor, screw and belt",
+            _RIPPLE + ", as cogging or a screw does",
+            "; this model has one period already: look for a second one in motor, screw and belt",
             _RIPPLE + ", and changes its sign with the motion, as friction does that changes with the turns of a screw",
             _RIPPLE + ", alike in both directions, as cogging does. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
             ', and `lead = "{travel:lead}"` under `[transmission]`',
             "; or `{model}`",
             ". Next: `{model}`",
+            ". " + _COMPARED,
         ),
         "the force ripples over the position",
         "write the cogging that is named into the axis file, or try the model that is named",
