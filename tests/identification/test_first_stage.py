@@ -213,6 +213,18 @@ def holds(found):
     return abs(found.mass - TRUTH["M"]) < found.mass_half_width and abs(found.delay) < found.delay_half_width
 
 
+def test_waves_are_columns_of_all_that_is_fitted_afterwards():
+    motion = sines(20.0, **FAST)
+    effort = sliding_effort(motion) + 5.0 * np.sin(2.0 * np.pi * motion.position / 0.005)
+    rows = wide_rows([log_of(motion, effort)], [None])
+    filtered = {"delay": 0.0, "c": 5e-6, "free": (False, False), "steps": 1}
+    before = rows.fit(30.0, **filtered)
+    rows.find_waves(0.0)
+    after = rows.fit(30.0, **filtered)
+    assert after.theta.size > before.theta.size
+    assert after.std(0) < 0.5 * before.std(0)
+
+
 def test_cogging_is_no_inertia_and_no_delay():
     motion = sines(20.0, DT, **FAST)
     pull = 1.5 * np.sin(2.0 * np.pi * motion.position / 4e-3 + 0.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from pathlib import Path
 from unicodedata import normalize
 
@@ -295,6 +296,13 @@ def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
     assert np.ptp(np.diff(log.time.values)) < 1e-12
     exact = 0.25 * (1 - np.cos(w * log.time.values))
     assert np.max(np.abs(log.position.values - exact)) < 1e-9  # linear interpolation errs by 1e-6
+
+
+def test_one_stamp_far_off_is_told_in_plain_numbers(write, axis, recording):
+    t = recording["t"] + 0.02 * SAMPLE_TIME * np.random.default_rng(7).uniform(-1.0, 1.0, recording["t"].size)
+    t[400:406] += np.array([5.0, 4.2, 3.4, 2.6, 1.8, 1.0]) * SAMPLE_TIME
+    (told,) = (note for note in read_log(write(t=t), axis).notes if "jitter" in note)
+    assert re.search(r" and \d{3} % \(all\)", told), told
 
 
 @pytest.mark.parametrize("share", [0.15, 0.3, 0.45])
