@@ -13,11 +13,18 @@ def told(code, **numbers):
 
 
 def test_a_percentage_has_no_power_of_ten():
-    text = told("missing_position", force=3.0, percent=318.0, share_percent=50.0, model="")
+    text = told("missing_position", force=3.0, percent=318.0, share_percent=50.0, model="", compared="")
     assert "318 %" in text
     assert "e+" not in text
-    named = told("missing_position", force=3.0, percent=3.0, share_percent=50.0, model="stribeck_free+position")
-    assert "`stribeck_free+position`" in named
+
+
+@pytest.mark.parametrize(
+    ("key", "other", "said"), [("model", "compared", "Next: {}"), ("compared", "model", "{}, which was compared")]
+)
+def test_a_model_is_named_as_the_next_or_as_one_that_was_compared(key, other, said):
+    named = "stribeck_free+position"
+    text = told("missing_position", force=3.0, percent=3.0, share_percent=50.0, **{key: named, other: ""})
+    assert said.format(f"`{named}`") in text
 
 
 def test_a_motion_in_one_direction_goes_no_way_back_of_less_than_nothing():
