@@ -1,7 +1,12 @@
-"""What commands print as JSON keeps its keys, names, units and statuses; what is added is no difference."""
+"""What commands print as JSON keeps its keys, names, units and statuses, and the reference has each of its keys."""
+
+import json
+import re
+from functools import cache
 
 import pytest
-from tests.golden.case import CASES, differences_of
+from tests.docs.json_reference import documented, is_found
+from tests.golden.case import CASES
 from tests.golden.commands import COMMANDS
 from tests.golden.comparison import differences
 from tests.golden.skeleton import skeleton
@@ -9,6 +14,17 @@ from tests.golden.skeleton import skeleton
 from bristle.cli.application import app
 
 FAST = [one for one in (CASES[f"json_{name}"] for name in COMMANDS) if one.fast]
+
+
+# Commands in the reference, and the command line that shows all of their keys.
+DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper", "design", "lab", "log", "excite")} | {
+    "run": "run_seeds", "check": "check_own", "models": "models_lugre",
+}  # fmt: skip
+
+
+@cache
+def printed(case):
+    return case.found()
 
 
 LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own")
@@ -19,7 +35,17 @@ LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own"
     for one in FAST
 ])  # fmt: skip
 def test_no_key_is_gone_and_no_name_is_another_one(case):
-    assert [str(one) for one in differences_of(case)][:20] == []
+    frozen = json.loads(case.file.read_text(encoding="utf-8"))
+    assert [str(one) for one in differences(frozen, printed(case))][:20] == []
+
+
+@pytest.mark.parametrize("command", DOCUMENTED)
+def test_it_has_the_keys_that_are_documented_and_no_others(command):
+    result, keys = printed(CASES[f"json_{DOCUMENTED[command]}"])["json"], documented(command)
+    assert [key for key in keys if not is_found(result, key)] == []
+    assert set(result) == {re.split(r"[.\[]", key)[0] for key in keys}
+    entry = next(iter(result.get("variants", result.get("certificates", {})).values()), {})
+    assert set(entry) <= {part for key in keys for part in key.split(".")}
 
 
 def test_every_command_is_among_them():

@@ -1,4 +1,4 @@
-"""The reference says what the program says: pages made from the code, JSON keys, statuses."""
+"""The reference says what the program says: pages made from the code, options, statuses."""
 
 import importlib.util
 import json
@@ -55,72 +55,6 @@ def test_every_status_is_listed():
     page = (REFERENCE / "errors.md").read_text()
     for status, sentence in SENTENCES.items():
         assert f"| `{status.name}` | {sentence} |" in page
-
-
-# --- JSON -------------------------------------------------------------------------------------------------------
-
-EXPERIMENT = """
-schema = 1
-friction = { file = "results/model.toml" }
-controller = { model = "cascade", k_p = 60.0, k_v = 6000.0 }
-reference = { model = "sine", amplitude = "1 mm", frequency = "1 Hz" }
-run = { duration = "1 s", sample_time = "1 ms", seeds = 2 }
-"""
-
-RUNS = {
-    "identify": "identify log.csv --axis axis.toml --model coulomb_viscous+asymmetry",
-    "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
-    "compare": "compare log.csv followed.csv --axis axis.toml",
-    "run": "run experiment.toml",
-    "paper": "paper --figure 4",
-    "design": "design experiment.toml",
-    "lab": "lab results/model.toml --out lab.html",
-    "check": "check quadratic_drag.py",
-    "models": "models lugre",
-    "log": "log log.csv --axis axis.toml",
-    "excite": "excite axis.toml --duration 10s --for break-away",
-}
-
-
-def documented(command):
-    """The keys in the section of a command, abbreviated ones in full: a.b, .c is a.b, a.c."""
-    section = (REFERENCE / "json.md").read_text().split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
-    keys = []
-    for line in re.findall(r"^\| (`.*?) \|", section, flags=re.MULTILINE):
-        for key in re.findall(r"`([^`]+)`", line):
-            keys.append(key if not key.startswith(".") else keys[-1].rpartition(".")[0] + key)
-    return keys
-
-
-def found_at(value, key):
-    """Whether a key leads to something; an ellipsis takes any name, [] any item."""
-    for part in key.split("."):
-        name, items = part.removesuffix("[]"), part.endswith("[]")
-        if isinstance(value, list):
-            value = value[0]
-        if name == "…":
-            value = next(iter(value.values()))
-        elif isinstance(value, dict) and name in value:
-            value = value[name]
-        else:
-            return False
-        if items and not isinstance(value, list):
-            return False
-    return True
-
-
-@pytest.mark.parametrize("command", [
-    pytest.param(command, marks=pytest.mark.slow if command == "lab" else ()) for command in sorted(RUNS)
-])  # fmt: skip
-def test_json_has_the_keys_that_are_documented_and_no_others(command, at_the_reader, capsys):
-    (at_the_reader / "experiment.toml").write_text(EXPERIMENT)
-    result = printed(RUNS[command].split(), capsys)
-    keys = documented(command)
-    assert [key for key in keys if not found_at(result, key)] == []
-    top = {re.split(r"[.\[]", key)[0] for key in keys}
-    assert set(result) == top
-    entry = next(iter(result.get("variants", result.get("certificates", {})).values()), {})
-    assert set(entry) <= {part for key in keys for part in key.split(".")}
 
 
 def test_the_page_on_choosing_names_every_model():

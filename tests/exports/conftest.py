@@ -1,5 +1,8 @@
 """What tests of exports share: FMUs, which take long to compile."""
 
+import fcntl
+import os
+
 import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
@@ -9,13 +12,16 @@ from bristle.exports import fmu_build
 
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory):
-    """FMUs of some models, of one for both versions."""
-    found = pytest.MonkeyPatch()
-    found.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
-    folder = tmp_path_factory.mktemp("written")
-    for name in WRITTEN:
-        br.export(example(name), f"fmu{name[-1]}", folder / name, step=STEP, plant=PLANT)
-    found.undo()
+    """FMUs of some models, of one for both versions; workers of one run share them."""
+    place = tmp_path_factory.getbasetemp()
+    folder = (place.parent if "PYTEST_XDIST_WORKER" in os.environ else place) / "written"
+    with pytest.MonkeyPatch.context() as patch, open(f"{folder}.lock", "w", encoding="ascii") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        folder.mkdir(exist_ok=True)
+        patch.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
+        for name in WRITTEN:
+            if not (folder / name).exists():
+                br.export(example(name), f"fmu{name[-1]}", folder / name, step=STEP, plant=PLANT)
     return folder
 
 

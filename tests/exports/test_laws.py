@@ -4,6 +4,7 @@ import ctypes
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -81,6 +82,11 @@ CASES = [(controller, fed) for controller in LAWS for fed in (("desired",) if co
 CASES += [("cascade", fed) for fed in CARRYING]
 
 
+@cache
+def law(controller, fed):
+    return law_of(variant_of(controller, fed))
+
+
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     """All laws in one library, with the folder that they are in."""
@@ -88,7 +94,7 @@ def exported(tmp_path_factory):
     sources = []
     for controller, fed in CASES:
         name = f"{controller}_{fed}"
-        for file, text in law_files(law_of(variant_of(controller, fed)), name, Source()).items():
+        for file, text in law_files(law(controller, fed), name, Source()).items():
             (folder / name).mkdir(exist_ok=True)
             (folder / name / file).write_text(text, encoding="ascii")
         (folder / name / "run.c").write_text(RUN.format(name=name))
@@ -112,6 +118,11 @@ def recorded(variant):
     return np.column_stack([told[name][:used] for name in law.inputs]), outcome.command[:used]
 
 
+@cache
+def record_of(controller, fed):
+    return recorded(variant_of(controller, fed))
+
+
 def replayed(library, name, inputs, *further):
     pointer, efforts = ctypes.POINTER(ctypes.c_double), np.empty(len(inputs))
     inputs = np.ascontiguousarray(inputs, dtype=float)
@@ -123,7 +134,7 @@ def replayed(library, name, inputs, *further):
 
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_a_log_is_replayed_to_the_bit(exported, controller, fed):
-    inputs, efforts = recorded(variant_of(controller, fed))
+    inputs, efforts = record_of(controller, fed)
     assert len(efforts) == SAMPLES - 1
     assert np.ptp(efforts) > 20.0
     assert inputs[0, 0] != inputs[0, 3]  # it begins where it is measured, not where it should be
@@ -138,14 +149,14 @@ def blocks(tmp_path_factory):
     texts = {}
     for controller, fed in CASES:
         name = f"law_{controller}_{fed}"
-        files = st_law_files(law_of(variant_of(controller, fed)), name, Source())
+        files = st_law_files(law(controller, fed), name, Source())
         texts[name] = [files[f"{name}{end}.st"] for end in ("", "_selftest")]
     return StructuredText(texts, tmp_path_factory.mktemp("blocks"))
 
 
 @pytest.mark.parametrize(("controller", "fed"), CASES)
 def test_structured_text_replays_it_to_the_bit(blocks, controller, fed):
-    name, (inputs, efforts) = f"law_{controller}_{fed}", recorded(variant_of(controller, fed))
+    name, (inputs, efforts) = f"law_{controller}_{fed}", record_of(controller, fed)
     found, flags = blocks.replay(name, inputs)
     assert differing(found, efforts) == 0
     assert not flags.any()
@@ -164,7 +175,7 @@ def test_a_compensator_with_a_past_brings_it_into_structured_text(tmp_path):
 
 
 def test_structured_text_holds_the_last_effort(blocks):
-    inputs, efforts = recorded(variant_of("cascade", "all"))
+    inputs, efforts = record_of("cascade", "all")
     inputs, efforts = inputs[:6].copy(), efforts[:6]
     inputs[2, 3], inputs[4, -1] = np.nan, np.inf
     found, flags = blocks.replay("law_cascade_all", inputs, commands=[0, 0, 0, 2, 0, 1])
@@ -193,7 +204,7 @@ def test_the_self_test_knows_the_bits_and_the_example_runs(exported, fed):
 
 
 def test_what_is_no_number_is_left_out_and_the_last_effort_held(exported):
-    inputs, _ = recorded(variant_of("cascade", "desired"))
+    inputs, _ = record_of("cascade", "desired")
     inputs = inputs[:50]
     wrong = inputs[20].copy()
     for column in range(inputs.shape[1]):
@@ -206,7 +217,7 @@ def test_what_is_no_number_is_left_out_and_the_last_effort_held(exported):
 
 
 def test_each_start_begins_anew(exported):
-    inputs, efforts = recorded(variant_of("observer", "all"))
+    inputs, efforts = record_of("observer", "all")
     for _ in range(2):
         assert differing(replayed(exported[1], "observer_all", inputs[:200]), efforts[:200]) == 0
 
@@ -311,7 +322,7 @@ def otherwise(tmp_path_factory):
 
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_with_what_was_exported_the_bits_are_those_of_the_loop(otherwise, controller, fed):
-    inputs, efforts = recorded(variant_of(controller, fed))
+    inputs, efforts = record_of(controller, fed)
     assert differing(replayed(otherwise[1], f"{controller}_{fed}_double", inputs, 0), efforts) == 0
 
 
@@ -325,7 +336,7 @@ def test_with_a_changed_value_they_are_those_of_the_loop_that_has_it(otherwise, 
 
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_single_precision_is_off_by_no_more_than_is_told(otherwise, controller, fed):
-    inputs, efforts = recorded(variant_of(controller, fed))
+    inputs, efforts = record_of(controller, fed)
     found = replayed(otherwise[1], f"{controller}_{fed}_single", inputs, 0)
     off = np.max(np.abs(found - efforts)) / np.max(np.abs(efforts))
     assert 0.0 < off < 2.5e-6
@@ -377,7 +388,7 @@ def told_to(blocks, name, law, inputs, further):
 @pytest.mark.parametrize(("controller", "fed"), CHANGED)
 def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, fed, precision):
     name, law = f"{controller}_{fed}_{precision}", law_of(variant_of(controller, fed), tunable=True)
-    inputs, _ = recorded(variant_of(controller, fed))
+    inputs, _ = record_of(controller, fed)
     for changed in (0, 1):
         further = CHANGED[controller, fed][0] if changed else {}
         found, flags = tuned_blocks.replay(name, told_to(tuned_blocks, name, law, inputs, further))

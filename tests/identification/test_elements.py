@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, sines, slow_log
+from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
@@ -18,6 +18,7 @@ from bristle.report.messages import assumptions_of
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 MASS = 12.0
+KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
 
 
 def virgin_curve(values, x):
@@ -41,7 +42,7 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
 
 
 def test_level_stiffness_and_the_curve_between_come_back():
-    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, draws=0).best
+    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, draws=0).best
     values = fit.friction.values
     assert fit.name == "maxwell_slip"
     assert sum(values["nu_i"]) == pytest.approx(1.0)
@@ -57,14 +58,14 @@ def test_level_stiffness_and_the_curve_between_come_back():
 
 
 def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
-    found = identify(elements_log(), "dahl,maxwell_slip", mass=MASS, cutoff=80.0, decimation=10, draws=0)
+    found = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
     assert found.best.name == "maxwell_slip"
     errors = {fit.name: fit.held_out.mean_percent for fit in found.fits}
     assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
 
 
 def test_a_model_file_with_elements_predicts_another_log(tmp_path):
-    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
+    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
@@ -76,7 +77,7 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
 def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", **truth)
-    found = identify(log, "maxwell_slip,maxwell_slip+position", mass=MASS, cutoff=80.0, decimation=2, draws=0)
+    found = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
     assert found.best.name == "maxwell_slip+position"
     fit = found.best
     x = np.linspace(-40e-6, 40e-6, 9)
@@ -96,21 +97,18 @@ def test_load_and_temperature_are_factors_of_friction():
     t = 1e-3 * np.arange(12_000)
     load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
     log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
-    fit = identify(log, "maxwell_slip+load+temperature", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
+    fit = identify(log, "maxwell_slip+load+temperature", axis=KNOWN, blocks=0, draws=0).best
     assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
     assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
     # The search finds the same for a model that is no list of elements.
-    coulomb = identify(log, "coulomb_viscous+load", mass=MASS, cutoff=80.0, decimation=20, blocks=0, draws=0).best
+    coulomb = identify(log, "coulomb_viscous+load", axis=KNOWN, decimation=20, blocks=0, draws=0).best
     assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
     with pytest.raises(InputError, match=r"has no load, which \+load needs"):
-        identify(elements_log(), "maxwell_slip+load", mass=MASS, draws=0)
+        identify(elements_log(), "maxwell_slip+load", axis=KNOWN, draws=0)
 
 
 def test_the_interval_of_the_level_leaves_the_shape_free():
-    fits = [
-        identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
-        for seed in range(8)
-    ]
+    fits = [identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best for seed in range(8)]
     for name in ("F_C", "offset"):
         spread = float(np.std([one.parameters[name].value for one in fits], ddof=1))
         assert fits[0].parameters[name].larger_std > 0.5 * spread, name
@@ -122,7 +120,7 @@ def test_at_one_speed_viscous_friction_is_no_number():
     way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
     motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
     friction = force_along(find("maxwell_slip")(**ELEMENTS, sigma_2=300.0), motion.velocity, 1e-3)
-    fit = identify(log_of(motion, friction), "maxwell_slip", mass=MASS, cutoff=40.0, blocks=0, draws=0).best
+    fit = identify(log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
     assert any("moves at one speed only" in one for one in assumptions_of(fit))
@@ -136,7 +134,7 @@ def test_levels_by_direction_are_as_sure_as_a_level_and_an_offset():
     friction = force_along(find("maxwell_slip")(**ELEMENTS), motion.velocity, 1e-3)
     log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, t.size))
     plain, sided = (
-        identify(log, name, mass=MASS, cutoff=40.0, blocks=0, draws=0).best.parameters
+        identify(log, name, axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best.parameters
         for name in ("maxwell_slip", "maxwell_slip+asymmetry")
     )
     # F_C + d and F_C - d: the sum of their variances is twice that of F_C and of d.
@@ -153,7 +151,7 @@ def test_directions_differ_by_one_number():
     coarse = Motion(*(one[::10] for one in motion))
     noise = np.random.default_rng(3).normal(0.0, 0.05, coarse.time.size)
     log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-7)
-    asked = {"mass": MASS, "cutoff": 80.0, "decimation": 5, "blocks": 0}
+    asked = {"axis": KNOWN, "decimation": 5, "blocks": 0}
     fit = identify(log, "maxwell_slip+asymmetry", draws=20, **asked).best
     for name in ("F_C_pos", "F_C_neg"):
         assert fit.parameters[name].value == pytest.approx(levels[name], abs=0.3)
@@ -173,7 +171,7 @@ def elements_through(step):
 
 
 def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
-    asked = {"mass": MASS, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
+    asked = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
     coarse, fine = (identify(elements_through(step), "maxwell_slip", **asked).best for step in (1e-7, 1e-8))
     stiffness = coarse.parameters["s"]
     assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "coarse_elements")

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import InputError
@@ -15,7 +15,9 @@ def asymmetric_log():
 
 
 def test_the_model_with_the_structure_of_the_truth_wins():
-    result = identify(asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0)
+    result = identify(
+        asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0
+    )
     assert [fit.rank for fit in result.fits] == [1, 2, 3, 4]
     assert result.best.name == "coulomb_viscous+asymmetry"
     errors = [fit.held_out.mean_percent for fit in result.fits]
@@ -25,7 +27,10 @@ def test_the_model_with_the_structure_of_the_truth_wins():
 
 def test_ranks_do_not_depend_on_the_order_asked_for():
     names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
-    one, other = identify(asymmetric_log(), names, draws=0), identify(asymmetric_log(), names[::-1], draws=0)
+    one, other = (
+        identify(asymmetric_log(), names, axis=STATED, draws=0),
+        identify(asymmetric_log(), names[::-1], axis=STATED, draws=0),
+    )
     assert [fit.name for fit in one.fits] == [fit.name for fit in other.fits]
 
 
@@ -34,8 +39,8 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     effort = sliding_effort(motion)
     last = motion.time >= 8.0
     strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
-    held_out = identify(log_of(motion, strange), draws=0).best.held_out
-    plain = identify(log_of(motion, effort), draws=0).best.held_out
+    held_out = identify(log_of(motion, strange), axis=STATED, draws=0).best.held_out
+    plain = identify(log_of(motion, effort), axis=STATED, draws=0).best.held_out
     # The last block alone has friction of its own: nothing fitted to the others knows of it.
     assert held_out.block_errors_percent[-1] > 10.0 * plain.block_errors_percent[-1]
     assert np.argmax(held_out.block_errors_percent) == 4
@@ -48,7 +53,7 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
     # A push of 40 ms, two periods of the cut-off before or after the block.
     push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
     pushed, plain = (
-        identify(log_of(motion, one), cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        identify(log_of(motion, one), axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
         for one in (effort + push, effort)
     )
     # The other half, whose part it is, is predicted badly; this one as if there had been no push.
@@ -57,14 +62,14 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
 
 
 def test_mean_and_spread_are_those_of_the_blocks():
-    held_out = identify(sliding_log(), blocks=4, draws=0).best.held_out
+    held_out = identify(sliding_log(), axis=STATED, blocks=4, draws=0).best.held_out
     assert len(held_out.block_errors_percent) == 4
     assert held_out.mean_percent == pytest.approx(np.mean(held_out.block_errors_percent))
     assert held_out.std_percent == pytest.approx(np.std(held_out.block_errors_percent, ddof=1))
 
 
 def test_without_blocks_models_rank_by_their_error():
-    result = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", blocks=0, draws=0)
+    result = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0)
     assert result.best.held_out is None
     assert result.best.name == "coulomb_viscous+asymmetry"
     assert "held_out_error_percent" not in result.best.metrics
@@ -72,7 +77,7 @@ def test_without_blocks_models_rank_by_their_error():
 
 def test_of_two_models_that_are_no_different_the_simpler_one_wins():
     rising = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
-    result = identify(slow_log(rising), "stribeck,coulomb_viscous", draws=0)
+    result = identify(slow_log(rising), "stribeck,coulomb_viscous", axis=STATED, draws=0)
     # Break-away may not lie below Coulomb friction, so that the first of the two ends as the second.
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", "stribeck"]
     assert result.fits[1].held_out.mean_percent == pytest.approx(result.fits[0].held_out.mean_percent, rel=1e-6)
@@ -81,15 +86,15 @@ def test_of_two_models_that_are_no_different_the_simpler_one_wins():
 def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
     motion = sines(1.5)
     log = log_of(motion, sliding_effort(motion))
-    found = identify(log, "coulomb_viscous,coulomb", draws=0)
+    found = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
     assert len(found.best.held_out.block_errors_percent) == 3
     with pytest.raises(InputError, match="too many for this log; found 5, allowed 2 to 3"):
-        identify(log, blocks=5, draws=0)
+        identify(log, axis=STATED, blocks=5, draws=0)
 
 
 def test_a_log_with_no_room_for_two_says_so():
     motion = sines(0.7)
-    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", draws=0)
+    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", axis=STATED, draws=0)
     assert found.best.name == "coulomb_viscous"
     assert found.best.held_out is None
     assert warnings_of(found.best)[0].startswith("the log is too short for a part of it to be held out")

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
@@ -43,9 +43,9 @@ def interrupted_after(monkeypatch):
 
 
 def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
-    whole = identify(log, "lugre", blocks=0)
+    whole = identify(log, "lugre", axis=STATED, blocks=0)
     seen = interrupted_after(60)
-    part = identify(log, "lugre", blocks=0)
+    part = identify(log, "lugre", axis=STATED, blocks=0)
     assert seen[0] > 60
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
     assert part.unfinished == "interrupted: lugre is as far as it was fitted until then"
@@ -59,7 +59,7 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
 def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrupted_after):
     motion = sines()
     interrupted_after(50)
-    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", blocks=2)
+    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", axis=STATED, blocks=2)
     assert [fit.name for fit in found.fits] == ["coulomb_viscous", "lugre"]
     assert [fit.unfinished for fit in found.fits] == [False, True]
     assert found.unfinished == "interrupted: lugre is as far as it was fitted until then; dahl was not fitted"
@@ -67,7 +67,7 @@ def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrup
 
 def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
     interrupted_after(150)
-    found = identify(log, "coulomb_viscous,lugre", blocks=2)
+    found = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=2)
     assert [fit.name for fit in found.fits] == ["lugre", "coulomb_viscous"]
     assert [fit.unfinished for fit in found.fits] == [True, False]
     assert [fit.rank for fit in found.fits] == [1, 2]
@@ -79,7 +79,7 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
         raise KeyboardInterrupt
 
     monkeypatch.setattr(fitting, "held_out_error", interrupted)
-    found = identify(log, "maxwell_slip,dahl", blocks=2)
+    found = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
     assert len(found.best.friction.values["k_i"]) >= 1
     assert found.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
@@ -98,7 +98,7 @@ def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch,
         return original(*given)
 
     monkeypatch.setattr(request, "with_structure", interrupted_once)
-    found = identify(log, "coulomb_viscous", blocks=2, draws=draws)
+    found = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
     assert len(calls) == 2
     assert (found.best.unfinished, found.unfinished) == (False, said)
     assert found.best.rank == 1
@@ -110,7 +110,7 @@ def test_what_was_fitted_is_kept_where_slots_are_looked_for(log, monkeypatch):
 
     monkeypatch.setattr(request, "next_models", interrupted)
     monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
-    found = identify(log, "all", blocks=2, draws=20)
+    found = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in found.fits} == {"coulomb", "viscous"}
     assert found.unfinished == "interrupted: slots were not looked for to the end"
 
@@ -126,19 +126,19 @@ def test_slots_are_not_looked_for_after_an_interruption(log, monkeypatch):
     monkeypatch.setattr(request, "fit", interrupted)
     monkeypatch.setattr(request, "next_models", lambda *given: seen.append(given) or ())
     monkeypatch.setattr(request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
-    found = identify(log, "all", blocks=2)
+    found = identify(log, "all", axis=STATED, blocks=2)
     assert (found.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 
 
 def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):
     interrupted_after(1)
     with pytest.raises(KeyboardInterrupt):
-        identify(log, "lugre", blocks=0)
+        identify(log, "lugre", axis=STATED, blocks=0)
 
 
 def test_progress_tells_the_best_so_far(log):
     told = []
-    identify(log, "lugre", blocks=0, progress=lambda share, text: told.append((share, text)))
+    identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: told.append((share, text)))
     assert [share for share, _ in told] == sorted(share for share, _ in told)
     best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in told if "best so far" in text]
     assert len(best) == 2
@@ -148,7 +148,7 @@ def test_progress_tells_the_best_so_far(log):
 def test_who_asks_the_program_to_end_is_obeyed(log, interrupted_after):
     interrupted_after(60, SignalledError(15))
     with pytest.raises(SignalledError):
-        identify(log, "lugre", blocks=0)
+        identify(log, "lugre", axis=STATED, blocks=0)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
@@ -160,9 +160,9 @@ def test_intervals_that_were_interrupted_leave_the_fit_and_who_asks_to_end_is_ob
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
     if isinstance(error, SignalledError):
         with pytest.raises(SignalledError):
-            identify(log, blocks=0)
+            identify(log, axis=STATED, blocks=0)
         return
-    found = identify(log, blocks=0)
+    found = identify(log, axis=STATED, blocks=0)
     assert found.unfinished == "interrupted: the intervals are not those of simulated logs"
     assert found.best.parameters["F_C"].status == "identified"
 

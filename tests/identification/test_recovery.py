@@ -44,7 +44,7 @@ def test_each_direction_has_its_own_friction():
     ],
 )
 def test_nonlinear_models_are_found_again(name, truth):
-    fit = identify(slow_log(friction.find(name)(**truth)), name, draws=0).best
+    fit = identify(slow_log(friction.find(name)(**truth)), name, axis=STATED, draws=0).best
     for parameter, value in truth.items():
         estimate = fit.parameters[parameter]
         assert estimate.status == "identified", note_of(estimate)
@@ -56,7 +56,7 @@ def test_nonlinear_models_are_found_again(name, truth):
 def test_a_gap_and_the_hardening_behind_it_are_found_again():
     truth = {"F_C": 8.0, "give": 4e-4, "gap": 6e-4, "n": 2.0, "share": 0.1, "sigma_2": 30.0, "offset": 0.5}
     log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
-    found = identify(log, "gap_slider", mass=12.0, blocks=0, draws=0).best.parameters
+    found = identify(log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0).best.parameters
     for name, value in truth.items():
         assert found[name].status == "identified", note_of(found[name])
         assert found[name].value == pytest.approx(value, rel=0.03), name
@@ -87,7 +87,7 @@ def test_a_bound_is_kept_and_said():
 
 def test_break_away_never_falls_below_coulomb_friction():
     with_rise = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
-    fit = identify(slow_log(with_rise), "stribeck", draws=0).best
+    fit = identify(slow_log(with_rise), "stribeck", axis=STATED, draws=0).best
     assert fit.friction.values["F_S"] >= fit.friction.values["F_C"]
     assert fit.parameters["F_S"].status == "at_edge"
     assert "does not fall with speed" in note_of(fit.parameters["F_S"])
@@ -114,7 +114,7 @@ def test_a_model_of_ones_own_is_identified():
         name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState,
         trial=trial, commit=commit,
     )  # fmt: skip
-    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own], draws=0).best
+    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own], axis=STATED, draws=0).best
     assert fit.name == "hyperbolic"
     assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
     assert fit.friction.values["v_t"] == pytest.approx(2e-3, rel=0.02)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, strokes
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
 from tests.identification.test_elements import elements_log
 
 from bristle.core import Axis
@@ -32,19 +32,19 @@ def beginnings(fit):
 
 def test_one_amplitude_and_repetition_are_told():
     log = one_amplitude()
-    found = identify(log, "dahl,maxwell_slip", mass=1e-3, cutoff=50.0, decimation=2, draws=0)
+    found = identify(log, "dahl,maxwell_slip", axis=STATED, mass=1e-3, cutoff=50.0, decimation=2, draws=0)
     for fit in found.fits:
         told = " ".join(warnings_of(fit))
         assert "all 23 half-cycles go the same way of 60 µm" in told or "all 22 half-cycles" in told
         assert "dahl" in told
         assert "maxwell_slip" in told
         assert "the motion repeats itself every 1.8 s" in told
-    static = identify(log, "coulomb_viscous", mass=1e-3, draws=0).best
+    static = identify(log, "coulomb_viscous", axis=STATED, mass=1e-3, draws=0).best
     assert not any("half-cycles" in one for one in beginnings(static))
 
 
 def test_nested_loops_are_not_one_amplitude_and_a_motion_of_three_sines_repeats_nothing():
-    fit = identify(elements_log(), "maxwell_slip", mass=12.0, cutoff=80.0, decimation=2, draws=0).best
+    fit = identify(elements_log(), "maxwell_slip", axis=STATED, mass=12.0, cutoff=80.0, decimation=2, draws=0).best
     assert not any("half-cycles" in one or "repeats" in one for one in beginnings(fit))
 
 
@@ -68,7 +68,7 @@ def test_a_log_that_begins_within_a_cycle_is_run_in_along_it():
     cut = replace(whole, **part, segments=(slice(0, len(whole) - first),))
     errors = {}
     for in_cycle in (False, True):
-        axis = Axis(mass=1e-3, cutoff=200.0, decimation=2, in_cycle=in_cycle, keeps_rests=True)
+        axis = Axis(seeks_delay=False, mass=1e-3, cutoff=200.0, decimation=2, in_cycle=in_cycle, keeps_rests=True)
         errors[in_cycle] = identify(cut, "maxwell_slip", axis=axis, blocks=0, draws=0).best.force_error_percent
     assert errors[True] < 1.5
     assert errors[False] > 3.0 * errors[True]
@@ -100,13 +100,13 @@ def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     # The second half begins elsewhere in its period.
     halves = [cut(log, 0, half), cut(log, half + 700, motion.time.size)]
     told = "what was held out is the motion that was fitted"
-    fit = identify(halves, "coulomb", mass=1.0, draws=0).best
+    fit = identify(halves, "coulomb", axis=STATED, mass=1.0, draws=0).best
     first = next(one for one in warnings_of(fit) if one.startswith("each log repeats the motion of another one: "))
     assert told in first
     third = log_of(other, 20.0 * np.sign(other.velocity) + other.acceleration)
-    fit = identify([*halves, third], "coulomb", mass=1.0, draws=0).best
+    fit = identify([*halves, third], "coulomb", axis=STATED, mass=1.0, draws=0).best
     assert any(one.startswith("2 of 3 logs repeat the motion") for one in warnings_of(fit))
-    fit = identify([halves[0], third], "coulomb", mass=1.0, draws=0).best
+    fit = identify([halves[0], third], "coulomb", axis=STATED, mass=1.0, draws=0).best
     assert not any("repeat" in one for one in warnings_of(fit))
 
 

@@ -29,7 +29,8 @@ def presliding():
 
 
 def fit_to(log, model="lugre", settings=None):
-    return identify(log, model, axis=Axis(held=True), blocks=0, draws=0, settings=settings).best
+    axis = Axis(held=True, seeks_delay=False, cutoff=100.0)
+    return identify(log, model, axis=axis, blocks=0, draws=0, settings=settings).best
 
 
 def doubted(fit, words):
@@ -85,5 +86,4 @@ def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
     assert in_waves.force_error_percent > 15.0
     assert noisy.force_error_percent > 15.0
     assert any("lasts from row to row" in one for one in warnings_of(in_waves))
-    # So noisy an effort does not show its delay.
-    assert [one.code for one in noisy.diagnostics if one.severity == "warning"] == ["delay_rough"]
+    assert not any(one.severity == "warning" for one in noisy.diagnostics)

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle.core import FrictionModel
 from bristle.core.mathematics import direction
@@ -46,7 +46,7 @@ def test_what_shows_when_it_shrinks_is_seen_though_it_may_grow_for_nothing(noise
     # A spring that gives way shortly before the motion turns: were it longer, next to nothing would change.
     spring = 500.0 * np.clip(motion.position, -0.0192, 0.0192)
     effort = sliding_effort(motion, seed, noise, F_v=0.0, offset=0.0) + spring
-    fit = identify(log_of(motion, effort), [SPRING], mass=TRUTH["M"], offset=0.0, blocks=0, draws=20).best
+    fit = identify(log_of(motion, effort), [SPRING], axis=STATED, mass=TRUTH["M"], offset=0.0, blocks=0, draws=20).best
     reach = fit.parameters["reach"]
     assert reach.status == status
     # What is hidden by noise but shows is not held for the sake of the others: it has an interval.
@@ -65,7 +65,7 @@ LUGRE = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=3e5, sigma_1=600.0, s
 def test_a_damping_before_sliding_is_told_beside_its_stiffness_only(monkeypatch, lost, statuses):
     unseen = tuple(Unidentifiable(name, 0.0, flat=False, instead=(), percent=30.0) for name in lost)
     monkeypatch.setattr("bristle.identification.uncertainty.unidentifiable", lambda *_: unseen)
-    fit = identify(slow_log(LUGRE), "lugre", blocks=0, draws=20).best
+    fit = identify(slow_log(LUGRE), "lugre", axis=STATED, blocks=0, draws=20).best
     assert tuple(fit.parameters[name].status for name in ("sigma_0", "sigma_1")) == statuses
     told = [text for text in warnings_of(fit) if "sigma_1 cannot be identified" in text]
     assert any("beside sigma_0, which the log does not show" in text for text in told) is (lost == ("sigma_0",))

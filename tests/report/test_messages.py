@@ -3,10 +3,11 @@
 import ast
 import pickle
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
 
 import bristle
 from bristle import friction
@@ -21,10 +22,16 @@ PACKAGE = Path(bristle.__file__).parent
 WRITTEN = {"cause"}
 
 
+@cache
+def trees():
+    """Every file of the package, read."""
+    return {file: ast.parse(file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
+
+
 def calls():
     """Every call of the package that makes a diagnostic, or holds a parameter for a reason."""
-    for file in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text())):
+    for file, tree in trees().items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
                 name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
                 place = {"Diagnostic": 0, "Fixed": 1}.get(name)
@@ -36,9 +43,9 @@ def strings():
     """Every string of the package, but for those of the sentences."""
     return {
         node.value
-        for file in PACKAGE.rglob("*.py")
+        for file, tree in trees().items()
         if file.parent.name != "sentences"
-        for node in ast.walk(ast.parse(file.read_text()))
+        for node in ast.walk(tree)
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
 
@@ -59,11 +66,11 @@ def test_codes_are_words_in_small_letters_joined_as_identifiers_are_and_each_say
 
 @pytest.fixture(scope="module")
 def fits():
-    motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
+    motion = sines(10.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
     slow = log_of(motion, sliding_effort(motion, noise=3.0))
     flat = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0))
-    found = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", blocks=0, draws=20).fits
-    return (*found, *identify(flat, "stribeck", draws=0).fits)
+    found = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", axis=STATED, blocks=0, draws=20).fits
+    return (*found, *identify(flat, "stribeck", axis=STATED, draws=0).fits)
 
 
 def test_the_numbers_are_those_that_the_sentence_names(fits):

@@ -7,6 +7,10 @@ the error on the last quarter rises in neither case by more than the 95 % thresh
 
 the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
 one is not seen. Where the rise is a hundred times that in the linear fit around the solution, nobody needs to ask.
+
+All this is asked around the solution. A stiffness is asked about far from it, too: where pre-sliding is a few steps of
+the encoder, the fit to a log of an axis that is ten times as stiff can end at the same value. The model is fitted to
+such logs, and where one of the fits ends within the interval, the log does not tell the stiffness.
 """
 
 from __future__ import annotations
@@ -16,19 +20,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.cores import Abreast
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.cores import Abreast, abreast
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
+from bristle.identification.bootstrap import SEED, Bootstrap
 from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 
-__all__ = ["Unidentifiable", "unidentifiable"]
+__all__ = ["Unidentifiable", "as_soft", "unidentifiable"]
 
 BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
+STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mirror image
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,40 @@ def unidentifiable(
     return tuple(lost)
 
 
+def as_soft(
+    problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterable[str], settings: Settings
+) -> dict[str, Diagnostic]:
+    """Return why stiffnesses are not identified, of which fits to logs of a far stiffer axis end within the interval.
+
+    Fits of the `free` coordinates begin where the one to the log ended, and at what made the replicate; the better one
+    counts.
+    """
+    solution = found.solution
+    moved, refit = _Followed(problem, solution, free, settings), Refit(solution, free)
+    values = problem.parameters.complete(solution.values)
+    replicates = problem.replicates(values, found.slope, found.residual)
+    draws = [(seed, side) for seed in np.random.SeedSequence(SEED).spawn(PAIRS) for side in (1.0, -1.0)]
+
+    def alike(name: str) -> Diagnostic | None:
+        truth, largest = moved.moved(name, STIFFER), max(found.interval(name)[1], solution.values[name])
+        stiff = solution.space.values(truth)
+        made = replicates.made_with(problem.parameters.complete(stiff))
+
+        def end(draw: tuple[np.random.SeedSequence, float]) -> float:
+            log = made.draw(found.disturbance, np.random.default_rng(draw[0]), draw[1])
+            fits = [refit.solve(log, start) for start in (solution.theta, truth)]
+            return float(solution.space.values(min(fits, key=lambda fit: _square(fit[1]))[0])[name])
+
+        count = sum(stiffness <= largest for stiffness in abreast(end)(draws))
+        if not count or not largest < stiff[name]:
+            return None
+        numbers: dict[str, Number] = {"times": stiff[name] / solution.values[name], "alike": count, "fits": len(draws)}
+        return Diagnostic("as_soft", name, numbers=numbers, kind=problem.dataset.kind)
+
+    lost = {name: alike(name) for name in names}
+    return {name: diagnostic for name, diagnostic in lost.items() if diagnostic is not None}
+
+
 @dataclass(frozen=True)
 class _Followed:
     """One parameter after another moved away, the others that are `free`, shape (coordinate,) of bool, in pursuit."""
@@ -105,7 +145,7 @@ class _Followed:
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        names, starts = self.solution.space.names, [self._moved(name, change) for change in self._changes]
+        names, starts = self.solution.space.names, [self.moved(name, change) for change in self._changes]
         followers, ends = self.free & (np.array(names) != name), []
         for fitted, judged, before in self._trials:
             refit = Refit(self.solution, followers, fitted)
@@ -150,10 +190,10 @@ class _Followed:
         index = self.solution.space.names.index(name)
         own, rest = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
         alone = own - rest @ unbounded(rest, own)
-        way = self._moved(name, change)[index] - self.solution.theta[index]
+        way = self.moved(name, change)[index] - self.solution.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 
-    def _moved(self, name: str, change: float) -> np.ndarray:
+    def moved(self, name: str, change: float) -> np.ndarray:
         """Return the coordinates at which only this parameter is another one."""
         space, theta, goal = self.solution.space, self.solution.theta.copy(), change * self.solution.values[name]
         index = space.names.index(name)

@@ -17,7 +17,7 @@ from bristle.identification.covariance import is_white
 from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import BLOCKS, within_cycles
-from bristle.identification.identifiability import unidentifiable
+from bristle.identification.identifiability import as_soft, unidentifiable
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.prediction_interval import Bands, half_width
@@ -28,6 +28,7 @@ from bristle.identification.settings import Settings
 
 __all__ = ["with_uncertainty"]
 
+NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
 MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
 
 
@@ -58,6 +59,7 @@ def with_uncertainty(
         curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
     )
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
+    reasons |= as_soft(problem, replicates, free, _blurred(fit.estimates, reasons, estimation, settings), settings)
     reasons |= _without_stiffness(fit.estimates, reasons, estimation.inverse)
     judged = (
         replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
@@ -76,6 +78,24 @@ def with_uncertainty(
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
+
+
+def _blurred(
+    estimates: Sequence[Estimate], lost: Container[str], estimation: Estimation, settings: Settings
+) -> list[str]:  # fmt: skip
+    """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder.
+
+    They are those that were sought one by one along a measured motion.
+    """
+    problem, solution = estimation.resampled
+    if estimation.simulates or solution.space.linear:
+        return []
+    variables, dataset, values = problem.parameters.variables, problem.dataset, solution.values
+    level = max((values[name] for name in names_of(Role.LEVEL, variables) if name in values), default=np.inf)
+    least = max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
+    seen = (estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in lost)
+    sought = set(names_of(Role.STIFFNESS, variables)).intersection(solution.space.names)
+    return [name for name in seen if name in sought and level < NEARLY * least * values[name]]
 
 
 def _without_stiffness(

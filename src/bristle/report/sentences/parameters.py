@@ -126,6 +126,11 @@ PARAMETERS: dict[str, Sentence] = {
         "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
         "the error on held-out blocks does not rise noticeably",
     ),
+    "as_soft": cause(
+        "a log of an axis that is far stiffer may give the same value",
+        "take a finer encoder, or let the axis reverse more slowly",
+        "an axis {times:.2g} times as stiff gives this value, too, in {alike} of {fits} logs drawn of the same motion",
+    ),
     "without_stiffness": cause(
         "a damping before sliding is told beside its stiffness only",
         "let the axis reverse slowly, so that its stiffness shows",

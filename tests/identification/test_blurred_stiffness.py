@@ -1,0 +1,38 @@
+"""A stiffness that a coarse encoder blurs is asked about far away: is an axis ten times as stiff seen as soft, too?"""
+
+import numpy as np
+import pytest
+from benchmarks.strangers import make
+from tests.identification.known_logs import STATED, log_of, slow_log
+
+from bristle.core import Axis
+from bristle.friction import find
+from bristle.identification import identify
+from bristle.report.messages import warnings_of
+
+AXIS = Axis(kind="rotational", seeks_delay=False, cutoff=100.0)
+
+
+def test_a_stiff_axis_that_the_encoder_shows_as_soft_is_not_identified():
+    # Friction builds up over half a step of the encoder; along what the encoder shows a fit finds nine.
+    truth, record = make(40009, "lugre", "multisine")
+    assert truth.friction.F_C[1] / truth.friction.sigma_0 < 0.6 * truth.encoder.resolution
+    motion = type("Recorded", (), {"time": np.asarray(record.t), "position": np.asarray(record.position)})
+    effort = record.effort * truth.recording.force_per_effort
+    fit = identify(log_of(motion, effort, kind="rotational"), "lugre", axis=AXIS, blocks=0, draws=20).best
+    stiffness = fit.parameters["sigma_0"]
+    assert stiffness.interval[1] < 0.1 * truth.friction.sigma_0
+    assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "as_soft")
+    told = stiffness.reason.numbers
+    assert told["times"] == pytest.approx(10.0, rel=0.05)
+    assert 1 <= told["alike"] < told["fits"]
+    assert f"in {told['alike']} of {told['fits']} logs drawn of the same motion" in " ".join(warnings_of(fit))
+    assert fit.parameters["sigma_1"].reason.code == "without_stiffness"
+
+
+@pytest.mark.parametrize(("times", "status"), [(10.0, "identified"), (1.03, "unidentifiable")])
+def test_one_of_eight_steps_is_told_unless_a_stiffer_axis_is_seen_as_it(monkeypatch, times, status):
+    monkeypatch.setattr("bristle.identification.identifiability.STIFFER", times)
+    model = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=5e5, sigma_1=600.0, sigma_2=30.0)
+    fit = identify(slow_log(model, step=2e-6, duration=10.0), "lugre", axis=STATED, blocks=0, draws=20).best
+    assert fit.parameters["sigma_0"].status == status
