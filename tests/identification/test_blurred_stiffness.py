@@ -1,5 +1,7 @@
 """A stiffness that a coarse encoder blurs is asked about far away: is an axis ten times as stiff seen as soft, too?"""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from benchmarks.strangers import make
@@ -8,6 +10,8 @@ from tests.identification.known_logs import STATED, log_of, slow_log
 from bristle.core import Axis
 from bristle.friction import find
 from bristle.identification import identify
+from bristle.identification.settings import DEFAULT
+from bristle.identification.uncertainty import NEARLY, _blurred
 from bristle.report.messages import warnings_of
 
 AXIS = Axis(kind="rotational", seeks_delay=False, cutoff=100.0)
@@ -36,3 +40,27 @@ def test_one_of_eight_steps_is_told_unless_a_stiffer_axis_is_seen_as_it(monkeypa
     model = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=5e5, sigma_1=600.0, sigma_2=30.0)
     fit = identify(slow_log(model, step=2e-6, duration=10.0), "lugre", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["sigma_0"].status == status
+
+
+def asked_about(status="identified", *, counts, noise=1.0, simulates=False, lost=()):
+    """What is asked about, of pre-sliding over so many times the shortest that is told."""
+    least = DEFAULT.zone_counts * 1e-7
+    dataset = SimpleNamespace(resolution=1e-7, noise=noise * least / DEFAULT.zone_noise)
+    parameters = SimpleNamespace(variables=find("lugre").variables)
+    values = {"F_C": 8.0, "sigma_0": 8.0 / (counts * least)}
+    solution = SimpleNamespace(values=values, space=SimpleNamespace(names=tuple(values), linear=False))
+    estimation = SimpleNamespace(
+        simulates=simulates, resampled=(SimpleNamespace(parameters=parameters, dataset=dataset), solution)
+    )
+    estimates = [SimpleNamespace(name=name, status=status) for name in values]
+    return _blurred(estimates, lost, estimation, DEFAULT)
+
+
+def test_only_what_seems_identified_over_a_few_steps_along_a_measured_motion_is_asked_about():
+    short, long = 0.99 * NEARLY, 1.01 * NEARLY
+    assert asked_about(counts=short) == ["sigma_0"]
+    assert asked_about(counts=long) == []
+    assert asked_about(counts=long, noise=1.1) == ["sigma_0"]
+    assert asked_about("at_edge", counts=short) == []
+    assert asked_about(counts=short, lost=("sigma_0",)) == []
+    assert asked_about(counts=short, simulates=True) == []
