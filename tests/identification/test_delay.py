@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.core.axis import Axis
+from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
@@ -17,6 +19,7 @@ from bristle.identification import identify
 from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.uncertainty import _unsure
 from bristle.logs.filters import derivative
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
@@ -230,6 +233,35 @@ def test_a_delay_that_may_be_a_filter_is_told_where_friction_before_sliding_feel
     assert told.severity == severity
     assert told.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
     assert ("sigma_0" in message(told)) is (model == "dahl")
+
+
+def test_where_the_treatment_is_in_doubt_intervals_of_what_shows_at_reversals_are_wider(monkeypatch):
+    log, found, widths, said = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
+    for is_open in (False, True):
+        unsure = replace(found, filter_open=is_open)
+        stage = sys.modules["bristle.identification.identify"]
+        monkeypatch.setattr(stage, "alignment_of", lambda *_, given=unsure, **__: given)
+        fit = identify(log, "dahl", blocks=0, draws=20).best
+        widths.append({name: np.ptp(one.interval) for name, one in fit.parameters.items() if one.interval is not None})
+        said.append([one for one in fit.diagnostics if one.code == "widened"])
+    known, doubted = widths
+    assert 1.4 < doubted["sigma_0"] / known["sigma_0"] < 2.5  # it cannot fall below zero
+    for name in ("M", "F_C"):
+        assert doubted[name] == pytest.approx(known[name])
+    assert said[0] == []
+    (told,) = said[1]
+    assert (told.severity, told.numbers) == ("note", {"names": ("sigma_0",), "times": 2.5})
+    assert "2.5 times as wide" in message(told)
+
+
+@pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
+def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_turns(code):
+    variables = find("lugre").variables
+    solution = SimpleNamespace(space=SimpleNamespace(reported=(*variables, "k_1")))
+    estimation = SimpleNamespace(resampled=(SimpleNamespace(parameters=SimpleNamespace(variables=variables)), solution))
+    wider = ("F_S", "v_S", "sigma_0", "sigma_1")
+    assert sorted(_unsure([Diagnostic(code)], estimation)) == sorted(wider)
+    assert _unsure([Diagnostic("structure")], estimation) == ()
 
 
 @pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])

@@ -113,13 +113,14 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
 
 def turned(
     solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0, moved: np.ndarray | float = 0.0,
-    scale: float = 1.0,
+    scale: float = 1.0, wide: np.ndarray | None = None,
 ) -> list[Turned]:  # fmt: skip
     """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
 
     The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
-    what fits are off in the mean a share is in `doubt`, as one standard error. Draws are `moved` after that, and their
-    distances are as many times as large as `scale` says.
+    what fits are off in the mean a share is in `doubt`, as one standard error. Draws are `moved` after that; their
+    distances are as many times as large as `scale` says. By how much what is reported differs from its mean grows by
+    factors, `wide` of shape (reported,).
     """
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
@@ -127,7 +128,13 @@ def turned(
     spread = np.random.default_rng(SEED).standard_normal(len(thetas) // 2 + 1)
     drawn = thetas + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[: len(thetas)]
     drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn) - moved
-    return [solution.space.turned(theta, middle) for theta in centre + scale * (drawn - centre)]
+    drawn = centre + scale * (drawn - centre)
+    if wide is not None:
+        size = np.linalg.norm(solution.derivative, axis=1, keepdims=True)
+        reported = solution.derivative / np.where(size > 0.0, size, 1.0)
+        values = (drawn - np.mean(drawn, axis=0)) @ reported.T
+        drawn += (values * (wide - 1.0)) @ np.linalg.pinv(reported).T
+    return [solution.space.turned(theta, middle) for theta in drawn]
 
 
 def _on_edge(solution: Solution) -> np.ndarray:
@@ -136,12 +143,12 @@ def _on_edge(solution: Solution) -> np.ndarray:
 
 def bootstrap(
     problem: Problem, solution: Solution, count: int, *, free: np.ndarray | None = None, linear: bool = False,
-    scale: float = 1.0, report: Callable[[float], None] = lambda share: None,
+    scale: float = 1.0, wide: np.ndarray | None = None, report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:  # fmt: skip
     """Return fits to `count` replicates of a log, of the `free` coordinates.
 
-    They may be taken for `linear` around the solution, and their errors for `scale` times as large as they are;
-    `report` is told the share of the work done.
+    They may be taken for `linear` around the solution, their errors for `scale` times as large as they are, and the
+    scatter of what is reported for `wide` times; `report` is told the share of the work done.
     """
     free = np.ones(len(solution.space.names), dtype=bool) if free is None else free
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
@@ -170,7 +177,7 @@ def bootstrap(
     thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
     moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
     level = level.as_seen(_squares(drawn))
-    draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale)
+    draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale, wide)
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
         solution, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws), fits.disturbance,

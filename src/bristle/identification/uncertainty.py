@@ -29,6 +29,9 @@ from bristle.identification.settings import Settings
 __all__ = ["with_uncertainty"]
 
 NEARLY = 4.0  # times the least pre-sliding that is told: what is so short is asked about once more
+IN_DOUBT = 2.5  # times the scatter of replicates: what it takes to hold where the treatment is in doubt, as measured
+AT_REVERSALS = ("presliding", "stribeck")
+TREATMENT_DOUBTS = frozenset({"delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"})
 MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was measured for
 
 
@@ -45,7 +48,9 @@ def with_uncertainty(
     free = np.array([name not in flat for name in solution.space.names])
     linear = problem.refits_linearly(fit.friction)
     scale = _scale(fit.diagnostics)
-    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, report=report)
+    unsure = _unsure(fit.diagnostics, estimation)
+    wide = np.array([IN_DOUBT if name in unsure else 1.0 for name in solution.space.reported]) if unsure else None
+    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, scale=scale, wide=wide, report=report)
     residual, cycles = replicates.residual, problem.half_cycles
     bands = _bands(replicates, estimation)
     resampling = Resampling(
@@ -75,6 +80,7 @@ def with_uncertainty(
             *(diagnostic for diagnostic in about if diagnostic is not None),
             *_at_odds(estimates, replicates, settings),
             *_shifted(estimates),
+            *_widened(unsure),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
@@ -126,6 +132,24 @@ def _scale(diagnostics: Sequence[Diagnostic]) -> float:
     assert isinstance(missing, float)
     assert isinstance(chance, float)
     return min(math.hypot(missing, chance) / max(chance, np.finfo(float).tiny), MOST_SCALE)
+
+
+def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[str, ...]:
+    """Return the parameters that show where friction turns, where it is in doubt how a log is to be treated.
+
+    A replicate is treated as it is made, so that replicates know nothing of such a doubt.
+    """
+    problem, solution = estimation.resampled
+    if not TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics):
+        return ()
+    variables = problem.parameters.variables
+    return tuple(name for name in solution.space.reported
+                 if name in variables and variables[name].excitation in AT_REVERSALS)  # fmt: skip
+
+
+def _widened(names: tuple[str, ...]) -> tuple[Diagnostic, ...]:
+    """Return by how much intervals are wider than those of replicates."""
+    return (Diagnostic("widened", severity="note", numbers={"names": names, "times": IN_DOUBT}),) if names else ()
 
 
 def _curve_from(estimates: Sequence[Estimate], least: float) -> float:

@@ -168,11 +168,40 @@ def test_replicates_that_err_alike_are_turned_around_and_pairs_share_an_edge():
     # What one of a pair has above the edge, its mirror image has not.
     np.testing.assert_allclose(drawn, [[8.0, 0.4], [7.0, 0.0], [9.0, 0.2]])
     assert [draw.values["level"] for draw in turned(solution, thetas, solution.theta)] == [8.0, 7.0, 9.0]
+    # Where more is in doubt than replicates know of, draws lie farther from their middle, which stays.
+    wider = np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=np.array([2.5, 1.0]))])
+    np.testing.assert_allclose(wider, [[8.0, 0.4], [5.5, 0.0], [10.5, 0.2]])
     # Replicates of a level of 9 that come out at 12 in the mean leave 7 for one of 10.
     drawn = turned(solution, np.repeat(thetas, 40, axis=0), np.array([9.0, 0.0]), doubt=0.3)
     levels = np.array([draw.numbers[0] for draw in drawn])
     assert np.mean(levels) == pytest.approx(7.0, abs=0.01)
     assert np.std(levels) == pytest.approx(np.hypot(np.std(thetas[:, 0]), 0.3 * 3.0), rel=0.2)
+
+
+class OneAboveTheOther(ParameterSpace):
+    """A level, and a break-away force that is sought in its excess over the level."""
+
+    def values(self, theta):
+        return dict(zip(self.names, self.numbers(theta).tolist(), strict=True))
+
+    def numbers(self, theta):
+        return np.array([theta[0], theta[0] + 1e6 * theta[1]])
+
+    def derivative(self, theta):
+        return np.array([[1.0, 0.0], [1.0, 1e6]])
+
+
+def test_of_what_is_sought_in_excess_of_another_the_sum_is_wider_and_the_other_stays():
+    space = OneAboveTheOther(("level", "break_away"), np.full(2, -np.inf), np.full(2, np.inf))
+    solution = Solution(space, np.array([10.0, 2e-6]), np.zeros((1, 2)))
+    # Where the level is high, its excess is low: the break-away force is known better than either.
+    thetas = np.array([[11.0, 1.1e-6], [9.0, 2.9e-6], [12.0, -0.1e-6], [8.0, 4.1e-6]])
+    plain, wide = (
+        np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=given)])
+        for given in (None, np.array([1.0, 2.5]))
+    )
+    np.testing.assert_allclose(wide[:, 0], plain[:, 0])
+    np.testing.assert_allclose(wide[:, 1] - 12.0, 2.5 * (plain[:, 1] - 12.0), atol=1e-9)
 
 
 def test_too_few_draws_are_refused():

@@ -116,6 +116,12 @@ FITS: dict[str, Sentence] = {
         "a value lies outside its interval",
         "take the middle of the interval, or record at a higher rate",
     ),
+    "widened": says(
+        "intervals of {names:list} are made {times:.2g} times as wide: which delay or filter the log passed is in "
+        "doubt, and where friction turns that matters more than noise does",
+        "a doubt about the treatment of a log, which replicates do not know of, is in its intervals",
+        "state the delay under [timing] of the axis file, or mend what is named",
+    ),
     # What the motion cannot tell, and what was held out.
     "one_amplitude": says(
         "all {half_cycles} half-cycles go the same way of {amplitude:length}: a log of one amplitude holds no "
