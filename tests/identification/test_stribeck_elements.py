@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, sines
+from tests.identification.known_logs import STATED, Motion, log_of, sines
 
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
@@ -16,7 +16,7 @@ LEVEL, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # share
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * LEVEL / REACH, "nu_i": LEVEL}
 TRUTH = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
 MASS = 12.0
-ASKED = {"mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
+ASKED = {"axis": STATED, "mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
 
 
 def gms_log(name="gms", *, seed=0, scatter=0.0, **truth):
