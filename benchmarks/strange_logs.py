@@ -2,12 +2,14 @@
 
 The axes, their drives and their records are those of `benchmarks.strangers`, which shares no code with the package:
 efforts that are late or held either way, channel filters, periodic errors of the encoder, gravity, cogging.
+``python -m benchmarks.strange_logs 60000 100 lugre`` asks about seeds and a family of one's own.
 """
 
 from __future__ import annotations
 
+import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
@@ -78,11 +80,11 @@ def tried(family: str, seed: int) -> StrangeLog:
     return StrangeLog("", 100.0 * (mass / truth.mass - 1.0), inside, len(inside))
 
 
-def strange_logs() -> Iterator[Share]:
-    """Coverage of the intervals of each family, pooled and of the moving mass."""
+def strange_logs(first: int = 0, count: int = LOGS, families: Iterable[str] = MODELS) -> Iterator[Share]:
+    """Coverage of the intervals of each family on logs of seeds from the `first` on, pooled and by parameter."""
     with ProcessPoolExecutor(core_count()) as pool:
-        for family in MODELS:
-            trials = list(pool.map(tried, [family] * LOGS, range(LOGS)))
+        for family in families:
+            trials = list(pool.map(tried, [family] * count, range(first, first + count)))
             read = [trial for trial in trials if not trial.refused]
             every = [inside for trial in read for inside in trial.inside.values()]
             errors = np.array([trial.mass_error for trial in read])
@@ -92,3 +94,9 @@ def strange_logs() -> Iterator[Share]:
                 inside = [trial.inside[parameter] for trial in read if parameter in trial.inside]
                 yield Share(f"{family}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside))
             yield Share(f"{family}, read", 100.0 * len(read) / len(trials), 100.0, 100.0, len(trials))
+
+
+if __name__ == "__main__":
+    first, count, *families = sys.argv[1:]
+    for share in strange_logs(int(first), int(count), families or MODELS):
+        print(share.row(), flush=True)

@@ -27,7 +27,7 @@ def is_found(skeleton: Any, key: str) -> bool:
         if not isinstance(skeleton, dict) or (name not in skeleton and (name != "…" or not skeleton)):
             return False
         skeleton = skeleton[name] if name != "…" else next(iter(skeleton.values()))
-        if items and skeleton != {} and not _is_list(skeleton):
+        if items and not _is_list(skeleton):
             return False
     return True
 

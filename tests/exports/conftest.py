@@ -1,13 +1,25 @@
 """What tests of exports share: FMUs, which take long to compile."""
 
-import fcntl
 import os
+import time
 
 import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
 import bristle as br
 from bristle.exports import fmu_build
+from bristle.files.owned import lock
+
+
+def alone(note):
+    """Wait until no other worker has a lock."""
+    while True:
+        try:
+            lock(note)
+        except BlockingIOError:
+            time.sleep(0.1)
+        else:
+            return
 
 
 @pytest.fixture(scope="session")
@@ -15,8 +27,8 @@ def fmus(tmp_path_factory):
     """FMUs of some models, of one for both versions; workers of one run share them."""
     place = tmp_path_factory.getbasetemp()
     folder = (place.parent if "PYTEST_XDIST_WORKER" in os.environ else place) / "written"
-    with pytest.MonkeyPatch.context() as patch, open(f"{folder}.lock", "w", encoding="ascii") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with pytest.MonkeyPatch.context() as patch, open(f"{folder}.lock", "w", encoding="ascii") as note:
+        alone(note.fileno())
         folder.mkdir(exist_ok=True)
         patch.setattr(fmu_build, "zig", list)  # other platforms take minutes, and cannot be run here
         for name in WRITTEN:

@@ -64,6 +64,7 @@ def test_encodings_and_units_in_the_header(encoding):
         ("Drive export\nDate,2024-05-01\nRate,1000\nScale,0.5,0.25\n\nt,x\n", ["t", "x"]),
         ("t,x\n# from here on the recording\n", ["t", "x"]),
         ("t,t\n", ["t", "t_2"]),
+        (",column_1\n", ["column_1_", "column_1"]),
         ("operator,Smith\nt,m\n", ["t", "m"]),
         ("sep=,\nt,x\n", ["t", "x"]),
     ],

@@ -8,6 +8,7 @@ from bristle.exports.described import Source
 from bristle.exports.target import Request
 from bristle.exports.writing import files_for
 from bristle.files.model import read_model
+from bristle.identification.diagnostics.structure import _with_presliding
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.first_page import answers
@@ -82,3 +83,10 @@ def test_friction_that_builds_up_is_named_before_friction_of_the_place(log):
     named = [one for one in fit.diagnostics if one.code.startswith("missing_")]
     assert [one.code for one in named] == ["missing_presliding"]
     assert named[0].numbers["model"] == "preisach_contact"
+
+
+def test_nobody_is_sent_to_what_was_compared(log):
+    fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
+    static = next(one for one in fits if one.name == "coulomb_viscous")
+    named = _with_presliding(static, ["preisach_contact"]).diagnostics[0].numbers
+    assert (named["model"], named["compared"]) == ("", "preisach_contact")

@@ -27,6 +27,19 @@ def test_a_model_is_named_as_the_next_or_as_one_that_was_compared(key, other, sa
     assert said.format(f"`{named}`") in text
 
 
+@pytest.mark.parametrize(
+    ("model", "compared", "end"),
+    [
+        ("", "", "this model has one period already: look for a second one in motor, screw and belt"),
+        ("", "coulomb+periodic", "as cogging or a screw does. `coulomb+periodic`, which was compared, is no better"),
+        ("coulomb+periodic", "", "as cogging or a screw does. Next: `coulomb+periodic`"),
+    ],
+)
+def test_of_a_ripple_the_model_is_next_or_compared_or_has_one(model, compared, end):
+    numbers = {"period": 0.01, "amplitude": 2.0, "percent": 5.0, "model": model, "compared": compared}
+    assert told("missing_ripple", share_percent=50.0, force=1.0, **numbers).endswith(end)
+
+
 def test_a_motion_in_one_direction_goes_no_way_back_of_less_than_nothing():
     assert "%" not in told("one_direction", direction="forward", percent=0.0)
     assert "for no more than 0.4 % of its way" in told("one_direction", direction="forward", percent=0.4)

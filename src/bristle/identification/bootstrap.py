@@ -54,7 +54,7 @@ EDGE = 3.0  # standard deviations beyond which an estimated square went astray
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`.
+    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`, as its `replicates` draw them.
 
     Parameters
     ----------
@@ -72,6 +72,7 @@ class Bootstrap:
     """
 
     solution: Solution
+    replicates: Replicates
     draws: np.ndarray
     members: tuple[Mapping[str, Any], ...]
     disturbance: Disturbance
@@ -155,7 +156,8 @@ def bootstrap(
     residual, slope = problem.residual(solution.values), problem.friction_slope(values)
     levels = Levels.of(cycles, slope, problem.away.rows)
     visible = levels.scatter(residual)
-    fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
+    drawing = problem.replicates(values, slope, residual)
+    fits = _Fits(drawing, disturbance_of(problem.dataset, visible),
                  Refit(solution, free, linear=linear), levels, solution.theta, problem.parameters,
                  Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free, residual))  # fmt: skip
     rng = np.random.SeedSequence(SEED)
@@ -180,8 +182,9 @@ def bootstrap(
     draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale, wide)
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
-        solution, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws), fits.disturbance,
-        Scatter(level.scatter(), *ends), lacking**0.5, residual, slope, *fits.jackknifed(residual, drawn),
+        solution, drawing, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws),
+        fits.disturbance, Scatter(level.scatter(), *ends), lacking**0.5, residual, slope,
+        *fits.jackknifed(residual, drawn),
     )  # fmt: skip
 
 

@@ -100,14 +100,12 @@ def as_soft(
     """
     solution = found.solution
     moved, refit = _Followed(problem, solution, free, settings), Refit(solution, free)
-    values = problem.parameters.complete(solution.values)
-    replicates = problem.replicates(values, found.slope, found.residual)
     draws = [(seed, side) for seed in np.random.SeedSequence(SEED).spawn(PAIRS) for side in (1.0, -1.0)]
 
     def alike(name: str) -> Diagnostic | None:
         truth, largest = moved.moved(name, STIFFER), max(found.interval(name)[1], solution.values[name])
         stiff = solution.space.values(truth)
-        made = replicates.made_with(problem.parameters.complete(stiff))
+        made = found.replicates.made_with(problem.parameters.complete(stiff))
 
         def end(draw: tuple[np.random.SeedSequence, float]) -> float:
             log = made.draw(found.disturbance, np.random.default_rng(draw[0]), draw[1])

@@ -14,6 +14,7 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.covariance import is_white
+from bristle.identification.diagnostics.excitation import shortest_zone
 from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import BLOCKS, within_cycles
@@ -96,9 +97,9 @@ def _blurred(
     problem, solution = estimation.resampled
     if estimation.simulates or solution.space.linear:
         return []
-    variables, dataset, values = problem.parameters.variables, problem.dataset, solution.values
-    level = max((values[name] for name in names_of(Role.LEVEL, variables) if name in values), default=np.inf)
-    least = max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
+    variables, values = problem.parameters.variables, problem.parameters.complete(solution.values)
+    level = max((values[name] for name in names_of(Role.LEVEL, variables)), default=np.inf)
+    least = shortest_zone(problem.dataset, settings)
     seen = (estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in lost)
     sought = set(names_of(Role.STIFFNESS, variables)).intersection(solution.space.names)
     return [name for name in seen if name in sought and level < NEARLY * least * values[name]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -267,8 +267,16 @@ def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tupl
         names, units = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
         names, units = map(list, zip(*(_name_and_unit(cell) for cell in headers[-1]), strict=True))
-    names, notes = distinct(name or placeholder for name, placeholder in zip(names, unnamed, strict=True))
+    own = set(names)
+    names, notes = distinct(name or _unlike(own, called) for name, called in zip(names, unnamed, strict=True))
     return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
+
+
+def _unlike(names: Container[str], name: str) -> str:
+    """Return a name that none of the others is: what a person called a column is never another one."""
+    while name in names:
+        name += "_"
+    return name
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:

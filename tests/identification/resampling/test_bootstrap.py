@@ -204,6 +204,23 @@ def test_of_what_is_sought_in_excess_of_another_the_sum_is_wider_and_the_other_s
     np.testing.assert_allclose(wide[:, 1] - 12.0, 2.5 * (plain[:, 1] - 12.0), atol=1e-9)
 
 
+class OneOfNothing(ParameterSpace):
+    """A level, and a number beside it that depends on nothing."""
+
+    @property
+    def reported(self):
+        return ("level", "constant")
+
+    def derivative(self, theta):
+        return np.array([[1.0], [0.0]])
+
+
+def test_what_depends_on_nothing_leaves_draws_finite():
+    solution = Solution(OneOfNothing(("level",), np.array([-np.inf]), np.array([np.inf])), np.array([1.0]), np.eye(1))
+    drawn = turned(solution, np.array([[2.0], [0.0]]), solution.theta, wide=np.array([1.0, 2.5]))
+    np.testing.assert_allclose([draw.numbers[0] for draw in drawn], [0.0, 2.0])
+
+
 def test_too_few_draws_are_refused():
     with pytest.raises(InputError, match="draws"):
         identify(log_of(sines(), sliding_effort(sines())), draws=5)

@@ -27,6 +27,7 @@ __all__ = [
     "about_repeated_logs",
     "about_repetition",
     "repeats_after",
+    "shortest_zone",
     "spread_between_repeats",
     "stroke_lengths",
 ]
@@ -93,7 +94,7 @@ class Excitation:
             "samples": speeds.size,
             "speed": slow,
         }
-        grain = max(self.settings.zone_counts * self.dataset.resolution, self.settings.zone_noise * self.dataset.noise)
+        grain = shortest_zone(self.dataset, self.settings)
         steady = [
             speed
             for segment in self.dataset.segments
@@ -148,6 +149,11 @@ class Excitation:
                 left = np.abs(segment.position[first:] - segment.position[first]) > zone
                 counts.append(int(np.argmax(left)) if left.any() else left.size)
         return float(np.median(counts))
+
+
+def shortest_zone(dataset: Dataset, settings: Settings) -> float:
+    """Return the shortest displacement [m or rad] that the position shows, by its encoder and its noise."""
+    return max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
 
 
 def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:

@@ -30,6 +30,7 @@ CODES = {
 }  # fmt: skip
 """The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
+WITHOUT_MODEL = ("gravity", "flanks")  # told by what to write or to look for
 NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
@@ -128,8 +129,9 @@ def _diagnostic(
     cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
     numbers: dict[str, Number] = {
         "force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share,
-        **_next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared),
     }  # fmt: skip
+    if cause not in WITHOUT_MODEL:
+        numbers |= _next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared)
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
         numbers |= _turns_of(missing, friction, lead)
@@ -137,8 +139,6 @@ def _diagnostic(
         numbers |= {"amplitude": missing.amplitude}
     if cause == "flanks":
         numbers |= {"ratio": missing.ratio}
-    if cause in ("gravity", "flanks"):
-        del numbers["model"], numbers["compared"]
     if cause not in CODES:
         numbers |= {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
