@@ -33,6 +33,7 @@ __all__ = [
     "ALONG",
     "FEEDFORWARD",
     "LEARNING",
+    "RESTS",
     "RUN",
     "SAMPLES_MAX",
     "SIDES",
@@ -50,6 +51,8 @@ SAMPLES_MAX = 10_000_000
 LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
 SIDES = ("load", "motor")
 ALONG = ("desired", "measured")
+RESTS = ("held", "middle")
+"""Rules for the force of a memoryless friction model at rest; the first one is that of feedforward."""
 
 RUN = {
     "duration": Variable("time", "simulated time", min=1e-9),
@@ -158,7 +161,7 @@ class Run:
 
 @guarded(
     **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")), friction=optional(model("friction")),
-    along=among(*ALONG), plant=optional(model("plant")), carries=optional(model("plant")),
+    along=among(*ALONG), rest=among(*RESTS), plant=optional(model("plant")), carries=optional(model("plant")),
 )  # fmt: skip
 @dataclass(frozen=True)
 class Feedforward:
@@ -181,6 +184,8 @@ class Feedforward:
         a virgin one.
     along : {"desired", "measured"}
         The motion that the compensator follows.
+    rest : {"held", "middle"}
+        Force of a memoryless compensator where that motion rests: that of the side it came from, or the mean of both.
     fitted_to : str
         `digest` of the friction that the compensator was identified on, where that is known; "" otherwise.
     plant : Model or None
@@ -199,6 +204,7 @@ class Feedforward:
     rate_limit: float = math.inf
     conditioning: float = 0.0
     along: Literal["desired", "measured"] = "desired"
+    rest: Literal["held", "middle"] = "held"
     fitted_to: str = ""
     plant: Model | None = None
     carries: Model | None = None

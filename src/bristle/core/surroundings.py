@@ -20,7 +20,7 @@ from bristle.core.motion import NOTHING_TRANSMITTED, Motion
 from bristle.core.once import once
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "reader_of"]
+__all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "on_side", "reader_of"]
 
 
 RESERVED = {
@@ -133,9 +133,17 @@ _classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
 
 @once
 def _at_rest(fields: tuple[str, ...]) -> Callable[..., Any]:
-    values = ["v", *(f"motion.{name}" for name in fields[1:])]
-    values[fields.index("transmitted")] = repr(NOTHING_TRANSMITTED)
-    return _defined("motion_at_rest", f"Motion({', '.join(values)})", "v, motion", {"Motion": _classes[fields]})
+    return _with_velocity("motion_at_rest", fields, {"transmitted": repr(NOTHING_TRANSMITTED)})
+
+
+@once
+def _on_side(fields: tuple[str, ...]) -> Callable[..., Any]:
+    return _with_velocity("motion_on_side", fields, {})
+
+
+def _with_velocity(name: str, fields: tuple[str, ...], changed: Mapping[str, str]) -> Callable[..., Any]:
+    values = ["v", *(changed.get(field, f"motion.{field}") for field in fields[1:])]
+    return _defined(name, f"Motion({', '.join(values)})", "v, motion", {"Motion": _classes[fields]})
 
 
 def at_rest(v, motion):
@@ -143,7 +151,13 @@ def at_rest(v, motion):
     return motion._replace(v=v, transmitted=NOTHING_TRANSMITTED)
 
 
+def on_side(v, motion):
+    """Return a motion with another velocity `v`, such as the zero of one side; all around it stays."""
+    return motion._replace(v=v)
+
+
 chosen_by_fields(at_rest, _at_rest)
+chosen_by_fields(on_side, _on_side)
 
 
 @once

@@ -11,8 +11,9 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOTHING_TRANSMITTED, Model
-from bristle.core.edge import Amount, amount, array, guarded, model, optional, vector
+from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, vector
 from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import RESTS
 from bristle.core.packing import unpacker
 from bristle.core.surroundings import motion_with
 from bristle.core.values import looked_at
@@ -22,6 +23,7 @@ from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, fin
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, memory_of, warn_of_lost
 from bristle.engine.path import after, output_along
+from bristle.friction.resting import with_rest
 
 __all__ = [
     "along",
@@ -332,8 +334,12 @@ def force_along_entry(part: Instance) -> Callable[..., Any]:
     )
 
 
-@guarded(model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array())
-def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = ()) -> np.ndarray:
+@guarded(
+    model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array(), rest=among(*RESTS),
+)  # fmt: skip
+def response(
+    model: Model, x: Any, dt: Amount | None = None, *, history: Any = (), rest: str = "middle"
+) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters
@@ -347,6 +353,9 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     history : array_like, shape (sample,), optional
         Inputs that an operator has gone through before the first sample; virgin at the input 0 where empty
         (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
+    rest : {"middle", "held"}
+        Force of a friction model without memory in a step of length 0, where Coulomb friction has no single value: the
+        mean of both directions, or that of the last direction.
 
     Returns
     -------
@@ -363,8 +372,10 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     Examples
     --------
     >>> from bristle import friction, hysteresis
-    >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3], 0.1)
-    array([ 0.,  2.,  2., -2.])
+    >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3, 1e-3], 0.1)
+    array([ 0.,  2.,  2., -2.,  0.])
+    >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3, 1e-3], 0.1, rest="held")
+    array([ 0.,  2.,  2., -2., -2.])
     >>> response(hysteresis.preisach(s=1.0, f_p=1.0), [1.0, 0.0, 1.0])
     array([ 0.5       , -0.16666667,  0.5       ])
     """
@@ -380,5 +391,5 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     force = np.zeros(x.size)
     with np.errstate(over="ignore"):  # what overflows is refused as a velocity
         velocity = np.diff(x) / dt
-    force[1:] = force_along(model, velocity, dt, x[1:])
+    force[1:] = force_along(with_rest(model, rest), velocity, dt, x[1:])
     return force

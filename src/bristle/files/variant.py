@@ -11,7 +11,7 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
-from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, SIDES, Feedforward, Learning, Variant
+from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, Feedforward, Learning, Variant
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
@@ -190,15 +190,18 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(entries, (*FEEDFORWARD, "friction", "along", "plant"), path)
+    check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
     own = entries.get("plant", "none")
     if own not in ("none", "own"):
         raise InputError("is no plant whose gravity and cogging are fed forward", path=f"{path}.plant", value=own,
                          allowed='"none", or "own": those of [plant]')  # fmt: skip
-    along = entries.get("along", ALONG[0])
+    along, rest = entries.get("along", ALONG[0]), entries.get("rest", RESTS[0])
     if along not in ALONG:
         raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
                          allowed=" or ".join(ALONG))  # fmt: skip
+    if rest not in RESTS:
+        raise InputError("is no rule for the force at rest", path=f"{path}.rest", value=rest,
+                         allowed=" or ".join(RESTS))  # fmt: skip
     friction = entries.get("friction", "none")
     full_path = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
@@ -219,8 +222,8 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
         )
         carries = _carried(compensator, identified or plant)
     return Feedforward(
-        friction=compensator, along=along, fitted_to=fitted_to, plant=plant if own == "own" else None, carries=carries,
-        **values,
+        friction=compensator, along=along, rest=rest, fitted_to=fitted_to, plant=plant if own == "own" else None,
+        carries=carries, **values,
     )  # fmt: skip
 
 

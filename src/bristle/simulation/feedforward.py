@@ -8,23 +8,27 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
-from bristle.core.edge import Amount, amount, array, guarded, instance
+from bristle.core.edge import Amount, among, amount, array, guarded, instance
 from bristle.core.errors import InputError
-from bristle.core.experiment import FEEDFORWARD, Feedforward
+from bristle.core.experiment import FEEDFORWARD, RESTS, Feedforward
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
 from bristle.engine.place import effort_along
+from bristle.friction.resting import with_rest
 from bristle.plants.terms import Termed, place_of, terms_of
 
 __all__ = ["carried_effort", "compensator_of", "feedforward_effort", "friction_along"]
 
 
-@guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]))
-def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0) -> np.ndarray:
+@guarded(
+    model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]),
+    rest=among(*RESTS),
+)  # fmt: skip
+def friction_along(
+    model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]
+) -> np.ndarray:  # fmt: skip
     """Return the friction force that a compensator expects along a desired motion.
-
-    Where the desired velocity is zero a set-valued model has no single force; it is fed the middle of its interval.
 
     Parameters
     ----------
@@ -36,12 +40,15 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
         Length of a step [s].
     conditioning : float
         Amplitude of the decaying sweep that its memory goes through first [m or rad]; 0 for a virgin one.
+    rest : {"held", "middle"}
+        Force of a memoryless model where the velocity is zero (`bristle.friction.resting`).
 
     Returns
     -------
     ndarray, shape (step,)
         Force [N or N*m].
     """
+    model = with_rest(model, rest)
     state, memory = conditioned(model, conditioning)
     return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
 
@@ -72,9 +79,10 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
         return effort
     carried = carried_effort(feedforward, position, acceleration, dt)
     steps = np.diff(position) / dt
-    state, memory = conditioned(feedforward.friction, feedforward.conditioning)
+    friction = with_rest(feedforward.friction, feedforward.rest)
+    state, memory = conditioned(friction, feedforward.conditioning)
     return effort + compensation_along(
-        feedforward.friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
+        friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
         np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=carried, state=state, memory=memory,
     )  # fmt: skip
 
@@ -106,8 +114,9 @@ def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) 
     """
     if feedforward.friction is None or feedforward.along == "desired":
         return None
-    state, memory = conditioned(feedforward.friction, feedforward.conditioning)
-    return Compensator(feedforward.friction, _shape(feedforward), state, memory, carried)
+    friction = with_rest(feedforward.friction, feedforward.rest)
+    state, memory = conditioned(friction, feedforward.conditioning)
+    return Compensator(friction, _shape(feedforward), state, memory, carried)
 
 
 def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:

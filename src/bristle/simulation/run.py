@@ -23,7 +23,7 @@ from bristle.simulation.feedforward import carried_effort, compensator_of, feedf
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 from bristle.simulation.trials import learn
 
-__all__ = ["simulate"]
+__all__ = ["simulate", "simulate_with"]
 
 Progress = Callable[[float, str], None]
 
@@ -57,6 +57,14 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
         finished += len(runs)
         results[variant.name] = mean_result(runs)
     return SimulationResult(experiment, results)
+
+
+def simulate_with(variant: Variant, effort: np.ndarray | None) -> VariantResult:
+    """Return one run of a variant, with an effort [N or N*m] at each sample beside what it feeds forward by itself."""
+    desired = _desired(variant)
+    if effort is not None:
+        desired[3] += effort
+    return _simulate_variant(variant, desired, 0)
 
 
 def _runs_of(variant: Variant) -> Iterator[VariantResult]:

@@ -1,0 +1,133 @@
+r"""A memoryless model at rest: one rule for the force, wherever the model is evaluated along a motion.
+
+At :math:`v = 0` a static map has no single force, but an interval between its one-sided limits :math:`F_-` and
+:math:`F_+`. With :math:`s = \operatorname{sgn}` of the last velocity that was not zero, 0 before any motion,
+
+.. math:: F(0) = \tfrac12(F_+ + F_-) + \tfrac12 h s\,(F_+ - F_-)
+
+``held``, :math:`h = 1`, keeps the force of the side that the axis came from; ``middle``, :math:`h = 0`, drops to the
+mean of both sides. The map itself stays without memory: the model around it stores the direction. Models with a state
+have one force at rest and need neither rule.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.dispatch import friction_trial
+from bristle.core.experiment import RESTS
+from bristle.core.kernel import kernel
+from bristle.core.once import once
+from bristle.core.surroundings import on_side
+from bristle.core.variable import Variable
+from bristle.friction.enclosing import EnclosingModel, enclosed
+from bristle.friction.presliding import is_static
+
+__all__ = ["HELD", "rest_rule", "with_rest"]
+
+HELD = "rest_held"
+"""The parameter that the rule adds."""
+SHARE = Variable("1", "at rest: 1 holds the force of the last direction, 0 gives the middle", min=0.0, max=1.0)
+
+
+class Parameters(NamedTuple):
+    """Parameters of a static map with a rule at rest."""
+
+    inner: Any
+    held: Annotated[float, SHARE]
+
+
+class State(NamedTuple):
+    """The direction of the last motion."""
+
+    side: Annotated[float, Variable("1", "direction of the last motion, 0 before any", min=-1.0, max=1.0)] = 0.0
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    side: float
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, by the rule where that is zero."""
+    v = motion.v
+    if v == 0.0:
+        forward, _ = friction_trial(state, memory, on_side(0.0, motion), dt, p.inner)
+        backward, _ = friction_trial(state, memory, on_side(-0.0, motion), dt, p.inner)
+        share = p.held * state.side
+        return 0.5 * (1.0 + share) * forward + 0.5 * (1.0 - share) * backward, Move(state.side)
+    force, _ = friction_trial(state, memory, motion, dt, p.inner)
+    return force, Move(math.copysign(1.0, v))
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step."""
+    return State(move.side)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestingModel(EnclosingModel):
+    """A static friction model with a rule at rest."""
+
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return resting, (self.inner,)
+
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The share of the one-sided limit that is held."""
+        return {HELD: SHARE}
+
+    def initial_state(self, parameters: Parameters) -> State:
+        """Return the virgin state: no motion yet."""
+        return State()
+
+    def assemble(self, values: Mapping[str, Any]) -> Parameters:
+        """Return what kernels receive, from the values that a person sets."""
+        return Parameters(self.inside(values), values[HELD])
+
+    def values(self, parameters: Parameters) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return self.inner.values(parameters.inner) | {HELD: parameters.held}
+
+
+@once
+def resting(model: FrictionModel) -> RestingModel:
+    """Return the descriptor of a static `model` with a rule at rest."""
+    return enclosed(
+        RestingModel, model, name=model.name, description=model.description, Parameters=Parameters, State=State,
+        trial=trial, commit=commit, example={},
+    )  # fmt: skip
+
+
+def with_rest(friction: Model, rest: str) -> Model:
+    """Return a memoryless friction model with a rule at rest; any other model as it is.
+
+    Parameters
+    ----------
+    friction : Model
+        The friction model.
+    rest : {"held", "middle"}
+        Its force where the velocity is zero.
+    """
+    component = friction.component
+    if component.family != "friction" or component.rate is not None or not is_static(friction):
+        return friction
+    if isinstance(component, RestingModel):
+        component, parameters = component.inner, friction.parameters.inner
+    else:
+        parameters = friction.parameters
+    return Model(resting(component), Parameters(parameters, float(RESTS.index(rest) == 0)), friction.kind)
+
+
+def rest_rule(friction: Model) -> str:
+    """Return the rule of a model that has one; empty for any other model."""
+    if not isinstance(friction.component, RestingModel):
+        return ""
+    return RESTS[0] if friction.parameters.held else RESTS[1]
