@@ -48,9 +48,11 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
 
 
 class LevelValues(NamedTuple):
-    r"""The friction of a drive that takes one level for each direction and a constant force.
+    r"""The friction of a drive that takes one level for each direction, viscous friction and a constant force.
 
-    .. math:: u = M a + F_\text{constant} + \begin{cases} F_+ & v > 0 \\ -F_- & v < 0 \end{cases}
+    .. math:: u = M a + F_\text{constant} + \begin{cases} F_+ + D_+ v & v > 0 \\ -F_- + D_- v & v < 0 \end{cases}
+
+    A level with its viscous part is at no speed of the log above the steady friction: it never pushes too hard.
 
     Parameters
     ----------
@@ -60,20 +62,27 @@ class LevelValues(NamedTuple):
         Gravity or bias [N or N*m].
     forward, backward : float or None
         Levels F+ and F- [N or N*m]; None for a direction that the log does not have.
+    viscous_forward, viscous_backward : float or None
+        Viscous friction D+ and D- [N*s/m or N*m*s/rad]; None likewise.
     deviation : float
-        How far these levels are from the steady friction at most, over the speeds of the log [N or N*m].
+        Largest distance of both together from the steady friction, over the speeds of the log [N or N*m].
+    deviation_of_levels : float
+        The same of the levels alone, for a drive without a field for viscous friction [N or N*m].
     """
 
     inertia: float
     constant: float
     forward: float | None
     backward: float | None
+    viscous_forward: float | None
+    viscous_backward: float | None
     deviation: float
+    deviation_of_levels: float
 
 
 @guarded(fit=instance(Fit, "a model that was identified"))
 def level_values(fit: Fit) -> LevelValues | None:
-    """Return the friction as one level for each direction: the middle of the steady friction at the speeds of a log.
+    """Return the friction of a fit as one level and one viscous coefficient for each direction.
 
     Parameters
     ----------
@@ -107,7 +116,7 @@ def never_slid(fit: Fit) -> bool:
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
-    """Return the friction as one level for each direction.
+    """Return the friction as one level and one viscous coefficient for each direction, never above the steady friction.
 
     Parameters
     ----------
@@ -119,11 +128,34 @@ def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.nda
         By direction, 1 and -1, what `steady_side` returns.
     """
     constant = offset_of(friction.component.variables, friction.values)
-    level = {way: 0.5 * float(side[:, 1].min() + side[:, 1].max()) - way * constant for way, side in sides.items()}
-    deviation = max(0.5 * float(np.ptp(side[:, 1])) for side in sides.values())
+    lines = {way: _line_below(side) for way, side in sides.items()}
+    level = {way: line.level - way * constant for way, line in lines.items()}
+    viscous = {way: line.slope for way, line in lines.items()}
     inertia = None if plant is None else name_of(Role.INERTIA, plant.component.variables)
     mass = plant.values[inertia] if plant is not None and inertia else 0.0
-    return LevelValues(mass, constant, level.get(1.0), level.get(-1.0), deviation)
+    return LevelValues(
+        mass, constant, level.get(1.0), level.get(-1.0), viscous.get(1.0), viscous.get(-1.0),
+        max(line.deviation for line in lines.values()), max(line.deviation_of_level for line in lines.values()),
+    )  # fmt: skip
+
+
+class _Line(NamedTuple):
+    """A straight line below a curve of steady friction: where it begins, how it rises, how far it is off."""
+
+    level: float
+    slope: float
+    deviation: float
+    deviation_of_level: float
+
+
+def _line_below(side: np.ndarray) -> _Line:
+    """Return the line with the slope of least squares over the speeds, 0 at least, that touches a curve from below."""
+    speed, force = side.T
+    weight = np.gradient(speed)  # points are dense near rest
+    apart = speed - np.average(speed, weights=weight)
+    slope = max(0.0, float((weight * apart) @ force / ((weight * apart) @ apart)))
+    level = float(np.min(force - slope * speed))
+    return _Line(level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level)
 
 
 def steady_curve(fit: Fit) -> list[tuple[float, float]]:

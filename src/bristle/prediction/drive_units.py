@@ -12,10 +12,13 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.variable import Kind, unit_of
 
 __all__ = [
+    "CommandUnits",
     "DriveUnit",
     "DriveUnits",
     "LogUnits",
     "TableUnits",
+    "column_signs",
+    "command_units",
     "drive_units",
     "length_units",
     "log_units",
@@ -78,6 +81,57 @@ def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
     effort = _own(columns["effort"]) if "effort" in columns else DriveUnit(unit_of("force", kind), 1.0)
     velocity = _own(columns["velocity"]) if "velocity" in columns else DriveUnit(f"{length.name}/s", length.si)
     return LogUnits(velocity, effort)
+
+
+def column_signs(axis: Axis | None) -> tuple[float, float]:
+    """Return the signs of the columns of velocity and of effort against the axis; 1 where there is no axis file.
+
+    Parameters
+    ----------
+    axis : Axis or None
+        Its columns.
+    """
+    columns = {} if axis is None else axis.columns
+    moving = columns.get("velocity") or columns.get("position")
+    scales = (1.0 if column is None else column.scale for column in (moving, columns.get("effort")))
+    first, second = (math.copysign(1.0, scale) for scale in scales)
+    return first, second
+
+
+class CommandUnits(NamedTuple):
+    """The units of the command of a drive: of position and effort, with the signs of the columns, and others."""
+
+    position: DriveUnit
+    effort: DriveUnit
+    others: tuple[DriveUnit, ...]
+
+
+def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
+    """Return the units of the command of a drive: those of its log, where these are other ones than SI of the axis.
+
+    Parameters
+    ----------
+    axis : Axis or None
+        Its columns, its transmission, its rated effort.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+
+    Returns
+    -------
+    CommandUnits or None
+        None where the axis file tells no unit of an effort besides SI.
+    """
+    efforts = drive_units(axis, kind).efforts
+    if axis is None or not efforts:
+        return None
+    moving, pushing = column_signs(axis)
+    own = _own(axis.columns["position"]) if "position" in axis.columns else DriveUnit(unit_of("length", kind), 1.0)
+    logged = "effort" in axis.columns and efforts[0].name == log_units(axis, kind).effort.name
+    # A drive counts effort as it counts positions; a column of the log may run against both.
+    signed = [unit._replace(si=moving * unit.si) for unit in efforts]
+    if logged:
+        signed[0] = efforts[0]._replace(si=pushing * efforts[0].si)
+    return CommandUnits(own._replace(si=moving * own.si), signed[0], tuple(signed[1:]))
 
 
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:

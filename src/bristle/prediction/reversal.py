@@ -9,9 +9,10 @@ import numpy as np
 from bristle.core.contracts import Model, Motion
 from bristle.friction import unvaried
 
-__all__ = ["reversal_distance"]
+__all__ = ["SETTLED_SHARE", "reversal_distance"]
 
 SETTLED_SHARE = 0.95
+"""Of the change after a reversal: friction has turned."""
 FINEST, FARTHEST, PACES = 1e-9, 1e-1, 160  # of the way after a reversal [m or rad]
 SLOW = 1e-3  # of the largest speed
 DISTANCES = 16  # to be remembered: a report asks for the same one again and again

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bristle.core.typography import number, typeset
-from bristle.core.variable import unit_of
+from bristle.core.variable import Kind, unit_of
 from bristle.identification.parameters import Role, name_of
 from bristle.prediction.drive_table import LevelValues, level_values, never_slid
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
@@ -73,16 +73,27 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     sides = {"F+": levels.forward, "F\u2212": levels.backward}
     words = [f"{name}\u00a0{fixed(value, unit)}" for name, value in sides.items() if value is not None]
     words += [f"constant {fixed(levels.constant, unit)}"] if levels.constant else []
+    words += _viscous_words(levels, fit.plant.kind)
     weighed = fixed(levels.inertia, unit_of("mass", fit.plant.kind))
     inertia, units = name_of(Role.INERTIA, fit.plant.component.variables), drive_units(axis, fit.plant.kind)
     is_open = inertia in fit.parameters and fit.parameters[inertia].status == "unidentifiable"
     return [
         f"{mass}: not identified" if is_open else f"{mass} {weighed}",
-        f"{', '.join(words)}: levels within {fixed(levels.deviation, unit)} of the curve",
+        f"{', '.join(words)}: never above the steady friction, up to {fixed(levels.deviation, unit)} below it",
         *_in_drive_units(levels, units._replace(inertias=()) if is_open else units),
         *_after_reversal(fit, axis),
         "or the table for the drive, below",
     ]
+
+
+def _viscous_words(levels: LevelValues, kind: Kind) -> list[str]:
+    """Return the viscous friction beside the levels: one value where both directions have the same."""
+    unit = unit_of("force*time/length", kind)
+    sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
+    known = {name: fixed(value, unit) for name, value in sides.items() if value}
+    if len(set(known.values())) == 1:
+        return [f"viscous {next(iter(known.values()))}"]
+    return [f"viscous {name} {text}" for name, text in known.items()]
 
 
 def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:

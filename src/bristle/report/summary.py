@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation, level_values
-from bristle.prediction.drive_units import drive_units, length_units
+from bristle.prediction.drive_units import drive_units, length_units, units_of
 from bristle.prediction.reversal import reversal_distance
 from bristle.report.drive_values import drive_values
 from bristle.report.fronts.prediction import prediction_ruling
@@ -129,12 +129,17 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
     levels, units = level_values(fit), drive_units(axis, fit.plant.kind)
     if levels is None:
         return None
-    forces = {name: value for name, value in levels._asdict().items() if name != "inertia"}
+    viscous = {"viscous_forward": levels.viscous_forward, "viscous_backward": levels.viscous_backward}
+    forces = {name: value for name, value in levels._asdict().items() if name not in ("inertia", *viscous)}
     of_units = {
         unit.name: {name: None if value is None else unit.of(value) for name, value in forces.items()}
         for unit in units.efforts
     }
     of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
+    of_units |= {
+        unit.name: {name: None if value is None else unit.of(value) for name, value in viscous.items()}
+        for unit in units_of("force*time/length", axis, fit.plant.kind)
+    }  # fmt: skip
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
     of_units |= {unit.name: {"reversal_distance": unit.of(distance)} for unit in length_units(axis, fit.plant.kind)}
     presliding = {"reversal_distance": distance, "lag": fit.lag}
