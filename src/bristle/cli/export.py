@@ -38,6 +38,15 @@ Step = Annotated[
 Draws = Annotated[
     int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
 ]
+Rest = Annotated[
+    str | None,
+    typer.Option(
+        metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean."
+    ),
+]
+AcceptHarm = Annotated[
+    bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")
+]
 To = Annotated[
     str,
     typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own."),
@@ -71,6 +80,8 @@ def export(
     points: Points = 20,
     log: LogOfTable = None,
     draws: Draws = None,
+    rest: Rest = None,
+    accept_harm: AcceptHarm = False,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -93,20 +104,21 @@ def export(
         raise InputError("must be a model or a law, and one of them", path="export",
                          mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
     _refuse_beside(law is None, {"--variant": variant}, "--law")
-    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws}
+    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws, "rest": rest}
     _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
     file = read / "model.toml" if read.is_dir() else read
     target = _target(to)
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
             exported = _law(
-                context, law, variant, target, name_for(name), allow_code=allow_code, tunable=tunable, float32=float32
-            )
+                context, law, variant, target, name_for(name), allow_code=allow_code, tunable=tunable, float32=float32,
+                accept_harm=accept_harm,
+            )  # fmt: skip
         else:
             options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
             exported = export_model_file(
                 file, target, command=context.obj, name=name, allow_code=allow_code, tunable=tunable, float32=float32,
-                **options,
+                accept_harm=accept_harm, **options,
             )  # fmt: skip
         exported.write(folder)
     summary = exported.summary
@@ -168,7 +180,7 @@ def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
 
 def _law(
     context: typer.Context, path: Path, variant: str | None, to: str | Target, name: str, *, allow_code: bool,
-    tunable: bool, float32: bool,
+    tunable: bool, float32: bool, accept_harm: bool,
 ) -> ExportedModel:  # fmt: skip
     """Return the control law of a variant of an experiment as files."""
     from bristle.core.content import SIZE_LIMIT
@@ -185,5 +197,7 @@ def _law(
         admit(chosen.feedforward.friction)
     target = target_named(to)
     source = provenance(context.obj, **experiment.origins, target=origins_of_code([target]))
-    product = law_for(target, chosen, name, Source(source), tunable=tunable, single=float32)
+    product = law_for(
+        target, chosen, name, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm
+    )  # fmt: skip
     return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)

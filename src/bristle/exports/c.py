@@ -6,10 +6,11 @@ between them and the caller (the first position, inputs that are no numbers, sav
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bristle.core.variable import unit_of, variables_of
+from bristle.core.variable import Kind, unit_of, variables_of
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
@@ -23,8 +24,10 @@ from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import Struct
 from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
+from bristle.friction.resting import rest_rule
+from bristle.prediction.drive_units import CommandUnits
 
-__all__ = ["FLAGS", "CFiles", "c_files"]
+__all__ = ["FLAGS", "CFiles", "c_files", "command_facts"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
@@ -52,6 +55,8 @@ class CFiles:
         What a real number is.
     steps : int
         Steps of the self-test.
+    units : CommandUnits or None
+        Those of the drive, where they are known.
     """
 
     subject: Subject
@@ -61,7 +66,10 @@ class CFiles:
     tunable: bool = False
     scalar: str = "double"
     steps: int = COUNT
+    units: CommandUnits | None = None
     printer: ClassVar[type[Printer]] = Printer
+    fixed: ClassVar[tuple[str, ...]] = ()
+    """Parameters that may not be changed at run time."""
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -77,7 +85,7 @@ class CFiles:
 
     def _facts(self) -> dict[str, Any]:
         subject, model = self.subject, self.subject.model
-        tuned = tunable_of(model) if self.tunable else None
+        tuned = tunable_of(model, self.fixed) if self.tunable else None
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
         printer = self.printer(subject.unit, self.scalar, around)
         definitions = printer.definitions()
@@ -87,6 +95,7 @@ class CFiles:
         return {
             "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
             "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"), "operator": subject.is_operator,
+            "rest": rest_rule(model), "drive": command_facts(self.units, model.kind),
             "description": plain(component.description) + ".",
             "facts": self.source.lines, "table": parameter_table(model, self.source).rstrip(),
             "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
@@ -202,13 +211,32 @@ class CFiles:
         }  # fmt: skip
 
 
+def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
+    """Return what is said of the units of a drive; None where nothing is known of them."""
+    if units is None:
+        return None
+    efforts = [units.effort, *units.others]
+    return {
+        "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
+        "efforts": [{"unit": plain(unit.name), "si": repr(unit.si), "macro": macro_of(unit.name)} for unit in efforts],
+        "unit_force": plain(unit_of("force", kind)), "unit_x": plain(unit_of("length", kind)),
+    }  # fmt: skip
+
+
+def macro_of(unit: str) -> str:
+    """Return a unit as a name of C has it: ``% of rated`` is ``PERCENT_OF_RATED``."""
+    words = unit.replace("%", "percent").replace("*", "").replace("/", " per ")
+    return "_".join(re.findall(r"[A-Za-z0-9]+", plain(words))).upper()
+
+
 def c_files(
-    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
-) -> dict[str, str]:
+    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False,
+    units: CommandUnits | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
     places = tunable_of(subject.model).places if tunable else ()
     left = settled_subject(subject, places, single=single)
-    return CFiles(left, name, source, dt, tunable, "float" if single else "double").files()
+    return CFiles(left, name, source, dt, tunable, "float" if single else "double", units=units).files()
 
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:

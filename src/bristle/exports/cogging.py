@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.exports.effect import Drive
 from bristle.plants.terms import TermedPlant, terms_of
 from bristle.prediction.drive_units import DriveUnit
 
-__all__ = ["MOST", "Wave", "cogging_notes", "cogging_text", "waves_of"]
+__all__ = ["MOST", "Wave", "cogging_notes", "cogging_text", "drive_of_harmonics", "waves_of"]
 
 MOST = 9
 
@@ -60,6 +63,21 @@ def cogging_notes(waves: list[Wave], effort: DriveUnit) -> tuple[str, ...]:
     amplitude = effort.of(sum(wave.amplitude for wave in left))
     orders = ", ".join(str(wave.order) for wave in left)
     return (f"{MOST} harmonics at most: {orders} times a turn are left out, {amplitude:.2g} {effort.name} in all",)
+
+
+def drive_of_harmonics(text: str, plant: Model, effort: DriveUnit) -> Drive:
+    """Return what a drive computes from the harmonics at each position."""
+    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "order"))]
+    turns = {turner: plant.values[f"{turner}_turn"] for *_, turner in rows}
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        force = np.zeros(x.size)
+        for order, amplitude, *_, phase, turner in rows:
+            angle = 2.0 * math.pi * int(order) * x / turns[turner]
+            force += float(amplitude) * effort.si * np.cos(angle - math.radians(float(phase)))
+        return force
+
+    return drive
 
 
 def cogging_text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple[str, ...], facts: list[str]) -> str:

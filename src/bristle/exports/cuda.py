@@ -18,6 +18,7 @@ from bristle.exports.rendering import rendered
 from bristle.exports.subject import Subject, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.exports.types import INTEGER, REAL, TRUTH, Struct, Type
+from bristle.friction.resting import HELD
 
 __all__ = ["cuda_files"]
 
@@ -41,6 +42,7 @@ class CudaFiles(CFiles):
     """How a model is written in CUDA C++."""
 
     printer = CudaPrinter
+    fixed = (HELD,)
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -48,7 +50,7 @@ class CudaFiles(CFiles):
         return {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
 
     def _lane(self) -> dict[str, Any]:
-        columns = list(_columns(tunable_of(self.subject.model))) if self.tunable else []
+        columns = list(_columns(tunable_of(self.subject.model, self.fixed))) if self.tunable else []
         return {
             "output": "output" if self.subject.is_operator else "force", "columns": len(columns),
             "columns_named": [f"`{name}`" for name in columns], "bytes": self._bytes(len(columns)),
@@ -69,7 +71,7 @@ def cuda_files(subject: Subject, name: str, source: Source, dt: float) -> tuple[
     """Return the files of a model in CUDA C++, text by name, and what is to be known of them."""
     notes = ("compile with --fmad=false: contracted products and sums give other bits",)
     try:
-        places = tunable_of(subject.model).places
+        places = tunable_of(subject.model, CudaFiles.fixed).places
     except InputError:
         left = settled_subject(subject)
         return CudaFiles(left, name, source, dt).files(), (*notes, "every lane has the parameters of the model")

@@ -26,15 +26,19 @@ class Source:
         What its file says of its making.
     uncertainty : mapping
         For a parameter, what a model file knows of how sure it is: ``interval``, ``status``.
+    remarks : tuple of str
+        The effect on the axis and how the files are to be used, a sentence each: they stand above the provenance.
     """
 
     provenance: Mapping[str, str] = field(default_factory=dict)
     uncertainty: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     @property
     def lines(self) -> list[str]:
-        """What is facts of the making, a line each."""
-        return [f"{key}: {plain(str(value))}" for key, value in self.provenance.items()]
+        """Remarks and facts of the making, a line each."""
+        facts = [f"{key}: {plain(str(value))}" for key, value in self.provenance.items()]
+        return [*(plain(remark) for remark in self.remarks), *facts]
 
 
 def told(variable: Variable, kind: Kind) -> str:

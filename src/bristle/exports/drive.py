@@ -7,7 +7,7 @@ symmetric one no direction. Each loss is a number: of the model, or in the units
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,21 +18,27 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
-from bristle.exports.described import Source
+from bristle.exports.described import Source, plain
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import Role, acts_in_sliding, offset_of
 from bristle.prediction.drive_table import LevelValues
-from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits
+from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, units_of
 from bristle.prediction.reversal import reversal_distance
 from bristle.prediction.steady_side import placed, resolved_side
 
 if TYPE_CHECKING:
+    from bristle.exports.effect import Drive
     from bristle.exports.target import Request
 
 __all__ = [
+    "AT_REST",
     "Side",
     "curve_of",
+    "drive_of_sides",
+    "drive_of_table",
+    "drive_of_values",
     "error_on_log",
+    "last_direction",
     "level_losses",
     "levels_unseen",
     "losses",
@@ -45,14 +51,25 @@ __all__ = [
 ]
 
 FEWEST, MOST = 2, 1000
+VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: a difference that is none
 SEEN = ("identified", "held")
 MEANINGS = {
     "gravity": "constant force",
-    "F+": "forward sliding takes gravity + F+",
-    "F-": "backward sliding takes gravity - F-",
+    "F+": "forward sliding takes gravity + F+ + D+ * velocity",
+    "F-": "backward sliding takes gravity - F- + D- * velocity",
+    "D+": "viscous friction forward; leave it out where the drive has no field for it",
+    "D-": "viscous friction backward",
     "inertia": "effort for one unit of acceleration",
 }
+AT_REST = {
+    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction, before the first move "
+    "the mean of both",
+    ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
+    ("levels", "held"): "at rest: output gravity and the level of the last direction, before the first move gravity",
+    ("levels", "middle"): "at rest: output gravity",
+}
+"""Outputs of a drive at rest, by kind of file and rule."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +162,11 @@ def level_losses(
     model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what one level for each direction loses, a sentence each."""
-    deviation = effort.of(levels.deviation)
-    head = f"a level for each direction is off the steady friction by {deviation:.2g} {effort.name} at most"
+    both, alone = effort.of(levels.deviation), effort.of(levels.deviation_of_levels)
+    head = (
+        f"levels with viscous friction are never above the steady friction, and {both:.2g} {effort.name} below it at "
+        f"most; the levels alone {alone:.2g} {effort.name}"
+    )
     return (head, *memory_lost(model, curves[1.0], curves[-1.0], effort), *_variation_lost(model))
 
 
@@ -204,21 +224,99 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
 
 
-def table_text(forward: Side, backward: Side, units: LogUnits) -> str:
-    """Return a table over both directions as CSV, velocity ascending."""
+def table_text(
+    forward: Side, backward: Side, units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]
+) -> str:  # fmt: skip
+    """Return a table over both directions as CSV, velocity ascending, behind comments.
+
+    Parameters
+    ----------
+    forward, backward : Side
+        The directions of the axis.
+    units : LogUnits
+        Of velocity and effort.
+    signs : tuple of float
+        Of velocity and effort in the table against the axis.
+    remarks : sequence of str
+        Comments.
+    """
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
-    lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in rows]
-    return "\n".join([f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines, ""])
+    turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
+    lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in turned]
+    head = [f"velocity [{units.velocity.name}],effort [{units.effort.name}]"]
+    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), *head, *lines, ""])
 
 
-def values_text(levels: LevelValues, units: TableUnits, *, inertia: bool) -> str:
-    """Return gravity, one level for each direction and, where it is known, the inertia, as CSV."""
-    named = {"gravity": levels.constant, "F+": levels.forward, "F-": levels.backward}
-    rows = [
-        (name, unit.of(value), unit.name)
-        for unit in units.efforts for name, value in named.items() if value is not None
-    ]  # fmt: skip
-    if inertia:
-        rows += [("inertia", unit.of(levels.inertia), unit.name) for unit in units.inertias]
-    lines = (f"{name},{amount:.9g},{unit},{MEANINGS[name]}" for name, amount, unit in rows)
-    return "\n".join(["value,amount,unit,meaning", *lines, ""])
+def drive_of_table(text: str, units: LogUnits, signs: tuple[float, float], rest: str) -> Drive:
+    """Return what a drive computes from a table: straight lines between entries, at rest by the rule of the file."""
+    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "velocity"))]
+    velocity, effort = np.array(rows, dtype=float).T
+    velocity, effort = signs[0] * units.velocity.si * velocity, signs[1] * units.effort.si * effort
+    sides = {}
+    for way in (1.0, -1.0):
+        own = np.signbit(velocity) == (way < 0.0)
+        order = np.argsort(np.abs(velocity[own]))
+        sides[way] = np.column_stack([np.abs(velocity[own]), way * effort[own]])[order]
+    return drive_of_sides(sides, rest)
+
+
+def drive_of_sides(sides: Mapping[float, np.ndarray], rest: str) -> Drive:
+    """Return what a drive computes from speed and force by direction, and a rule at rest."""
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        velocity = np.diff(x, prepend=x[:1]) / dt
+        way, speed = direction_by(rest, velocity), np.abs(velocity)
+        forward, backward = (np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0))
+        return np.where(way == 0.0, 0.5 * (forward - backward), np.where(way > 0.0, forward, -backward))
+
+    return drive
+
+
+def last_direction(velocity: np.ndarray) -> np.ndarray:
+    """Return the direction of motion at each sample, through rests that of the last motion; 0 before any."""
+    last = np.maximum.accumulate(np.where(velocity != 0.0, np.arange(velocity.size), 0))
+    return np.sign(velocity[last])
+
+
+def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
+    """Return the direction whose force a drive outputs at each sample: 0, the mean of both, at rest in the middle."""
+    return last_direction(velocity) if rest == "held" else np.sign(velocity)
+
+
+def values_text(
+    levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str], *, inertia: bool
+) -> str:  # fmt: skip
+    """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV.
+
+    Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
+    """
+    forward = column_signs(request.axis)[0] > 0.0
+    level, viscous = (levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward)
+    (plus, minus), (rising, falling) = (level, viscous) if forward else (level[::-1], viscous[::-1])
+    named = {"gravity": levels.constant if forward else -levels.constant, "F+": plus, "F-": minus}
+    rows = [(name, value, unit) for unit in units.efforts for name, value in named.items()]
+    slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *units_of(VISCOUS, request.axis, request.model.kind)
+    rows += [(name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))]
+    rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if inertia else []
+    lines = [
+        f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None
+    ]
+    return "\n".join([*(f"# {plain(remark)}" for remark in remarks), "value,amount,unit,meaning", *lines, ""])
+
+
+def drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
+    """Return what a drive computes from gravity, levels and viscous friction, with a field for each."""
+    kind, sign = request.model.kind, column_signs(request.axis)[0]
+    known = {unit.name: unit.si for unit in (*units.efforts, *units_of(VISCOUS, request.axis, kind))}
+    known[unit_of(VISCOUS, kind)] = 1.0
+    rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "value,"))]
+    values = {name: float(amount) * known[unit] for name, amount, unit, _ in rows if unit in known}
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        velocity = sign * np.diff(x, prepend=x[:1]) / dt
+        way = direction_by(request.rest, velocity)
+        level = np.where(way > 0.0, values["F+"], np.where(way < 0.0, -values["F-"], 0.0))
+        slope = np.where(velocity > 0.0, values.get("D+", 0.0), values.get("D-", 0.0))
+        return sign * (values["gravity"] + level + slope * velocity)
+
+    return drive

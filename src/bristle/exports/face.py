@@ -10,10 +10,11 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, instance, model, optional, whole
-from bristle.core.experiment import Variant
+from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
+from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
+from bristle.exports.effect import Effect
 from bristle.exports.own import load_target_file
 from bristle.exports.target import Request, Target
 from bristle.exports.writing import files_for, law_for, name_for
@@ -43,25 +44,29 @@ class Exported:
     files : tuple of str
         Their names.
     notes : tuple of str
-        What the target loses or does otherwise, a sentence each.
+        The effect on the axis, and what the target loses or does otherwise, a sentence each.
+    effect : Effect or None
+        The following error without and with the files, where `axis` has a controller and `plant` an inertia.
     """
 
     folder: Path
     files: tuple[str, ...]
     notes: tuple[str, ...]
+    effect: Effect | None = None
 
 
 @guarded(
-    model=_model_or_variant, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    model=_model_or_variant, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG, accept_harm=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
-    plant=optional(model("plant")),
+    plant=optional(model("plant")), rest=optional(among(*RESTS)),
 )  # fmt: skip
 def export(
     model: Model | Variant, to: str | os.PathLike[str] | Target, out: str | os.PathLike[str], *, name: str = NAME,
     step: Amount = STEP, tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0,
     points: int = POINTS, mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None,
-    log: Log | str | os.PathLike[str] | None = None, info: Mapping[str, Any] | None = None, force: bool = False,
+    log: Log | str | os.PathLike[str] | None = None, info: Mapping[str, Any] | None = None, rest: str | None = None,
+    accept_harm: bool = False, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
@@ -100,6 +105,13 @@ def export(
         Along whose motion a table is compared with the model.
     info : mapping, optional
         The third that `read_model` returns: how that log was treated.
+    rest : {"held", "middle"}, optional
+        Force of a memoryless model at rest, where a target evaluates one along samples: that of the last direction, or
+        the mean of both; ``"held"`` in C and Structured Text and ``"middle"`` elsewhere, where not given. A law has
+        that of its `Feedforward`.
+    accept_harm : bool
+        Whether files are written that make the simulated following error larger, ten times beyond pre-sliding or along
+        the motion of the log.
     force : bool
         Whether an earlier export that is there is replaced.
 
@@ -126,16 +138,18 @@ def export(
     label, origin, target = name_for(name), source or Source(), _target_of(to)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            product = law_for(target, model, label, origin, tunable=tunable, single=float32)
+            product = law_for(
+                target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm
+            )  # fmt: skip
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
-                plant, _log_of(log, axis), info or {},
+                plant, _log_of(log, axis), info or {}, rest=rest or "",
             )  # fmt: skip
-            product = files_for(target, request)
+            product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)
-    return Exported(Path(out), tuple(product.files), product.notes)
+    return Exported(Path(out), tuple(product.files), product.notes, product.effect)
 
 
 def _target_of(to: str | os.PathLike[str] | Target) -> str | Target:

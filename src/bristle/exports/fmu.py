@@ -67,20 +67,19 @@ class Setting:
 
 
 def fmu_files(
-    friction: Model, plant: Model | None, setting: Setting
+    friction: Model, alone: Model, plant: Model | None, setting: Setting
 ) -> tuple[dict[str, str | bytes], tuple[str, ...]]:  # fmt: skip
     """Return the FMUs of a friction model, and what is to be said of them.
 
     Parameters
     ----------
-    friction : Model
-        The friction model.
+    friction, alone : Model
+        The friction model, and the same as it is evaluated along samples, for the FMU without a plant.
     plant : Model or None
         What it is on: another FMU is written of both.
     setting : Setting
         How they are written.
     """
-    subject = subject_of(friction)
     written: dict[str, str | bytes] = {}
     notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
     bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
@@ -91,6 +90,7 @@ def fmu_files(
     else:
         bodies.append((f"{setting.name}_mass", plant))
     for name, body in bodies:
+        subject = subject_of(alone if body is None else friction)
         archive, remarks = _archive(*_cores(subject, body), replace(setting, name=name))
         written[f"{name}.fmu"] = archive
         notes += [text for text in remarks if text not in notes]

@@ -8,7 +8,7 @@ to where it must be: so no state needs to be handed over, and every target begin
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -35,6 +35,7 @@ from bristle.exports.scope import NotExportableError, defined, is_kernel
 from bristle.exports.single import CONSTANTS
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
+from bristle.friction.resting import with_rest
 from bristle.plants.terms import effort_at, gravity_at
 
 __all__ = ["Fed", "Inputs", "Law", "law_of"]
@@ -237,6 +238,10 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         If a kernel is outside the part of Python that can be exported.
     """
     _check(variant)
+    feedforward = variant.feedforward
+    if feedforward.friction is not None:
+        rested = with_rest(feedforward.friction, feedforward.rest)
+        variant = replace(variant, feedforward=replace(feedforward, friction=rested))
     controller = within_drive(variant.controller, variant.run.effort_limit)
     feedforward, ahead = variant.feedforward, variant.run.delay + 1
     friction = feedforward.friction

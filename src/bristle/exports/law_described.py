@@ -8,6 +8,7 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.variable import unit_of
+from bristle.exports.c import command_facts
 from bristle.exports.described import Source, parameter_table, plain
 from bristle.exports.law import Inputs, Law
 from bristle.exports.law_load import loads_of
@@ -16,6 +17,7 @@ from bristle.exports.rendering import version
 from bristle.exports.subject import subject_of
 from bristle.exports.walk import SCALES, Walk, walk_of
 from bristle.friction.level import rises_with_effort
+from bristle.prediction.drive_units import command_units
 
 __all__ = ["INPUTS", "PER_VELOCITY", "law_facts", "law_walk"]
 
@@ -52,6 +54,7 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
              "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
             for name in law.inputs
         ],
+        "drive": command_facts(command_units(variant.axis, kind), kind),
         "loops": loops_of(law), "single": law.single, "tunable": law.tunable,
     }  # fmt: skip
 

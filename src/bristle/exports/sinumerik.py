@@ -23,12 +23,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.variable import Kind
 from bristle.exports.described import plain
+from bristle.exports.drive import last_direction
+from bristle.exports.effect import Drive
 
-__all__ = ["sinumerik_text", "start_values"]
+__all__ = ["drive_of_data", "sinumerik_text", "start_values"]
 
 CONTROLLER = "cascade"
 UNIT = {"translational": ("mm/min", 1e-3 / 60.0), "rotational": ("rev/min", 2.0 * math.pi / 60.0)}
@@ -61,6 +66,29 @@ def start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | Non
         )  # fmt: skip
     gains = controller.values
     return turns_by / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
+
+
+def drive_of_data(text: str, axis: Axis, kind: Kind) -> Drive | None:
+    """Return the effort that the pulses command through the velocity loop; None where no time constant is written.
+
+    A pulse begins where the desired motion reverses; one before it goes on to its end.
+    """
+    lines = [line.split() for line in text.splitlines() if not line.startswith(";")]
+    values = {name.removeprefix("$MA_"): float(value) for _, name, value, *_ in lines if _}
+    if "FRICT_COMP_TIME" not in values or axis.controller is None:
+        return None
+    pulse, lasts = values["FRICT_COMP_CONST_MAX"] * UNIT[kind][1], values["FRICT_COMP_TIME"]
+    k_v, k_i = (axis.controller.values[name] for name in ("k_v", "k_i"))
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        way, time = last_direction(np.diff(x, prepend=x[:1])), dt * np.arange(x.size)
+        force = np.zeros(x.size)
+        for turn in np.flatnonzero(way[1:] * way[:-1] < 0.0) + 1:
+            decay = np.exp(-(time[turn:] - time[turn]) / lasts)
+            force[turn:] += way[turn] * pulse * (k_v * decay + k_i * lasts * (1.0 - decay))
+        return force
+
+    return drive
 
 
 def sinumerik_text(

@@ -37,6 +37,8 @@ from bristle.exports.subject import COMMIT, TRIAL, Subject, arguments_left, sett
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT, Walk, walk_of
+from bristle.friction.resting import rest_rule
+from bristle.prediction.drive_units import CommandUnits
 
 __all__ = ["st_files"]
 
@@ -44,7 +46,7 @@ TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = (
     "position", "period", "restart", "clear", "force", "refused", "overflow", "begun", "prepared", "usable", "done",
-    "last_position", "place", "state", "memory", "motion", "parameters", "tried", "after",
+    "last_position", "command", "place", "state", "memory", "motion", "parameters", "tried", "after",
 )  # fmt: skip
 
 
@@ -66,6 +68,8 @@ class StFiles:
         Whether the parameters may be changed at run time.
     single : bool
         Whether numbers inside are of single precision; the subject has its constants then.
+    units : CommandUnits or None
+        Those of the drive, where they are known.
     """
 
     subject: Subject
@@ -74,6 +78,7 @@ class StFiles:
     dt: float
     tunable: bool = False
     single: bool = False
+    units: CommandUnits | None = None
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -97,7 +102,7 @@ class StFiles:
         model, operator = self.subject.model, self.subject.is_operator
         return {
             "name": self.name, "version": version(), "title": plain(f"{TITLES[operator]}: {model.name}"),
-            "description": commented(plain(model.component.description)) + ".",
+            "description": commented(plain(model.component.description)) + ".", "rest": rest_rule(model),
             "facts": [commented(line) for line in self.source.lines], "count": COUNT, "operator": operator,
             "table": commented(parameter_table(model, self.source).rstrip()), "loops": loops_of(self.subject),
             "unit_in": self._units()[0], "unit_out": self._units()[1], "input": IN[operator], "output": OUT[operator],
@@ -136,6 +141,7 @@ class StFiles:
             "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after")
             if commits else "",
             "state": bool(subject.state.fields), "signals": list(signals.values()), **self._bounds,
+            "drive": "" if self.units is None else real_literal(self.units.effort.si),
         }  # fmt: skip
         held = {
             "state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size)),
@@ -170,7 +176,7 @@ class StFiles:
             *first,
             *further,
             *requests("a virgin contact, nothing came yet"),
-            *answers(OUT[operator], answer),
+            *answers(OUT[operator], answer, self.units),
         ]
 
     def _flags(self, *, memory: bool) -> list[Variable]:
@@ -213,8 +219,10 @@ class StFiles:
 
 
 def st_files(
-    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
-) -> dict[str, str]:
+    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False,
+    units: CommandUnits | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Return the files of a model in Structured Text; in single precision, of a subject with its constants."""
     places = tunable_of(subject.model).places if tunable else ()
-    return StFiles(settled_subject(subject, places, single=single), name, source, dt, tunable, single).files()
+    left = settled_subject(subject, places, single=single)
+    return StFiles(left, name, source, dt, tunable, single, units).files()

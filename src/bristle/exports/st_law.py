@@ -31,11 +31,12 @@ from bristle.exports.st_tuned import Tuned
 from bristle.exports.tunable import settled_law, tunable_law
 from bristle.exports.types import Array, Struct
 from bristle.exports.walk import COUNT
+from bristle.prediction.drive_units import command_units
 
 __all__ = ["st_law_files"]
 
 OWN = (
-    *INPUTS, *(f"narrowed_{name}" for name in INPUTS), "restart", "clear", "effort", "refused", "overflow",
+    *INPUTS, *(f"narrowed_{name}" for name in INPUTS), "restart", "clear", "effort", "command", "refused", "overflow",
     "parameters", "lasting", "now", "memory", "prepared", "begun", "usable", "done", "place",
 )  # fmt: skip
 ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
@@ -74,6 +75,7 @@ class StLawFiles:
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         law, (lasting, p) = self.law, self.law.types
+        units = command_units(law.variant.axis, law.variant.controller.kind)
         now = law.entry.result
         assert isinstance(now, Struct)
         needed = [parameter.name for parameter in law.entry.parameters]
@@ -88,6 +90,7 @@ class StLawFiles:
         start += set_lines("lasting", law.lasting, lasting, printer)
         remembered = enumerate(law.memory.tolist()) if memory else ()
         body = body_lines("st/law.st", facts | {
+            "divisor": "" if units is None else real_literal(units.effort.si),
             "start": start, "memory": memory, "within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0),
             "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
             "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
@@ -102,7 +105,7 @@ class StLawFiles:
         variables = [
             *self._inputs(printer, facts), *(tuned.inputs(printer) if tuned else []),
             *requests("the law takes over the desired motion"),
-            *answers("effort", f"what the drive is to give [{facts['unit_force']}]"),
+            *answers("effort", f"what the drive is to give [{facts['unit_force']}]", units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if places else []),

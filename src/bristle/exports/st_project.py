@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.exports.c_code import wrapped
+from bristle.exports.described import plain
 from bristle.exports.plcopen import project_text
 from bristle.exports.rendering import rendered
 from bristle.exports.single import CHECKPOINT, TOLERANCE, checkpoints
@@ -22,6 +23,7 @@ from bristle.exports.types import REAL as NUMBER
 from bristle.exports.types import TRUTH, Struct, Type
 from bristle.exports.types import Array as ArrayType
 from bristle.exports.walk import FACTOR, PART, RESTS, SEED, TERM, Walk
+from bristle.prediction.drive_units import CommandUnits
 
 __all__ = [
     "FARTHEST",
@@ -108,10 +110,14 @@ def requests(anew: str) -> list[Variable]:
     ]
 
 
-def answers(output: str, meaning: str) -> list[Variable]:
-    """Return what a block gives, and whether it was held."""
+def answers(output: str, meaning: str, units: CommandUnits | None = None) -> list[Variable]:
+    """Return what a block gives, in the units of the drive too where they are known, and whether it was held."""
+    command = [] if units is None else [
+        Variable("command", "LREAL", f"the same in the units of the drive [{plain(units.effort.name)}]", "VAR_OUTPUT")
+    ]  # fmt: skip
     return [
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
+        *command,
         Variable("refused", "BOOL", "what came in was no finite number: the output was held", "VAR_OUTPUT"),
         Variable("overflow", "BOOL", "what was to go out was no finite number: it was held", "VAR_OUTPUT"),
     ]

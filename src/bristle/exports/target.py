@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
     from bristle.exports.described import Source
+    from bristle.exports.effect import Drive, Effect
     from bristle.exports.law import Law
     from bristle.logs.log import Log
 
@@ -61,6 +63,11 @@ class Request:
         How many draws of what was identified.
     drawn : mapping of str to ndarray
         Those that the identification left, by name of a parameter.
+    rest : {"held", "middle", ""}
+        Force of a memoryless model at rest: that of the side it came from, or the mean of both sides; that of the
+        target where nothing is said.
+    loop : Variant or None
+        The loop of the axis along the motion of its log, in which the effect of the files is simulated.
     """
 
     model: Model
@@ -78,6 +85,15 @@ class Request:
     info: Mapping[str, Any] = field(default_factory=dict)
     draws: int = 0
     drawn: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rest: str = ""
+    loop: Variant | None = None
+
+    @property
+    def sampled(self) -> Model:
+        """The model as it is evaluated along samples: one without memory has a rule at rest."""
+        from bristle.friction.resting import with_rest
+
+        return with_rest(self.model, self.rest) if self.rest else self.model
 
 
 @dataclass(frozen=True)
@@ -90,10 +106,13 @@ class Product:
         Content by name.
     notes : tuple of str
         What the target loses or does otherwise, a sentence each.
+    effect : Effect or None
+        What the files do to the axis, where bristle can tell.
     """
 
     files: dict[str, str | bytes]
     notes: tuple[str, ...] = ()
+    effect: Effect | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +142,15 @@ class Target:
         Whether it tells how far it is from the model along a log.
     takes_draws : bool
         Whether it writes draws of what was identified.
+    rest : {"held", "middle", ""}
+        Its usual rule for the force of a memoryless model at rest; empty where it evaluates no model along samples.
+    reads : callable or None
+        ``reads(files, request)``: what a drive computes from the numbers of the files, as a `Drive`; None where
+        that is not known.
+    pushes : bool
+        Whether the files act on an axis: one that makes the error larger is then refused.
+    of_cogging : bool
+        Whether the files compensate cogging instead of friction.
     needs : str
         What it takes besides a model file and an axis file: the served lab offers none of these.
     """
@@ -137,6 +165,10 @@ class Target:
     operators: bool = False
     compares: bool = False
     takes_draws: bool = False
+    rest: str = ""
+    reads: Callable[[Mapping[str, str | bytes], Request], Drive | None] | None = None
+    pushes: bool = False
+    of_cogging: bool = False
     needs: str = ""
 
     @property

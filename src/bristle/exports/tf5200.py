@@ -1,7 +1,7 @@
 """Friction compensation of a TwinCAT 3 CNC, as its list of compensation values has it.
 
-Its velocities, its distance and its entries have the units of the documentation; the unit of its currents is that of
-the torque that the drive reports.
+Its velocities, its distance and its entries have the units of the documentation; its currents are in 0.1 % of rated,
+as CANopen drives report their torque.
 
 References
 ----------
@@ -20,28 +20,69 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS
-from bristle.exports.drive import Side
+from bristle.exports.drive import Side, last_direction
+from bristle.exports.effect import Drive
 from bristle.prediction.drive_units import DriveUnit
 from bristle.prediction.reversal import reversal_distance
 
-__all__ = ["as_written", "current_unit", "delay_lost", "merged", "rounding_lost", "tf5200_text"]
+__all__ = ["ROUNDED", "as_written", "current_unit", "delay_lost", "drive_of_list", "merged", "tf5200_text"]
 
-MOST, SCALE_OF_ONE, LONGEST_DELAY = 20, 1000, 10
+MOST, SCALE_OF_ONE, LONGEST_DELAY, MOST_AHEAD = 20, 1000, 10, 4
 DELAY_UNIT = {"translational": 1e-7, "rotational": math.radians(1e-4)}
 SPEED_UNIT = {"translational": ("um/s", 1e-6), "rotational": ("0.001 deg/s", math.radians(1e-3))}
 PER_MILLE = "0.1 % of rated"
 
 
 def current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
-    """Return the unit of the currents: 0.1 % of rated where that is known, and that of the log elsewhere."""
+    """Return the unit of the currents, 0.1 % of rated.
+
+    Raises
+    ------
+    InputError
+        If neither the axis file nor a column in percent tells what 100 % are.
+    """
     if axis is not None and axis.rated:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
-    return DriveUnit(PER_MILLE, 0.1 * effort.si) if effort.name == "%" else effort
+    if effort.name != "%":
+        raise InputError(
+            f"takes whole numbers in {PER_MILLE}, and the rated effort is not known", path="tf5200", value=effort.name,
+            allowed="an effort column in %, or rated in the axis file",
+            mend='Write rated = "2.4 N*m", the rated torque of the drive, under [effort] of the axis file; pass --axis',
+        )  # fmt: skip
+    return DriveUnit(PER_MILLE, 0.1 * effort.si)
 
 
-def rounding_lost(current: DriveUnit) -> tuple[str, ...]:
-    """Return by how much currents are rounded, in a sentence; none where they are not."""
-    return (f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}",) if _is_whole(current) else ()
+ROUNDED = f"currents are whole numbers: each is rounded by up to half of {PER_MILLE}"
+"""By how much currents are rounded."""
+
+
+def drive_of_list(text: str, kind: str, current: DriveUnit) -> Drive:
+    """Return what the control computes from the list: compensation by the commanded velocity, weighted at reversals.
+
+    The current decays over ``reversal_lookahead`` cycles before a reversal and is built up over ``position_delay``
+    behind it; through a stop without a reversal it stays (P-COMP-00043, P-COMP-00044).
+    """
+    rows = (line.split() for line in text.splitlines() if not line.startswith("#"))
+    values = {key.removeprefix("frict_comp."): float(value) for key, value in rows}
+    entries = range(int(values["table_entries"]))
+    speeds = SPEED_UNIT[kind][1] * np.array([values[f"table[{i}].in"] for i in entries])
+    scale = values["scaling_factor"] / SCALE_OF_ONE * current.si
+    forces = scale * np.array([values[f"table[{i}].out"] for i in entries])
+    distance, cycles = DELAY_UNIT[kind] * values["position_delay"], int(values["reversal_lookahead"])
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        velocity = np.diff(x, prepend=x[:1]) / dt
+        way, weight = last_direction(velocity), np.ones(x.size)
+        for turn in np.flatnonzero(np.diff(way)) + 1:
+            before = np.arange(max(turn - cycles, 0), turn)
+            weight[before] = np.minimum(weight[before], (turn - before) / (cycles + 1.0))
+            if distance > 0.0:
+                reached = np.abs(x[turn:] - x[turn - 1]) / distance
+                built = int(np.argmax(reached >= 1.0)) if np.any(reached >= 1.0) else reached.size
+                weight[turn : turn + built] = reached[:built]
+        return way * weight * np.interp(np.abs(velocity), speeds, forces)
+
+    return drive
 
 
 def merged(side: Side, current: DriveUnit, kind: str) -> Side:
@@ -76,24 +117,43 @@ def as_written(entries: np.ndarray, current: DriveUnit, kind: str) -> np.ndarray
     return np.array([[_whole(v, unit) * unit, float(_out(f, current)) * current.si] for v, f in entries.tolist()])
 
 
-def tf5200_text(model: Model, side: Side, current: DriveUnit, notes: tuple[str, ...], facts: list[str]) -> str:
-    """Return the list of compensation values, with what it loses and where it comes from as comments."""
+def tf5200_text(
+    model: Model, side: Side, current: DriveUnit, ahead: int, notes: tuple[str, ...], facts: list[str]
+) -> str:  # fmt: skip
+    """Return the list of compensation values, with what it loses and where it comes from as comments.
+
+    Parameters
+    ----------
+    model : Model
+        The friction model.
+    side : Side
+        The mean of both directions.
+    current : DriveUnit
+        Of the currents.
+    ahead : int
+        Cycles by which the change of the current must lead a reversal.
+    notes, facts : list of str
+        Comments.
+    """
     if len(side.entries) > MOST:
         raise InputError("are more entries than the list takes", path="points", value=len(side.entries),
                          allowed=f"{MOST} or fewer")  # fmt: skip
     unit, unit_si = SPEED_UNIT[model.kind]
     delay = _delay(model, side)
-    effort = f"{PER_MILLE}, as CANopen drives report their torque" if _is_whole(current) else current.name
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.", *facts, *notes,
-        f"in: {unit}; out: {effort}. Check the unit of out against the torque that your drive reports.",
+        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your "
+        "drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
         f"position_delay: 95 % of the force has turned after {delay} of its units ({_unit_of_delay(model.kind)}); its "
         f"range ends at {LONGEST_DELAY}.",
+        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at "
+        f"{MOST_AHEAD}.",
     ]  # fmt: skip
     rows = [
         ("mode", "3"), ("table_entries", str(len(side.entries))), ("position_delay", str(min(delay, LONGEST_DELAY))),
-        ("reversal_lookahead", "0"), ("scaling_factor", str(SCALE_OF_ONE)), ("delay_cycles", "0"),
+        ("reversal_lookahead", str(min(ahead, MOST_AHEAD))), ("scaling_factor", str(SCALE_OF_ONE)),
+        ("delay_cycles", "0"),
     ]  # fmt: skip
     for i, (v, f) in enumerate(side.entries.tolist()):
         rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", _out(f, current))]
@@ -101,16 +161,12 @@ def tf5200_text(model: Model, side: Side, current: DriveUnit, notes: tuple[str, 
     return "\n".join([*lines, ""])
 
 
-def _is_whole(current: DriveUnit) -> bool:
-    return current.name == PER_MILLE
-
-
 def _whole(value: float, unit: float) -> int:
     return round(value / unit)
 
 
 def _out(force: float, current: DriveUnit) -> str:
-    return str(_whole(force, current.si)) if _is_whole(current) else f"{current.of(force):.6g}"
+    return str(_whole(force, current.si))
 
 
 def _unit_of_delay(kind: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -56,8 +56,10 @@ class Tunable:
                 yield name, None, value
 
 
-def tunable_of(model: Model) -> Tunable:
+def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     """Return the parameters of a model that may be changed: its real numbers; whole numbers and choices are fixed.
+
+    So are those of these names.
 
     Raises
     ------
@@ -67,7 +69,7 @@ def tunable_of(model: Model) -> Tunable:
     component = model.component
     values = {
         name: value for name, value in model.values.items()
-        if not component.is_integer(name) and not component.variables[name].choices
+        if not component.is_integer(name) and not component.variables[name].choices and name not in fixed_names
     }  # fmt: skip
     marked: dict[str, Any] = {}
     names: dict[Any, str] = {}

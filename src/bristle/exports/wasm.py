@@ -48,6 +48,7 @@ from bristle.exports.wasm_binary import (
 )
 from bristle.exports.wasm_code import Code
 from bristle.friction import unvaried
+from bristle.friction.resting import rest_rule
 
 __all__ = ["ALONE", "Module", "Part", "module_of", "module_of_parts", "wasm_files"]
 
@@ -267,7 +268,7 @@ def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | b
         "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
         "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,
         "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
-        "facts": source.lines,
+        "facts": source.lines, "rest": rest_rule(subject.model),
     }  # fmt: skip
     return {f"{name}.wasm": module.binary, f"{name}.mjs": rendered("wasm/module.mjs", facts)}
 

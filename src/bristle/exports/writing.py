@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from bristle.core.errors import InputError, did_you_mean
-from bristle.core.experiment import Experiment, Variant
+from bristle.core.experiment import RESTS, Experiment, Variant
 from bristle.exports.described import Source
 from bristle.exports.names import RESERVED
 from bristle.exports.target import Product, Request, Target
 from bristle.exports.targets import TARGETS
 from bristle.files.owned import is_plain
 from bristle.files.results import SUMMARY
+from bristle.friction.resting import rest_rule
+
+if TYPE_CHECKING:
+    from bristle.exports.effect import Effect
 
 __all__ = ["files_for", "law_for", "name_for", "target_named", "variant_of"]
 
+CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -35,23 +42,87 @@ def target_named(name: str | Target) -> Target:
     return TARGETS[name]
 
 
-def files_for(to: str | Target, request: Request) -> Product:
+def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
     """Return the files of a model for a target.
 
     Raises
     ------
     InputError
-        If there is no such target, or it does not hold what is asked for.
+        If there is no such target, it does not hold what is asked for, or its files make the following error larger and
+        `accept_harm` is not set.
     """
     target = target_named(to)
     _refuse_arithmetic(target, tunable=request.tunable, single=request.single)
+    _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples",
+            "Leave rest out")  # fmt: skip
     _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log",
             "Leave the log out")  # fmt: skip
     _refuse(target, request.draws > 0, lambda able: able.takes_draws, "holds one model, not draws of it",
             "Leave draws out")  # fmt: skip
     _refuse(target, request.model.component.family == "hysteresis", lambda able: able.operators,
             "holds no hysteresis operator", value=request.model.name)  # fmt: skip
-    return checked_product(target.write(request), target)
+    request, effect = _with_rule(target, request)
+    if target.pushes and not accept_harm:
+        _refuse_harm(effect, target.name)
+    remarks = (*(effect.lines() if effect else ()), *_said_of_use(request, target))
+    source = replace(request.source, remarks=remarks)
+    product = checked_product(target.write(replace(request, source=source)), target)
+    return replace(product, notes=(*remarks, *product.notes), effect=effect)
+
+
+def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
+    """Return what is asked for with its rule at rest, and the effect: where nobody asked for one, the better rule."""
+    usual = replace(request, rest=request.rest or target.rest)
+    matters = target.pushes and (target.reads is not None or rest_rule(usual.sampled) != "")
+    rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
+    tried = [(asked, _effect(target, asked)) for asked in (replace(request, rest=rule) for rule in rules)]
+    best = tried[0]
+    for asked, effect in tried[1:]:
+        if effect is not None and best[1] is not None and effect.ratio < CLEARLY * best[1].ratio:
+            best = asked, effect
+    return best
+
+
+def _effect(target: Target, request: Request) -> Effect | None:
+    from bristle.exports.effect_of import effect_of_files
+
+    if target.reads is None:
+        return effect_of_files(request, None) if target.rest else None
+    drive = target.reads(checked_product(target.write(request), target).files, request)
+    return None if drive is None else effect_of_files(request, drive, of_cogging=target.of_cogging)
+
+
+def _refuse_harm(effect: Effect | None, name: str) -> None:
+    """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
+    from bristle.exports.effect import SERIOUS
+
+    if effect is not None and effect.is_harmful:
+        raise InputError(
+            f"makes an error larger: {'; '.join(effect.lines()[:2])}", path=name,
+            allowed=f"no larger than without it from {SERIOUS:g} times the pre-sliding distance on and along the log",
+            mend="Export a model with memory (--to c, --law), or write it all the same: --accept-harm",
+        )  # fmt: skip
+
+
+def _said_of_use(request: Request, target: Target) -> tuple[str, ...]:
+    """Return how the files are to be used: the samples that the motion is fed ahead, and the rule at rest."""
+    from bristle.exports.effect_of import ahead_text, loop_for
+
+    pushes = target.pushes and not target.of_cogging and request.model.component.family == "friction"
+    return (*((ahead_text(loop_for(request)),) if pushes else ()), *_said_of_rest(request))
+
+
+def _said_of_rest(request: Request) -> tuple[str, ...]:
+    """Return the rule at rest of a memoryless model, in a sentence, with the way to the other rule."""
+    rule = rest_rule(request.sampled)
+    if not rule:
+        return ()
+    sentences = {
+        "held": "at rest (v = 0) the model keeps the force of the direction it came from",
+        "middle": "at rest (v = 0) the model gives the mean of both directions",
+    }
+    other = next(each for each in RESTS if each != rule)
+    return (f"{sentences[rule]}; --rest {other} writes the other rule",)
 
 
 def _refuse_arithmetic(target: Target, *, tunable: bool, single: bool) -> None:
@@ -96,17 +167,20 @@ def checked_product(product: Product, target: Target) -> Product:
 
 
 def law_for(
-    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False
-) -> Product:
+    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False,
+    accept_harm: bool = False,
+) -> Product:  # fmt: skip
     """Return the files of the control law of a variant for a target; its options are those of a `Request`.
 
     Raises
     ------
     InputError
-        If the target holds no law, or the variant has none that can be exported.
+        If the target holds no law, the variant has none that can be exported, or its friction feedforward makes the
+        following error larger and `accept_harm` is not set.
     """
     import numpy as np
 
+    from bristle.exports.effect_of import effect_of_law
     from bristle.exports.law import law_of
     from bristle.exports.single import single_note
 
@@ -116,13 +190,18 @@ def law_for(
         raise InputError("holds no control law", path="to", value=target.name, allowed=holding)
     _refuse_arithmetic(target, tunable=tunable, single=single)
     law = law_of(variant, tunable=tunable, single=single)
+    effect = effect_of_law(law.variant)
+    if not accept_harm:
+        _refuse_harm(effect, target.name)
+    remarks = effect.lines() if effect else ()
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
     samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
-    notes = [f"the law is told {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
+    notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
         notes.append("what the compensator was brought through before it begins is that of the exported parameters")
-    return checked_product(Product(target.write_law(law, name, source), tuple(notes)), target)
+    files = target.write_law(law, name, replace(source, remarks=remarks))
+    return checked_product(Product(files, (*remarks, *notes), effect), target)
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.content import content_of
-from bristle.core.edge import amount
+from bristle.core.edge import among, amount
+from bristle.core.errors import InputError
+from bristle.core.experiment import RESTS
 from bristle.core.variable import Variable
 from bristle.exports.face import NAME, PERIOD, STEP
 from bristle.exports.target import Target
@@ -15,6 +17,9 @@ from bristle.exports.writing import name_for, target_named
 from bristle.files.toml import TOML_LIMIT
 
 if TYPE_CHECKING:
+    from bristle.core.axis import Axis
+    from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
     from bristle.exports.target import Product
     from bristle.files.results import Results
 
@@ -47,9 +52,11 @@ class ExportedModel(NamedTuple):
     @property
     def summary(self) -> dict[str, Any]:
         """What was written, as ``summary.json`` holds it."""
+        effect = self.product.effect
         return {
             "target": self.target, "model": self.name, "files": list(self.product.files),
-            "notes": [*self.product.notes, *self.beside], "provenance": self.provenance,
+            "notes": [*self.product.notes, *self.beside],
+            "effect": None if effect is None else effect.as_data(), "provenance": self.provenance,
         }  # fmt: skip
 
     def write(self, folder: Results) -> None:
@@ -65,7 +72,7 @@ class ExportedModel(NamedTuple):
 def export_model_file(
     model: Path, to: str | Target, *, command: str, name: str = NAME, step: str | float = STEP, tunable: bool = False,
     float32: bool = False, axis: Any = None, speed: str | None = None, points: int = 20, log: Any = None,
-    draws: int = 0, allow_code: bool = False,
+    draws: int = 0, rest: str | None = None, accept_harm: bool = False, allow_code: bool = False,
 ) -> ExportedModel:  # fmt: skip
     """Return a friction model or an operator, from its file, as files for another world.
 
@@ -86,7 +93,7 @@ def export_model_file(
     float32 : bool
         Whether C has numbers of single precision.
     axis : path-like, bytes or None
-        The axis file, which tells the units of a table.
+        The axis file, which tells the units of the drive and the loop; the one beside the model file where not given.
     speed : str or None
         Largest speed of a table; that of the log that was fitted, where not given.
     points : int
@@ -95,6 +102,10 @@ def export_model_file(
         Along whose motion a table is compared with the model.
     draws : int
         How many draws of what was identified.
+    rest : {"held", "middle"} or None
+        Force of a memoryless model at rest; that of the target where not given.
+    accept_harm : bool
+        Whether files are written that make the simulated following error larger.
     allow_code : bool
         Whether a model of a person's own may run without having been allowed before.
 
@@ -128,6 +139,8 @@ def export_model_file(
         code, beside = origins_of_code([exported.component]), ()
         if target.takes_draws:
             drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {})
+    beside_model = model.parent / "axis.toml"
+    axis = beside_model if axis is None and beside_model.is_file() else axis
     described = None if axis is None else read_axis(axis)
     recorded = None if log is None else read_log(log, described)
     source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
@@ -136,9 +149,25 @@ def export_model_file(
         if speed is None
         else amount(Variable("length/time", "largest speed", min=0.0))(speed, "--speed", exported.kind)
     )
+    loop, said = _loop_beside(model.parent, exported, described)
     request = Request(
         exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]), tunable, float32,
         described, fastest, points, 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, recorded,
-        facts, draws, drawn,
+        facts, draws, drawn, "" if rest is None else among(*RESTS)(rest, "--rest", None), loop,
     )  # fmt: skip
-    return ExportedModel(target.name, files_for(target, request), exported.name, source, beside)
+    product = files_for(target, request, accept_harm=accept_harm)
+    return ExportedModel(target.name, product, exported.name, source, (*beside, *said))
+
+
+def _loop_beside(folder: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
+    """Return the loop of the experiment that an identification left beside a model file, and why it cannot be read."""
+    from bristle.files.experiment import read_experiment
+
+    file = folder / "experiment.toml"
+    if axis is None or axis.controller is None or not file.is_file():
+        return None, ()
+    try:
+        variants = read_experiment(file).variants
+    except InputError as error:
+        return None, (f"the loop of {file.name} is not simulated: {error}",)
+    return next((variant for variant in variants if variant.feedforward.friction == model), None), ()

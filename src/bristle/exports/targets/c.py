@@ -17,14 +17,19 @@ def write(request: Request) -> Product:
     """Return the source, in double precision or in single."""
     from bristle.exports.c import c_files
     from bristle.exports.subject import subject_of
+    from bristle.prediction.drive_units import command_units
 
+    units = command_units(request.axis, request.model.kind) if request.model.component.family == "friction" else None
     if not request.single:
-        subject = subject_of(request.model)
-        return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
+        subject = subject_of(request.sampled)
+        files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, units=units)
+        return Product(dict(files))
     from bristle.exports.single import CONSTANTS, single_note
 
-    subject = subject_of(request.model, CONSTANTS)
-    files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=True)
+    subject = subject_of(request.sampled, CONSTANTS)
+    files = c_files(
+        subject, request.name, request.source, request.dt, tunable=request.tunable, single=True, units=units
+    )  # fmt: skip
     return Product(dict(files), (single_note("force"),))
 
 
@@ -39,6 +44,8 @@ TARGET = Target(
     name="c",
     title="C",
     write=write,
+    rest="held",
+    pushes=True,
     write_law=write_law,
     tunable=True,
     single=True,

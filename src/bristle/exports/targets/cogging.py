@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from bristle.exports.target import Product, Request, Target
+
+if TYPE_CHECKING:
+    from bristle.exports.effect import Drive
 
 __all__ = ["TARGET"]
 
@@ -19,8 +25,22 @@ def write(request: Request) -> Product:
     return Product({f"{request.name}.csv": cogging_text(waves, efforts, notes, request.source.lines)}, notes)
 
 
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
+    """Return what a drive computes from the harmonics."""
+    from bristle.exports.cogging import drive_of_harmonics
+    from bristle.prediction.drive_units import table_units
+
+    if request.plant is None:
+        return None
+    effort = table_units(request.axis, request.model.kind).efforts[0]
+    return drive_of_harmonics(str(files[f"{request.name}.csv"]), request.plant, effort)
+
+
 TARGET = Target(
     name="cogging",
     write=write,
+    reads=reads,
+    pushes=True,
+    of_cogging=True,
     description="harmonics of cogging, where they were identified",
 )

@@ -12,7 +12,7 @@ def write(request: Request) -> Product:
     from bristle.exports.cuda import cuda_files
     from bristle.exports.subject import subject_of
 
-    files, notes = cuda_files(subject_of(request.model), request.name, request.source, request.dt)
+    files, notes = cuda_files(subject_of(request.sampled), request.name, request.source, request.dt)
     return Product(dict(files), notes)
 
 
@@ -20,6 +20,7 @@ TARGET = Target(
     name="cuda",
     title="CUDA",
     write=write,
+    rest="middle",
     operators=True,
     description="CUDA C++: lanes of a graphics processor, thousands of axes beside each other",
 )

@@ -13,7 +13,8 @@ def write(request: Request, *, fmi: int) -> Product:
     """Return one FMU of the friction, and another one of friction and plant."""
     from bristle.exports.fmu import Setting, fmu_files
 
-    return Product(*fmu_files(request.model, request.plant, Setting(request.name, request.source, request.dt, fmi)))
+    setting = Setting(request.name, request.source, request.dt, fmi)
+    return Product(*fmu_files(request.model, request.sampled, request.plant, setting))
 
 
 def target_of(fmi: int) -> Target:
@@ -22,6 +23,7 @@ def target_of(fmi: int) -> Target:
         name=f"fmu{fmi}",
         title=f"FMU {fmi}",
         write=partial(write, fmi=fmi),
+        rest="middle",
         tunable=True,
         needs="a compiler",
         description=f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, for "

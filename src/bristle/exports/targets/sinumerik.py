@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from bristle.exports.target import Product, Request, Target
+
+if TYPE_CHECKING:
+    from bristle.exports.effect import Drive
 
 __all__ = ["TARGET"]
 
@@ -24,9 +30,18 @@ def write(request: Request) -> Product:
     return Product({f"{request.name}.txt": sinumerik_text(request.model, values, notes, request.source.lines)}, notes)
 
 
+def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
+    """Return the effort that the pulses command."""
+    from bristle.exports.sinumerik import drive_of_data
+
+    return drive_of_data(str(files[f"{request.name}.txt"]), request.axis, request.model.kind) if request.axis else None
+
+
 TARGET = Target(
     name="sinumerik",
     title="SINUMERIK",
     write=write,
+    reads=reads,
+    pushes=True,
     description="start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test",
 )

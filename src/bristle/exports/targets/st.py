@@ -19,10 +19,14 @@ def write(request: Request) -> Product:
     from bristle.exports.st import OUT, st_files
     from bristle.exports.st_names import checked
     from bristle.exports.subject import subject_of
+    from bristle.prediction.drive_units import command_units
 
     checked(request.name)
-    subject = subject_of(request.model, CONSTANTS if request.single else None)
-    files = st_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=request.single)
+    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
+    units = command_units(request.axis, request.model.kind) if not subject.is_operator else None
+    files = st_files(
+        subject, request.name, request.source, request.dt, tunable=request.tunable, single=request.single, units=units
+    )  # fmt: skip
     notes = ["the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0"]
     notes += [single_note(OUT[subject.is_operator])] if request.single else []
     return Product(dict(files), tuple(notes))
@@ -41,6 +45,8 @@ TARGET = Target(
     name="st",
     title="Structured Text",
     write=write,
+    rest="held",
+    pushes=True,
     write_law=write_law,
     tunable=True,
     single=True,

@@ -12,12 +12,13 @@ def write(request: Request) -> Product:
     from bristle.exports.subject import subject_of
     from bristle.exports.wasm import wasm_files
 
-    return Product(wasm_files(subject_of(request.model), request.name, request.source))
+    return Product(wasm_files(subject_of(request.sampled), request.name, request.source))
 
 
 TARGET = Target(
     name="wasm",
     title="WebAssembly",
     write=write,
+    rest="middle",
     description="a module of WebAssembly and the script that loads it, for a browser or node",
 )

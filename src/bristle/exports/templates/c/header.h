@@ -33,6 +33,12 @@ double {{ name }}_force({{ name }} *axis, double x, double dt);
 {% endif %}{% if signals %}
 /* The same with what friction depends on besides: {{ told_signals | join('; ') }}. */
 double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %});
+{% endif %}{% if drive %}
+/* The units of the drive, as the axis file describes them, and the same force in them: `position` in {{ drive.position.unit }},
+   the command in {{ drive.efforts[0].unit }}. */
+#define {{ guard }}_POSITION_UNIT ({{ drive.position.si }}) /* {{ drive.unit_x }} for 1 {{ drive.position.unit }} */
+{% for each in drive.efforts %}#define {{ guard }}_{{ each.macro }} ({{ each.si }}) /* {{ drive.unit_force }} for 1 {{ each.unit }} */
+{% endfor %}double {{ name }}_command({{ name }} *axis, double position, double dt);
 {% endif %}
 /* Write what the contact remembers into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);

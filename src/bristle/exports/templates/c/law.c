@@ -31,4 +31,9 @@ double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs)
     return axis->effort;
 }
 
-{% include "c/saved.c" %}
+{% if drive %}double {{ name }}_command({{ name }} *axis, const {{ name }}_inputs *inputs)
+{
+    return {{ name }}_effort(axis, inputs) / {{ guard }}_{{ drive.efforts[0].macro }};
+}
+
+{% endif %}{% include "c/saved.c" %}

@@ -55,7 +55,11 @@ void {{ name }}_start({{ name }} *axis);
 /* The effort to be commanded [{{ unit_force }}]. Call it once in every cycle, {{ rate }} times a second. */
 double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs);
 
-/* Write what the law keeps from cycle to cycle into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
+{% if drive %}/* The units of the drive, as the axis file describes them, and the same effort in {{ drive.efforts[0].unit }}. */
+{% for each in drive.efforts %}#define {{ guard }}_{{ each.macro }} ({{ each.si }}) /* {{ drive.unit_force }} for 1 {{ each.unit }} */
+{% endfor %}double {{ name }}_command({{ name }} *axis, const {{ name }}_inputs *inputs);
+
+{% endif %}/* Write what the law keeps from cycle to cycle into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
 
 /* Go on from what was saved. Return 1; or 0, and change nothing, where the bytes are not those of this law or damaged. */

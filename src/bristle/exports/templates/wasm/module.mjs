@@ -6,7 +6,7 @@
 // import { load } from "./{{ name }}.mjs";
 // const axis = await load();          // or load(bytes) of {{ name }}.wasm
 // axis.force(x, dt);                  // in every cycle: the mean friction force of the step that ends at x
-// Call k gives element k of br.response(model, x, dt), to the bit. The first call tells where the axis is, and gives 0.
+// Call k gives element k of br.response(model, x, dt{% if rest %}, rest="{{ rest }}"{% endif %}), to the bit. The first call tells where the axis is, and gives 0.
 
 const LASTING = {{ lasting }};
 const PLACES = {{ places }};

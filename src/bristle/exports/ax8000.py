@@ -1,0 +1,120 @@
+r"""Friction compensation of a Beckhoff AX8000 or AMP8000 drive: static friction, dynamic friction, spring rate.
+
+.. math:: u = f + D\,v, \qquad \dot f = k\,v, \quad |f| \le F
+
+with the static friction :math:`F` (0x3144:02), the dynamic friction factor :math:`D` in relation with the feedforward
+velocity (0x3144:03), and the static friction spring rate :math:`k` (0x3144:01). The objects are the same in both
+directions. How the drive turns :math:`f` at a reversal is not documented further: the spring is an assumption from the
+name and the unit of its object.
+
+References
+----------
+.. [1] Beckhoff, "AX8xxx, axis module, object dictionary", 0x3144 VelocityControl parameters friction.
+   https://infosys.beckhoff.com/content/1033/ax8xxx_object/18798211723.html
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.variable import Kind, unit_of
+from bristle.exports.described import plain
+from bristle.exports.drive import last_direction
+from bristle.exports.effect import Drive
+from bristle.prediction.drive_table import LevelValues
+from bristle.prediction.reversal import SETTLED_SHARE, reversal_distance
+
+__all__ = ["Friction", "ax8000_text", "drive_of_objects", "friction_of", "sides_lost"]
+
+STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
+TITLES = {
+    STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate",
+}  # fmt: skip
+
+
+class Friction(NamedTuple):
+    """What the objects hold, in SI of the axis: static friction, dynamic factor, spring rate (0 where not known)."""
+
+    static: float
+    dynamic: float
+    spring: float
+
+
+def friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
+    """Return the values of the objects: means of both directions; the spring turns 95 % over the distance of the model.
+
+    Parameters
+    ----------
+    model : Model
+        The friction model.
+    levels : LevelValues
+        Level and viscous friction in each direction.
+    fastest : float
+        Largest speed [m/s or rad/s].
+    """
+    level, slope = (
+        float(np.mean([value for value in pair if value is not None]))
+        for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))
+    )
+    static, distance = max(level, 0.0), reversal_distance(model, fastest)
+    return Friction(static, max(slope, 0.0), 2.0 * SETTLED_SHARE * static / distance if distance else 0.0)
+
+
+def sides_lost(levels: LevelValues, effort: str, si: float) -> tuple[str, ...]:
+    """Return what objects without a direction and without a constant lose, a sentence each."""
+    notes = []
+    if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
+        apart = 0.5 * abs(levels.forward - levels.backward) / si
+        notes.append(f"the objects are the same for both directions: each is off by {apart:.3g} {effort}")
+    if levels.constant:
+        notes.append(f"the constant force, {levels.constant / si:.3g} {effort}, is not in it: set it apart")
+    return tuple(notes)
+
+
+def ax8000_text(friction: Friction, axis: Axis | None, kind: Kind, comments: tuple[str, ...]) -> str:
+    """Return the objects as CSV, in the units of the motor, behind comments."""
+    rows = [
+        f"{index},{_of_motor(value, index, axis):.9g},{_unit(index, axis, kind)},{TITLES[index]}"
+        for index, value in ((STATIC, friction.static), (DYNAMIC, friction.dynamic), (SPRING, friction.spring))
+        if index != SPRING or value
+    ]
+    head = [
+        "Friction compensation of a Beckhoff AX8000 or AMP8000: object 0x3144 (channel B: 0x3544), REAL32.",
+        "Units: those of object 0x3005:09 at its default. The compensation follows the feedforward velocity.",
+        *comments,
+    ]  # fmt: skip
+    return "\n".join([*(f"# {plain(line)}" for line in head), "object,value,unit,name", *rows, ""])
+
+
+def drive_of_objects(text: str, axis: Axis | None) -> Drive:
+    """Return what the drive computes from the objects: a spring that slips, and viscous friction."""
+    rows = [line.split(",") for line in text.splitlines() if line.startswith("0x")]
+    values = {index: float(value) / _of_motor(1.0, index, axis) for index, value, *_ in rows}
+    static, dynamic, spring = (values.get(index, 0.0) for index in (STATIC, DYNAMIC, SPRING))
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        steps = np.diff(x, prepend=x[:1])
+        if not spring:
+            return static * last_direction(steps) + dynamic * steps / dt
+        force = np.zeros(x.size)
+        for k in range(1, x.size):
+            force[k] = min(static, max(-static, force[k - 1] + spring * steps[k]))
+        return force + dynamic * steps / dt
+
+    return drive
+
+
+def _of_motor(value: float, index: str, axis: Axis | None) -> float:
+    """Return a value in SI of the axis at the motor: a torque, or one over its angle or angular velocity."""
+    arm = 1.0 if axis is None or axis.arm is None else axis.arm
+    return value * arm if index == STATIC else value * arm**2
+
+
+def _unit(index: str, axis: Axis | None, kind: Kind) -> str:
+    rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
+    quantity = {STATIC: "force", DYNAMIC: "force*time/length", SPRING: "force/length"}[index]
+    return plain(unit_of(quantity, rotates))

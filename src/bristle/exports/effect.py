@@ -1,0 +1,349 @@
+r"""The effect of an export on the axis: the loop without and with it, along moves and along the motion of the log.
+
+The numbers of the files are read back, and a drive that computes with them feeds forward :math:`u_{ff}`. The moves go
+from rest to rest with dwells between, twice forward and twice backward, over 1, 3, 10 and 30 times the distance over
+which friction turns after a reversal: inside that distance a compensator without memory may push the wrong way. Their
+acceleration takes as much effort as sliding friction does. Where no loop is known, the residual friction force after
+compensation along the same moves stands in place of the following error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.experiment import Feedforward, Run, Start, Variant
+from bristle.core.status import Status
+from bristle.core.typography import number
+from bristle.core.variable import Kind, unit_of
+from bristle.engine import force_along, interpreted
+from bristle.engine.steady import steady_force
+from bristle.friction import with_presliding
+from bristle.identification.parameters import offset_of
+from bristle.prediction.reversal import reversal_distance
+from bristle.references import recorded
+from bristle.references.legs import legs_through
+from bristle.simulation.compensation import settling
+from bristle.simulation.result import VariantResult
+from bristle.simulation.run import simulate_with
+
+__all__ = [
+    "TIMES",
+    "Along",
+    "Compensated",
+    "Drive",
+    "Effect",
+    "Limits",
+    "driven_by",
+    "effect_in_force",
+    "effect_in_loop",
+    "fed_by",
+    "sliding_level",
+    "turning_distance",
+]
+
+Compensated = Callable[[Variant, int], VariantResult]
+Drive = Callable[[np.ndarray, float], np.ndarray]
+"""``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
+
+TIMES = (1.0, 3.0, 10.0, 30.0)
+"""Distances of the moves, over that in which friction turns."""
+SERIOUS = 10.0
+"""Worse from this distance on, or along the motion of the log, an export is refused."""
+WORSE = 1.05  # ratio of two errors that no longer count as the same
+ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance of an axis that does not tell its own
+SHORTEST, DWELL, BEFORE = 0.1, 0.2, 0.1  # of a move, of each rest behind it, and of the rest before the first [s]
+COARSE = 0.005  # of the shortest move: a sample, where a model is run uncompiled
+TINY = 1e-12  # of an error or a ratio: none
+MOST_SAMPLES = 60_000  # of the log's own motion
+MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
+SLOW = 1e-3  # of the largest speed: where the level of sliding friction is read
+
+
+class Limits(NamedTuple):
+    """What moves keep to: largest velocity, acceleration and jerk, in SI of the axis."""
+
+    velocity: float
+    acceleration: float
+    jerk: float = math.inf
+
+
+class Along(NamedTuple):
+    """One motion: what it is, its distance (0 of its own), and the error without and with the export.
+
+    `not_ahead` is the error where the desired motion is not fed ahead. Errors are peak to peak [m or rad] in a loop,
+    root mean square in % of the sliding friction without one.
+    """
+
+    motion: str
+    distance: float
+    without: float
+    with_it: float
+    not_ahead: float = math.nan
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether the export makes the error larger; a loop that diverges with it does."""
+        return not self.with_it <= WORSE * self.without
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What an export does to the axis.
+
+    Parameters
+    ----------
+    along : tuple of Along
+        Each motion, the moves first and the log's own motion last.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    distance : float
+        Over which friction turns after a reversal [m or rad].
+    assumed : bool
+        Whether that distance is an assumption: neither the model nor the axis file tells it.
+    in_loop : bool
+        Whether errors are those of a simulated loop; else residual forces.
+    ahead : int
+        Samples by which the desired motion is fed ahead.
+    """
+
+    along: tuple[Along, ...]
+    kind: Kind
+    distance: float
+    assumed: bool
+    in_loop: bool
+    ahead: int
+
+    @property
+    def worse(self) -> tuple[Along, ...]:
+        """The motions whose error the export makes larger."""
+        return tuple(each for each in self.along if each.is_worse)
+
+    @property
+    def is_harmful(self) -> bool:
+        """Whether it makes moves worse that are far longer than the contact deflects, or the motion of the log."""
+        far = SERIOUS * (1.0 - 1e-9) * self.distance
+        return self.in_loop and any(each.motion != MOVES or each.distance >= far for each in self.worse)
+
+    @property
+    def ratio(self) -> float:
+        """The error with the export over that without, the geometric mean over all motions; inf where one diverges."""
+        ratios = [_ratio(each) for each in self.along]
+        return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY))))) if np.all(np.isfinite(ratios)) else math.inf
+
+    @property
+    def least_distance(self) -> float:
+        """The shortest of these moves from which on no one is worse [m or rad]; 0 where none is, inf where all are."""
+        moves = [each for each in self.along if each.motion == MOVES]
+        below = [each.distance for each in moves if each.is_worse]
+        above = [each.distance for each in moves if not below or each.distance > max(below)]
+        return 0.0 if not below else min(above, default=math.inf)
+
+    def lines(self) -> tuple[str, ...]:
+        """Return the effect in sentences, the most important first."""
+        moves = [each for each in self.along if each.motion == MOVES]
+        better, worse = ([each for each in moves if each.is_worse == is_worse] for is_worse in (False, True))
+        worst = max(worse, key=_ratio, default=None)
+        chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
+        sizes = "; ".join(f"{self._change(each)} at {self._length(each.distance)}" for each in chosen if each)
+        head = "following error, peak to peak, simulated" if self.in_loop else "residual friction force, simulated"
+        lines = [f"{head}: {sizes}{self._switch()}"]
+        for own in (each for each in self.along if each.motion != MOVES):
+            late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} where it is not fed ahead"
+            lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
+        if self.assumed:
+            lines.append(f"the pre-sliding distance is not known: {self._length(self.distance)} assumed "
+                         "([plant] presliding in the axis file)")  # fmt: skip
+        if not self.in_loop:
+            lines.append("no controller is known, so that no following error is stated: write [controller] with model, "
+                         "k_p and k_v into the axis file")  # fmt: skip
+        return tuple(lines)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as it stands in JSON, in SI of the axis or in %."""
+        return {
+            "quantity": "following_error" if self.in_loop else "residual_force",
+            "unit": unit_of("length", self.kind) if self.in_loop else "%",
+            "presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead,
+            "harmful": self.is_harmful,
+            "least_distance": self.least_distance if math.isfinite(self.least_distance) else None,
+            "along": [
+                {"motion": each.motion, "distance": each.distance or None, "without": each.without,
+                 "with": each.with_it if math.isfinite(each.with_it) else None, "worse": each.is_worse,
+                 "not_fed_ahead": None if math.isnan(each.not_ahead) else each.not_ahead}
+                for each in self.along
+            ],
+        }  # fmt: skip
+
+    def _switch(self) -> str:
+        if self.least_distance == 0.0:
+            return ""
+        if math.isinf(self.least_distance):
+            return ": worse than no compensation"
+        return f": switch off below {self._length(self.least_distance)}"
+
+    def _change(self, each: Along) -> str:
+        return f"{self._size(each.without)} -> {self._size(each.with_it)}"
+
+    def _size(self, value: float) -> str:
+        if not math.isfinite(value):
+            return "diverges"
+        return self._length(value) if self.in_loop else f"{number(value, digits=3)} %"
+
+    def _length(self, value: float) -> str:
+        if self.kind == "rotational":
+            return f"{number(1e6 * value, digits=3)} urad"
+        return f"{number(1e3 * value, digits=3)} mm" if value >= 1e-3 else f"{number(1e6 * value, digits=3)} um"
+
+
+def driven_by(drive: Drive) -> Compensated:
+    """Return how a loop runs with what a drive feeds forward, led along the motion of `ahead` samples later."""
+
+    def compensated(loop: Variant, ahead: int) -> VariantResult:
+        dt = loop.run.sample_time
+        count = round(loop.run.duration / dt)
+        x = loop.reference.component.sample(dt * np.arange(count + ahead), loop.reference.parameters)[0]
+        return simulate_with(loop, drive(x, dt)[ahead:])
+
+    return compensated
+
+
+def fed_by(feedforward: Feedforward) -> Compensated:
+    """Return how a loop runs with the feedforward of a law, which is handed the samples to come by itself."""
+
+    def compensated(loop: Variant, ahead: int) -> VariantResult:
+        return simulate_with(replace(loop, feedforward=feedforward), None)
+
+    return compensated
+
+
+def _ratio(each: Along) -> float:
+    return each.with_it / max(each.without, TINY)
+
+
+def turning_distance(model: Model, presliding: float | None, fastest: float) -> tuple[float, bool]:
+    """Return over which distance friction turns after a reversal [m or rad], and whether that is an assumption.
+
+    Parameters
+    ----------
+    model : Model
+        The friction model; one without memory does not tell.
+    presliding : float or None
+        The distance that the axis file tells, for such a model.
+    fastest : float
+        Largest speed of the axis [m/s or rad/s].
+    """
+    own = reversal_distance(model, fastest)
+    distance = own or presliding or 0.0
+    return (distance, False) if distance else (ASSUMED[model.kind], True)
+
+
+def effect_in_loop(
+    loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int
+) -> Effect:  # fmt: skip
+    """Return the effect of an export on a loop.
+
+    Parameters
+    ----------
+    loop : Variant
+        The loop of the axis along the motion of its log, with all that is fed forward but friction.
+    compensated : callable
+        ``compensated(loop, ahead)``: a run of a loop with the export (`driven_by`, `fed_by`).
+    limits : Limits
+        What moves keep to.
+    distance : tuple of float and bool
+        As `turning_distance` returns it.
+    ahead : int
+        Samples by which the desired motion is fed ahead.
+    """
+    moved = _at_rest(loop)
+    along = []
+    for times in TIMES:
+        x = _moves(times * distance[0], limits, loop.run.sample_time)
+        variant = _following(moved, _origin(loop) + x)
+        errors = _error(simulate_with(variant, None)), _error(compensated(variant, ahead))
+        along.append(Along(MOVES, times * distance[0], *errors))
+    count = min(round(loop.run.duration / loop.run.sample_time), MOST_SAMPLES)
+    own = replace(loop, run=replace(loop.run, duration=count * loop.run.sample_time),
+                  disturbance=None if loop.disturbance is None else loop.disturbance[:count])  # fmt: skip
+    t = own.run.sample_time * np.arange(count)
+    if np.ptp(own.reference.component.sample(t, own.reference.parameters)[0]) > 0.0:
+        results = [simulate_with(own, None), compensated(own, ahead), *([compensated(own, 0)] if ahead else [])]
+        whose = LOG if own.reference.component is recorded else EXPERIMENT
+        along.append(Along(whose, 0.0, *map(_error, results)))
+    return Effect(tuple(along), loop.plant.kind, *distance, True, ahead)
+
+
+def effect_in_force(
+    model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int
+) -> Effect:  # fmt: skip
+    """Return the residual friction force after compensation along moves, where no loop is known.
+
+    Parameters
+    ----------
+    model : Model
+        The friction of the axis.
+    drive, limits, distance, ahead
+        As of `effect_in_loop`.
+    dt : float
+        Sample time of the drive [s].
+    """
+    level, dt = sliding_level(model, limits.velocity), max(dt, COARSE * SHORTEST)
+    truth = with_presliding(model, distance[0])
+    along = []
+    for times in TIMES:
+        x = _moves(times * distance[0], limits, dt)
+        v = np.diff(x) / dt
+        moving = v != 0.0
+        with interpreted():  # nobody waits for a compiler here
+            force = force_along(truth, v, dt, x[1:])
+        shares = [
+            100.0 * float(np.sqrt(np.mean(left[moving] ** 2))) / level
+            for left in (force - offset_of(model.component.variables, model.values), force - drive(x, dt)[1:])
+        ]
+        along.append(Along(MOVES, times * distance[0], *shares))
+    return Effect(tuple(along), model.kind, *distance, False, ahead)
+
+
+def sliding_level(model: Model, fastest: float) -> float:
+    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
+    slow = SLOW * fastest
+    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
+
+
+def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
+    """Return the positions of the moves from 0: twice forward, twice backward, a dwell behind each [m or rad]."""
+    jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
+    leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
+    inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
+    step = np.concatenate([inside, np.full(math.ceil(DWELL / dt), distance)])
+    forward = np.concatenate([np.zeros(math.ceil(BEFORE / dt)), step, distance + step])
+    return np.concatenate([forward, 2.0 * distance - step, distance - step])
+
+
+def _origin(loop: Variant) -> float:
+    """Return the position at which a loop begins [m or rad]."""
+    return float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
+
+
+def _at_rest(loop: Variant) -> Variant:
+    """Return a loop that begins at rest, holding the constant force, and that nothing unexplained pushes."""
+    held = offset_of(loop.friction.component.variables, loop.friction.values)
+    return replace(loop, disturbance=None, learning=None, start=Start(_origin(loop), effort=held))
+
+
+def _following(loop: Variant, x: np.ndarray) -> Variant:
+    """Return a loop along other positions."""
+    dt = loop.run.sample_time
+    run: Run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
+    return replace(loop, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
+
+
+def _error(outcome: VariantResult) -> float:
+    """Return the following error of a run, peak to peak; inf where it diverged."""
+    return math.inf if outcome.status is Status.NOT_FINITE else outcome.following_error.peak_to_peak
