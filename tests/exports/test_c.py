@@ -49,7 +49,7 @@ COMPARED = (
 )
 def test_each_force_has_the_bits_of_bristle(native, models, model):
     x = walk(20_000)
-    forces = br.response(models[model], x, DT)
+    forces = br.response(models[model], x, DT, rest="held")
     assert np.ptp(forces) > 0.0
     assert differing(native.forces(model, x, DT), forces) == 0
 
@@ -292,7 +292,7 @@ def test_single_precision_is_as_near_as_it_can_be(singles, name):
 
 def test_the_self_test_of_single_precision_tells_how_far_it_is_off(tmp_path):
     found = br.export(example("gms", ("asymmetry",)), "c", tmp_path / "gms", float32=True)
-    assert "single precision" in found.notes[0]
+    assert any("single precision" in note for note in found.notes)
     ran = built(tmp_path / "gms", "axis_x_selftest.c")
     assert ran.returncode == 0, ran.stdout
     text = (tmp_path / "gms" / "axis_x.c").read_text()

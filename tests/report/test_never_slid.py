@@ -7,6 +7,7 @@ import bristle as br
 from bristle.exports.described import Source
 from bristle.exports.target import Request
 from bristle.exports.writing import files_for
+from bristle.files.axis import axis_from
 from bristle.files.model import read_model
 from bristle.identification.diagnostics.structure import _with_presliding
 from bristle.logs import Log
@@ -14,6 +15,14 @@ from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.first_page import answers
 
 DT = 2e-3
+RATED = {
+    "schema": 1,
+    "kind": "translational",
+    "columns": {
+        name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))
+    },
+    "effort": {"rated": "100 N"},
+}
 
 
 def pulled(step=1e-9, reach=5e-6, level=8.0):
@@ -63,7 +72,8 @@ def test_what_is_written_for_a_drive_carries_the_warning(found, tmp_path, target
     found.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
     source = Source(info["provenance"], info["uncertainty"])
-    product = files_for(target, Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant))
+    asked = Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant, axis=axis_from(RATED))
+    product = files_for(target, asked)
     assert "do not use" in product.notes[0]
     assert "f_p" in product.notes[0]
     if target == "tf5200":

@@ -47,11 +47,12 @@ def test_feedforward_is_what_the_desired_motion_takes():
     assert np.max(np.abs(trace.position - position)) < 1e-3 * np.ptp(position)
 
 
-def test_a_resting_reference_is_fed_the_middle_of_a_set_valued_force():
+def test_a_resting_reference_is_fed_the_force_of_the_side_it_came_from_or_the_middle():
     model = friction.find("coulomb")(F_C=5.0, offset=1.5)
+    motion = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
     assert friction_along(model, np.zeros(4), DT).tolist() == [1.5] * 4
-    moving = friction_along(model, np.array([1.0, 0.0, -1.0]), DT)
-    assert moving.tolist() == [6.5, 1.5, -3.5]
+    assert friction_along(model, motion, DT).tolist() == [1.5, 6.5, 6.5, -3.5, -3.5]
+    assert friction_along(model, motion, DT, rest="middle").tolist() == [1.5, 6.5, 1.5, -3.5, 1.5]
 
 
 def test_what_is_fed_forward_is_that_of_the_place_where_the_path_is():

@@ -40,9 +40,7 @@ Draws = Annotated[
 ]
 Rest = Annotated[
     str | None,
-    typer.Option(
-        metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean."
-    ),
+    typer.Option(metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean."),
 ]
 AcceptHarm = Annotated[
     bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")

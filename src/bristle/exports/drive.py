@@ -18,9 +18,9 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
-from bristle.exports.described import Source, plain
+from bristle.exports.described import plain
 from bristle.friction.slots import variations_of
-from bristle.identification.parameters import Role, acts_in_sliding, offset_of
+from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, units_of
 from bristle.prediction.reversal import reversal_distance
@@ -40,7 +40,6 @@ __all__ = [
     "error_on_log",
     "last_direction",
     "level_losses",
-    "levels_unseen",
     "losses",
     "mean_side",
     "memory_lost",
@@ -53,7 +52,6 @@ __all__ = [
 FEWEST, MOST = 2, 1000
 VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: a difference that is none
-SEEN = ("identified", "held")
 MEANINGS = {
     "gravity": "constant force",
     "F+": "forward sliding takes gravity + F+ + D+ * velocity",
@@ -134,18 +132,6 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
     return Side(curve, curve[placed(curve, points)], 0.5 * (forward.unresolved + backward.unresolved))
 
 
-def levels_unseen(model: Model, source: Source) -> tuple[str, ...]:
-    """Return which levels of friction no log has shown, a sentence each, from what a model file says of them."""
-    notes = []
-    for name, variable in model.component.variables.items():
-        entry = source.uncertainty.get(name, {})
-        doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
-        of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
-        if of_sliding and entry.get("status") != "held" and doubt:
-            notes.append(f"do not use these forces before a log has shown them: {name}, {doubt}")
-    return tuple(notes)
-
-
 def losses(
     model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool
 ) -> tuple[str, ...]:  # fmt: skip
@@ -159,15 +145,16 @@ def losses(
 
 
 def level_losses(
-    model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit
+    model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit, *, turns: bool = False
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what one level for each direction loses, a sentence each."""
+    """Return what one level for each direction loses, a sentence each; `turns`: not at once."""
     both, alone = effort.of(levels.deviation), effort.of(levels.deviation_of_levels)
     head = (
         f"levels with viscous friction are never above the steady friction, and {both:.2g} {effort.name} below it at "
         f"most; the levels alone {alone:.2g} {effort.name}"
     )
-    return (head, *memory_lost(model, curves[1.0], curves[-1.0], effort), *_variation_lost(model))
+    jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
+    return (head, *jumps, *_variation_lost(model))
 
 
 def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort: DriveUnit) -> list[str]:

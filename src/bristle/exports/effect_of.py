@@ -85,9 +85,10 @@ def ahead_text(loop: Variant | None) -> str:
         return "feed the desired motion 1 sample ahead at least, and by delay and lag of the drive, which are not known"
     ahead, run = samples_ahead(loop), loop.run
     late = run.delay * run.sample_time + run.current_lag
-    reason = f"1 for the step to come, {ahead - 1} for {1e3 * late:.3g} ms of delay and lag"
+    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "no delay and no lag are known"
     samples = "sample" if ahead == 1 else "samples"
-    return f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead: {reason}"
+    head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
+    return f"{head}: 1 for the step to come, {rest}"
 
 
 def loop_for(request: Request) -> Variant | None:

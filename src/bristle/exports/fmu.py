@@ -32,6 +32,7 @@ from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tree import Function
 from bristle.exports.walk import digest_of
+from bristle.friction.resting import rest_rule
 
 __all__ = ["Setting", "fmu_files"]
 
@@ -82,6 +83,9 @@ def fmu_files(
     """
     written: dict[str, str | bytes] = {}
     notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
+    if rest_rule(alone):
+        notes.append(f"a mass outside {setting.name}.fmu creeps at rest: a model without memory cannot hold it there. "
+                     f"Use {setting.name}_mass.fmu, or a model with memory")  # fmt: skip
     bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
     if plant is None:
         notes.append("no mass is known: there is no FMU with a mass")

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from bristle.core import mathematics
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
 from bristle.hysteresis import everett
 
-__all__ = ["CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "single_note"]
+__all__ = ["CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "refuse_beyond_single", "single_note"]
 
 TOLERANCE = 1e-3
 """How far the output may be off that of double precision, over the largest one, in the self-test."""
@@ -48,6 +50,22 @@ CONSTANTS: dict[tuple[str, float], float] = {
 def single_note(output: str) -> str:
     """Return what is told of an export in single precision."""
     return f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest {output}"
+
+
+def refuse_beyond_single(model: Model) -> None:
+    """Refuse a model with a finite value that single precision does not hold.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    largest = float(np.finfo(np.float32).max)
+    for name, value in model.values.items():
+        numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
+        if np.any(np.isfinite(numbers) & (numbers > largest)):
+            raise InputError("is larger than any number of single precision", path=name, value=float(np.max(numbers)),
+                             allowed=f"<= {largest:.3g}", mend="Leave float32 out")  # fmt: skip
 
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:

@@ -7,9 +7,11 @@ structure of its caller, which nothing else that it was handed lies in.
 
 from __future__ import annotations
 
+import math
+
 from bristle.exports.c_code import described, needs_wide_integers, structures_of, types_in
 from bristle.exports.st_expressions import BINDS, RESULT, Values, is_safe
-from bristle.exports.st_names import LREAL, Names, real_literal, structure_name
+from bristle.exports.st_names import BELOW_ZERO, LREAL, Names, real_literal, structure_name
 from bristle.exports.st_parts import INDENT, Pou, Record
 from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_parts import Variable as Declared
@@ -88,7 +90,9 @@ class Printer:
         return self._public.of(("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}")
 
     def real(self, value: float) -> str:
-        """Return a real number as the functions read it."""
+        """Return a real number as the functions read it; -0.0, a limit from below, as one just below zero."""
+        if value == 0.0 and math.copysign(1.0, value) < 0.0:
+            value = -BELOW_ZERO[self.scalar]
         return real_literal(value, self.scalar)
 
     def narrowed(self, text: str) -> str:

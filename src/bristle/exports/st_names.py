@@ -10,7 +10,17 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.exports.types import Struct
 
-__all__ = ["LREAL", "REAL", "RESERVED", "Names", "checked", "real_literal", "structure_name", "whole_literal"]
+__all__ = [
+    "BELOW_ZERO",
+    "LREAL",
+    "REAL",
+    "RESERVED",
+    "Names",
+    "checked",
+    "real_literal",
+    "structure_name",
+    "whole_literal",
+]
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, and words that TwinCAT, CODESYS, TIA
 # Portal or MATIEC keep for themselves.
@@ -34,6 +44,7 @@ LREAL, REAL = "LREAL", "REAL"
 SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
 LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
 NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
+BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot tell -0.0 from 0.0
 STEP = 100  # powers of two that a longer one is made of
 
 

@@ -18,11 +18,13 @@ from bristle.files.results import SUMMARY
 from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
+    from bristle.core.contracts import Model
     from bristle.exports.effect import Effect
 
 __all__ = ["files_for", "law_for", "name_for", "target_named", "variant_of"]
 
 CLEARLY = 0.95  # of the error with the usual rule at rest: another one is better
+SEEN = ("identified", "held")
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -52,7 +54,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
         `accept_harm` is not set.
     """
     target = target_named(to)
-    _refuse_arithmetic(target, tunable=request.tunable, single=request.single)
+    _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
     _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples",
             "Leave rest out")  # fmt: skip
     _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log",
@@ -64,7 +66,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name)
-    remarks = (*(effect.lines() if effect else ()), *_said_of_use(request, target))
+    remarks = (*_unseen(request), *(effect.lines() if effect else ()), *_said_of_use(request, target))
     source = replace(request.source, remarks=remarks)
     product = checked_product(target.write(replace(request, source=source)), target)
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
@@ -104,6 +106,20 @@ def _refuse_harm(effect: Effect | None, name: str) -> None:
         )  # fmt: skip
 
 
+def _unseen(request: Request) -> tuple[str, ...]:
+    """Return which levels of friction no log has shown, a sentence each, from what a model file says of them."""
+    from bristle.identification.parameters import Role, acts_in_sliding
+
+    notes = []
+    for name, variable in request.model.component.variables.items():
+        entry = request.source.uncertainty.get(name, {})
+        doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
+        of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
+        if of_sliding and entry.get("status") != "held" and doubt:
+            notes.append(f"do not use these forces before a log has shown them: {name}, {doubt}")
+    return tuple(notes)
+
+
 def _said_of_use(request: Request, target: Target) -> tuple[str, ...]:
     """Return how the files are to be used: the samples that the motion is fed ahead, and the rule at rest."""
     from bristle.exports.effect_of import ahead_text, loop_for
@@ -125,10 +141,14 @@ def _said_of_rest(request: Request) -> tuple[str, ...]:
     return (f"{sentences[rule]}; --rest {other} writes the other rule",)
 
 
-def _refuse_arithmetic(target: Target, *, tunable: bool, single: bool) -> None:
+def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: bool) -> None:
+    from bristle.exports.single import refuse_beyond_single
+
     _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time",
             "Leave tunable out")  # fmt: skip
     _refuse(target, single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
+    if single:
+        refuse_beyond_single(model)
 
 
 def _refuse(
@@ -188,7 +208,7 @@ def law_for(
     if target.write_law is None:
         holding = ", ".join(candidate.name for candidate in TARGETS.values() if candidate.write_law)
         raise InputError("holds no control law", path="to", value=target.name, allowed=holding)
-    _refuse_arithmetic(target, tunable=tunable, single=single)
+    _refuse_arithmetic(target, variant.controller, tunable=tunable, single=single)
     law = law_of(variant, tunable=tunable, single=single)
     effect = effect_of_law(law.variant)
     if not accept_harm:

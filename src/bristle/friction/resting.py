@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.dimensions import canonical
 from bristle.core.dispatch import friction_trial
 from bristle.core.experiment import RESTS
 from bristle.core.kernel import kernel
@@ -31,6 +32,7 @@ __all__ = ["HELD", "rest_rule", "with_rest"]
 
 HELD = "rest_held"
 """The parameter that the rule adds."""
+VISCOUS = canonical("force*time/length")
 SHARE = Variable("1", "at rest: 1 holds the force of the last direction, 0 gives the middle", min=0.0, max=1.0)
 
 
@@ -119,6 +121,8 @@ def with_rest(friction: Model, rest: str) -> Model:
     component = friction.component
     if component.family != "friction" or component.rate is not None or not is_static(friction):
         return friction
+    if {variable.quantity for variable in component.variables.values()} == {VISCOUS}:
+        return friction  # no jump at rest
     if isinstance(component, RestingModel):
         component, parameters = component.inner, friction.parameters.inner
     else:

@@ -22,6 +22,7 @@ from bristle.files.components import key_of
 from bristle.files.user_model import code_of
 from bristle.friction import MODELS, base_of, channel_slots_of
 from bristle.friction.next_model import goes_by_name
+from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
 from bristle.lab.conditions import conditions_of, shares_of
@@ -104,7 +105,7 @@ def described(
         "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
         "scales": scales._asdict(), "head": head_of(model.component), "fastest": fastest, "mass": mass,
-        "varies": bool(variations_of(model.component)),
+        "varies": bool(variations_of(model.component)), "holds": bool(rest_rule(with_rest(model, "held"))),
     }  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -176,7 +177,7 @@ def _tried(target: Target) -> _Written:
     refused: dict[str, InputError] = {}
     for name, request in example_requests().items():
         try:
-            written[name] = target.write(request)
+            written[name] = target.write(replace(request, rest=target.rest))
         except InputError as error:
             refused[name] = error
     return _Written(written, refused)

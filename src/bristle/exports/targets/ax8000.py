@@ -16,7 +16,7 @@ __all__ = ["TARGET"]
 def write(request: Request) -> Product:
     """Return the objects with their values."""
     from bristle.exports.ax8000 import ax8000_text, friction_of, sides_lost
-    from bristle.exports.drive import curve_of, level_losses, levels_unseen
+    from bristle.exports.drive import curve_of, level_losses
     from bristle.prediction.drive_table import levels_of
     from bristle.prediction.drive_units import table_units
 
@@ -25,7 +25,7 @@ def write(request: Request) -> Product:
     effort = table_units(request.axis, request.model.kind).efforts[0]
     friction = friction_of(request.model, levels, request.speed)
     notes = (
-        *levels_unseen(request.model, request.source), *level_losses(request.model, curves, levels, effort),
+        *level_losses(request.model, curves, levels, effort, turns=friction.spring > 0.0),
         *sides_lost(levels, effort.name, effort.si), *_said_of_spring(friction.spring),
     )  # fmt: skip
     text = ax8000_text(friction, request.axis, request.model.kind, (*request.source.lines, *notes))

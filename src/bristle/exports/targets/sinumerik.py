@@ -15,7 +15,7 @@ __all__ = ["TARGET"]
 
 def write(request: Request) -> Product:
     """Return the machine data."""
-    from bristle.exports.drive import curve_of, levels_unseen, memory_lost
+    from bristle.exports.drive import curve_of, memory_lost
     from bristle.exports.sinumerik import sinumerik_text, start_values
     from bristle.prediction.drive_units import table_units
 
@@ -23,7 +23,6 @@ def write(request: Request) -> Product:
     values = start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
     effort = table_units(request.axis, request.model.kind).efforts[0]
     notes = (
-        *levels_unseen(request.model, request.source),
         "start values, to be tuned by the circularity test",
         *memory_lost(request.model, forward, backward, effort),
     )
@@ -31,10 +30,13 @@ def write(request: Request) -> Product:
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
-    """Return the effort that the pulses command."""
+    """Return the effort that the pulses command: what they do is known in a loop alone."""
+    from bristle.exports.effect_of import loop_for
     from bristle.exports.sinumerik import drive_of_data
 
-    return drive_of_data(str(files[f"{request.name}.txt"]), request.axis, request.model.kind) if request.axis else None
+    if request.axis is None or loop_for(request) is None:
+        return None
+    return drive_of_data(str(files[f"{request.name}.txt"]), request.axis, request.model.kind)
 
 
 TARGET = Target(

@@ -18,7 +18,7 @@ VALUES, FEWEST = 3, 4  # points that are gravity, levels and viscous friction; t
 def write(request: Request) -> Product:
     """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
     from bristle.core.errors import InputError
-    from bristle.exports.drive import AT_REST, error_on_log, levels_unseen, losses, said_of_units, side_of, table_text
+    from bristle.exports.drive import AT_REST, error_on_log, losses, said_of_units, side_of, table_text
     from bristle.prediction.drive_units import column_signs, table_units
 
     if request.points == VALUES:
@@ -29,7 +29,7 @@ def write(request: Request) -> Product:
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     effort, entries = units.efforts[0], {way: side.entries for way, side in sides.items()}
     notes = (
-        AT_REST["table", request.rest], *_said_of_sign(signs), *levels_unseen(request.model, request.source),
+        AT_REST["table", request.rest], *_said_of_sign(signs),
         *losses(request.model, sides[1.0], sides[-1.0], effort, symmetric=False), *error_on_log(request, entries),
         *said_of_units(request.axis, effort),
     )  # fmt: skip
@@ -58,7 +58,6 @@ def _values(request: Request) -> Product:
         curve_of,
         error_on_log,
         level_losses,
-        levels_unseen,
         said_of_units,
         values_text,
     )
@@ -75,7 +74,7 @@ def _values(request: Request) -> Product:
         way: np.array([[0.0, force], [fastest, force + slopes[way] * fastest]]) for way, force in forces.items()
     }  # fmt: skip
     notes = (
-        AT_REST["levels", request.rest], *levels_unseen(request.model, request.source),
+        AT_REST["levels", request.rest],
         *level_losses(request.model, curves, levels, effort), *error_on_log(request, lines),
         *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
         *said_of_units(request.axis, effort),

@@ -17,7 +17,7 @@ def write(request: Request) -> Product:
     """Return the list of compensation values."""
     import numpy as np
 
-    from bristle.exports.drive import error_on_log, levels_unseen, losses, mean_side, side_of
+    from bristle.exports.drive import error_on_log, losses, mean_side, side_of
     from bristle.exports.effect_of import loop_for, samples_ahead
     from bristle.exports.tf5200 import ROUNDED, as_written, current_unit, delay_lost, merged, tf5200_text
     from bristle.identification.parameters import offset_of
@@ -31,7 +31,6 @@ def write(request: Request) -> Product:
     written = as_written(mean.entries, current, request.model.kind)
     entries = {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
     notes = (
-        *levels_unseen(request.model, request.source),
         *losses(request.model, forward, backward, effort, symmetric=True), ROUNDED,
         *delay_lost(request.model, mean), *error_on_log(request, entries),
     )  # fmt: skip

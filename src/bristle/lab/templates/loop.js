@@ -24,15 +24,17 @@ async function loadedParts(loop) {
   };
 }
 
-// What a friction model says is to be fed forward along a motion, from each sample to the next; at rest, the mean of
-// what holds on either side.
+// What a friction model says is to be fed forward along a motion, from each sample to the next. At rest, a model without
+// memory holds the force of the side that the motion came from.
 function fedForward(contact, places, dt) {
   const forces = new Float64Array(places.length - 1);
+  let side = 0;
   contact.begin();
   contact.advance(places[0], dt);
   for (let k = 0; k < forces.length; k++) {
-    const rests = places[k + 1] === places[k], back = rests ? contact.rest(-0, 0) : 0, force = contact.advance(places[k + 1], dt);
-    forces[k] = rests ? 0.5 * (force + back) : force;
+    const step = places[k + 1] - places[k], force = contact.advance(places[k + 1], dt);
+    if (step !== 0) side = Math.sign(step);
+    forces[k] = step === 0 && contact.model.holds ? 0.5 * (1 + side) * force + 0.5 * (1 - side) * contact.rest(-0, 0) : force;
   }
   return forces;
 }
