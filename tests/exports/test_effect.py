@@ -1,0 +1,242 @@
+"""The effect of an export on the axis: the files are read back, simulated, and judged before they are written."""
+
+import json
+import math
+import re
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+import bristle as br
+from bristle.cli.main import main
+from bristle.engine.steady import steady_force
+from bristle.exports.described import Source
+from bristle.exports.effect import TIMES, Limits, driven_by, effect_in_loop
+from bristle.exports.effect_of import effect_of_files, loop_for, samples_ahead
+from bristle.exports.target import Request
+from bristle.exports.targets import TARGETS
+from bristle.exports.writing import files_for
+from bristle.files.axis import axis_from
+from bristle.plants.terms import with_terms
+
+DT = 1e-3
+MASS = 25.0
+SCREW = {
+    "schema": 1, "kind": "translational", "columns": {
+        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
+        "effort": {"column": "u", "unit": "N"},
+    }, "effort": {"rated": "2 N*m", "limit": "2 kN"}, "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+    "encoder": {"resolution": "0.1 um"},
+    "controller": {"model": "cascade", "k_p": "60 1/s", "k_v": "5000 N*s/m", "k_i": "200 kN/m"},
+}  # fmt: skip
+AXIS = axis_from(SCREW)
+LUGRE = br.friction.lugre(F_C=40.0, F_S=50.0, v_S=5e-3, sigma_0=5e6, sigma_1=2e3, sigma_2=200.0)
+STRIBECK = br.friction.stribeck(F_C=40.0, F_S=50.0, v_S=5e-3, F_v=200.0)
+
+
+def asked(model=LUGRE, axis=AXIS, **options):
+    return Request(
+        model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1, plant=br.plants.inertia(M=MASS),
+        **options,
+    )  # fmt: skip
+
+
+def text_of(product, end):
+    return next(str(text) for name, text in product.files.items() if name.endswith(end))
+
+
+@pytest.fixture(scope="module")
+def written():
+    """Return what each target that acts on an axis writes of a model with memory."""
+    cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(
+        M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0
+    )  # fmt: skip
+    found = {}
+    for name in ("c", "st", "wasm", "cuda", "fmu3", "table", "tf5200", "ax8000", "cogging", "sinumerik"):
+        request = replace(asked(), plant=cogging) if name == "cogging" else asked()
+        found[name] = files_for(name, request, accept_harm=True)
+    return found
+
+
+def test_eight_targets_and_more_state_their_effect(written):
+    stating = [name for name, product in written.items() if product.effect is not None]
+    assert len(stating) >= 8
+    for name in stating:
+        effect = written[name].effect
+        assert effect.in_loop
+        assert [each.distance / effect.distance for each in effect.along[:4]] == pytest.approx(TIMES)
+        assert any("following error, peak to peak, simulated" in note for note in written[name].notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "end"), [("c", ".h"), ("st", ".st"), ("table", "_drive.csv"), ("tf5200", ".txt"), ("ax8000", ".csv")]
+)
+def test_the_file_itself_states_effect_and_preview(written, name, end):
+    text, (head, *_) = text_of(written[name], end), written[name].effect.lines()
+    plain = " ".join(re.sub(r"(?m)^\s*(#|;|\(\*|/?\*)", " ", text).split())
+    assert head in plain
+    assert "feed the desired motion 1 sample of 1 ms ahead" in plain
+
+
+def test_a_model_with_memory_helps_where_a_table_does_not(written):
+    shortest = {name: product.effect.along[0] for name, product in written.items() if product.effect}
+    assert shortest["c"].with_it < 0.2 * shortest["c"].without
+    assert shortest["table"].with_it > 3.0 * shortest["c"].with_it
+    longest = {name: written[name].effect.along[3] for name in ("c", "table", "tf5200", "ax8000")}
+    assert all(each.with_it < 0.7 * each.without for each in longest.values())
+    assert len({each.without for each in longest.values()}) == 1
+
+
+def test_below_the_distance_that_helps_the_file_says_switch_off(written):
+    effect = written["table"].effect
+    assert effect.along[0].is_worse
+    assert not effect.along[3].is_worse
+    line = next(line for line in text_of(written["table"], "_drive.csv").splitlines() if "simulated" in line)
+    said = re.search(r"switch off below ([\d.]+) (um|mm)", line)
+    distance = float(said[1]) * {"um": 1e-6, "mm": 1e-3}[said[2]]
+    assert distance == pytest.approx(effect.least_distance, rel=0.01)
+    assert effect.along[0].distance < effect.least_distance <= effect.along[3].distance
+
+
+def test_what_makes_long_moves_worse_is_refused_and_can_be_accepted():
+    wrong = loop_for(asked())
+    loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
+    with pytest.raises(br.core.InputError, match=r"makes an error larger: following error.*--accept-harm"):
+        files_for("table", asked(loop=loop))
+    product = files_for("table", asked(loop=loop), accept_harm=True)
+    assert product.effect.is_harmful
+    assert product.effect.as_data()["harmful"] is True
+
+
+def test_without_a_controller_there_are_no_micrometres_but_a_residual_force():
+    axis = axis_from({key: value for key, value in SCREW.items() if key != "controller"})
+    product = files_for("table", asked(axis=axis))
+    assert not product.effect.in_loop
+    first, *others = product.effect.lines()
+    assert first.startswith("residual friction force")
+    assert " %" in first
+    assert any("write [controller]" in line for line in others)
+    assert product.effect.as_data()["unit"] == "%"
+    # The model itself leaves nothing: there is no residual to state.
+    assert files_for("c", asked(axis=axis)).effect is None
+
+
+def test_a_static_model_says_that_its_distance_is_assumed():
+    assert any("10.0 um assumed" in note for note in files_for("c", asked(STRIBECK), accept_harm=True).notes)
+    told = axis_from(SCREW | {"plant": {"presliding": "30 um"}})
+    product = files_for("c", asked(STRIBECK, axis=told), accept_harm=True)
+    assert product.effect.distance == pytest.approx(30e-6)
+    assert not any("assumed" in note for note in product.notes)
+
+
+@pytest.mark.parametrize(("lag", "delay"), [(0.0, 0), (2e-3, 0), (1.4e-3, 2)])
+def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
+    loop = loop_for(asked())
+    loop = replace(loop, run=replace(loop.run, current_lag=lag, delay=delay))
+    ahead = 1 + delay + round(lag / DT)
+    assert samples_ahead(loop) == ahead
+    product = files_for("tf5200", asked(loop=loop), accept_harm=True)
+    assert any(f"feed the desired motion {ahead} sample" in note for note in product.notes)
+    values = {key: float(value) for key, value in (
+        line.removeprefix("frict_comp.").split() for line in text_of(product, ".txt").splitlines()
+        if line.startswith("frict_comp.")
+    )}  # fmt: skip
+    assert values["reversal_lookahead"] == min(ahead, 4)
+
+
+def test_feeding_ahead_by_the_stated_samples_is_the_best_of_all():
+    loop = loop_for(asked())
+    loop = replace(loop, run=replace(loop.run, delay=2))
+    request = replace(asked(loop=loop), rest="held")
+    stated = effect_of_files(request, None)
+    errors = {}
+    for ahead in (0, stated.ahead, stated.ahead + 3):
+        drive = driven_by(partial(br.response, LUGRE))
+        found = effect_in_loop(loop_for(request), drive, Limits(0.1, 1.6), (stated.distance, False), ahead)
+        errors[ahead] = found.along[2].with_it
+    assert stated.ahead == 3
+    assert errors[3] < 0.8 * errors[0]
+    assert errors[3] < 0.8 * errors[6]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(("name", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
+def test_what_is_read_back_is_the_friction_along_the_axis(name, points, turned):
+    """The file alone, in its own units and signs, gives the steady friction of the model to the digits it has."""
+    columns = SCREW["columns"] | {"position": {"column": "q", "unit": "mm", "sign": -1}}
+    axis = axis_from(SCREW | {"columns": columns}) if turned else AXIS
+    request = asked(STRIBECK, axis=axis, points=points, rest="held" if name == "table" else "")
+    target = TARGETS[name]
+    drive = target.reads(target.write(request).files, request)
+    t = DT * np.arange(400)
+    for speed in (0.09, -0.09, 0.03, -0.03):
+        force = drive(speed * t, DT)[-1]
+        exact = steady_force(STRIBECK, speed)
+        allowed = 0.01 * abs(exact) if points == 20 else 0.25 * abs(exact)
+        assert force == pytest.approx(exact, abs=allowed)
+        assert abs(force) <= abs(exact) * (1.001 if points == 3 else 1.02)
+
+
+def test_a_wrong_unit_in_a_file_is_seen(written):
+    request = replace(asked(), rest="held", points=20)
+    target = TARGETS["table"]
+    files = target.write(request).files
+    name = next(each for each in files if each.endswith("_drive.csv"))
+    head, *rows = [line for line in files[name].splitlines() if not line.startswith("#")]
+    tenfold = [f"{row.split(',')[0]},{10.0 * float(row.split(',')[1])}" for row in rows]
+    drive = target.reads(files | {name: "\n".join([head, *tenfold, ""])}, request)
+    assert effect_of_files(request, drive).is_harmful
+    assert not written["table"].effect.is_harmful
+
+
+def test_objects_of_an_ax8000_are_those_of_the_motor(written):
+    rows = dict(
+        line.split(",")[:2] for line in text_of(written["ax8000"], ".csv").splitlines() if line.startswith("0x")
+    )  # fmt: skip
+    arm = 0.010 / (2.0 * math.pi) / 2.0
+    static, dynamic = float(rows["0x3144:02"]) / arm, float(rows["0x3144:03"]) / arm**2
+    for speed in (0.001, 0.02, 0.1):
+        assert static + dynamic * speed <= steady_force(LUGRE, speed) * (1.0 + 1e-6)
+    assert static + dynamic * 0.1 > 0.9 * steady_force(LUGRE, 0.1)
+    assert float(rows["0x3144:01"]) / arm**2 > static / 1e-4  # turns within 0.1 mm
+    memoryless = files_for("ax8000", asked(STRIBECK), accept_harm=True)
+    assert "0x3144:01," not in text_of(memoryless, ".csv")
+
+
+def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
+    header = text_of(files_for("c", asked()), ".h")
+    assert "double axis_x_command(axis_x *axis, double position, double dt);" in header
+    assert re.search(r"#define AXIS_X_PERCENT_OF_RATED\s", header)
+    block = text_of(files_for("st", asked()), "axis_x.st")
+    arm = 0.010 / (2.0 * math.pi) / 2.0
+    found = re.search(r"command := force / ([\d.]+);", block)
+    assert float(found[1]) == pytest.approx(1.0 / arm, rel=1e-12)
+    assert re.search(r"command .*N\*m at the motor", block)
+    without = text_of(files_for("c", asked(axis=None)), ".h")
+    assert "axis_x_command" not in without
+
+
+def test_a_value_beyond_single_precision_is_refused():
+    with pytest.raises(br.core.InputError, match=r"sigma_0: is larger than any number of single precision.*float32"):
+        files_for("c", asked(LUGRE.with_values(sigma_0=1e39), single=True))
+
+
+def test_the_command_line_states_it_and_writes_it(tmp_path, capsys):
+    from bristle.files.model import write_model
+
+    folder = tmp_path / "found"
+    folder.mkdir()
+    write_model(folder / "model.toml", br.plants.inertia(M=MASS), LUGRE)
+    axis = tmp_path / "axis.toml"
+    axis.write_text(
+        'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\n'
+        'position = { column = "q", unit = "mm" }\neffort = { column = "u", unit = "N" }\n[effort]\nrated = "100 N"\n'
+        '[controller]\nmodel = "cascade"\nk_p = "60 1/s"\nk_v = "5000 N*s/m"\nk_i = "200 kN/m"\n'
+    )
+    arguments = ["export", str(folder / "model.toml"), "--to", "table", "--axis", str(axis), "--speed", "0.1 m/s"]
+    assert main([*arguments, "--out", str(tmp_path / "out"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["effect"]["quantity"] == "following_error"
+    assert [each["motion"] for each in told["effect"]["along"]][:4] == ["moves"] * 4
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["effect"] == told["effect"]

@@ -1,0 +1,109 @@
+"""A memoryless model at rest: one rule, in every language, and no step in the wrong direction."""
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, Native
+from tests.exports.structured_text import StructuredText
+
+import bristle as br
+from bristle.core.experiment import RESTS, Feedforward
+from bristle.exports.target import Request
+from bristle.exports.targets import TARGETS
+from bristle.exports.writing import files_for
+from bristle.friction import MODELS, with_slots
+from bristle.friction.resting import rest_rule, with_rest
+from bristle.simulation import feedforward_effort
+from bristle.testing import example_of
+
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+DT = 1e-3
+MEMORYLESS = ("coulomb", "coulomb_viscous", "stribeck", "stribeck_free")
+# At rest before any motion, forward, at rest, backward, at rest, at rest.
+PLACES = np.array([0.0, 0.0, 1e-3, 1e-3, -1e-3, -1e-3, -1e-3])
+MOVING, RESTING = (2, 4), (3, 5, 6)
+
+
+def model_of(name):
+    """Return a model with other forces forward than backward, and without a viscous part that rest would change."""
+    sided = example_of(with_slots(MODELS[name], ("asymmetry",)))
+    changed = {each: 0.0 for each in sided.values if each.startswith("F_v")}
+    return sided.with_values(**changed, **{each: 0.0 for each in ("offset",) if each in sided.values})
+
+
+def jumps(model):
+    """Return the limits at zero from either side, by a step too short for any other speed to be told from them."""
+    x = np.array([0.0, 1e-12, 0.0])
+    return br.response(model, x, 1.0)[1:]
+
+
+def expected(model, rule):
+    forward, backward = jumps(model)
+    middle = 0.5 * (forward + backward)
+    held = {"held": (middle, forward, backward, backward), "middle": (middle,) * 4}[rule]
+    return dict(zip((1, *RESTING), held, strict=True))
+
+
+@pytest.mark.parametrize("rule", RESTS)
+@pytest.mark.parametrize("name", MEMORYLESS)
+def test_python_keeps_the_rule(name, rule):
+    model = model_of(name)
+    force = br.response(model, PLACES, DT, rest=rule)
+    for k, value in expected(model, rule).items():
+        assert force[k] == pytest.approx(value, rel=1e-9), k
+    assert force[MOVING[0]] > 0.0 > force[MOVING[1]]
+
+
+@pytest.mark.parametrize("rule", RESTS)
+def test_what_a_loop_feeds_forward_keeps_the_rule(rule):
+    model = model_of("coulomb")
+    fed = feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
+    for k, value in expected(model, rule).items():
+        assert fed[k - 1] == pytest.approx(value, rel=1e-12)  # the effort of a sample acts over the step behind it
+
+
+def test_models_with_one_force_at_rest_have_no_rule():
+    assert [name for name in MODELS if rest_rule(with_rest(example_of(MODELS[name]), "held"))] == sorted(
+        MEMORYLESS, key=list(MODELS).index
+    )
+
+
+@needs_compiler
+@pytest.mark.parametrize("rule", RESTS)
+def test_c_keeps_the_rule(tmp_path, rule):
+    models = {name: model_of(name) for name in MEMORYLESS}
+    native = Native(models, tmp_path, rest=rule)
+    for name, model in models.items():
+        assert native.forces(name, PLACES, DT).tolist() == br.response(model, PLACES, DT, rest=rule).tolist()
+
+
+@needs_compiler
+@pytest.mark.parametrize("rule", RESTS)
+def test_structured_text_keeps_the_rule_though_it_has_no_minus_zero(tmp_path, rule):
+    models = {name: model_of(name) for name in ("coulomb", "stribeck_free")}
+    written = {}
+    for name, model in models.items():
+        br.export(model, "st", tmp_path / name, name=name, rest=rule)
+        written[name] = [(tmp_path / name / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
+    blocks = StructuredText(written, tmp_path)
+    for name, model in models.items():
+        force, _ = blocks.run(name, PLACES, DT)
+        assert force.tolist() == br.response(model, PLACES, DT, rest=rule).tolist()
+        assert blocks.selftest(name) == (True, True)
+
+
+@pytest.mark.parametrize("name", [name for name, target in TARGETS.items() if target.rest])
+def test_each_file_states_its_rule(name):
+    plant = br.plants.inertia(M=12.0)
+    asked = Request(model_of("coulomb"), "axis_x", DT, speed=0.1, plant=plant)
+    for rule in RESTS:
+        product = files_for(name, Request(**{**vars(asked), "rest": rule}))
+        words = {"held": ("last direction", "it came from"), "middle": ("the mean of both",)}[rule]
+        assert any("at rest" in note and any(word in note for word in words) for note in product.notes), rule
+
+
+def test_a_mass_outside_the_fmu_is_warned_of():
+    plant = br.plants.inertia(M=12.0)
+    notes = files_for("fmu2", Request(model_of("coulomb"), "axis_x", DT, plant=plant)).notes
+    assert any("creeps at rest" in note and "axis_x_mass.fmu" in note for note in notes)
+    lugre = example_of(MODELS["lugre"])
+    assert not any("creeps" in note for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes)
