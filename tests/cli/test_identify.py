@@ -37,7 +37,7 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     assert found.code == 0
     assert written_in("run") == {
         "model.toml", "summary.json", "report.html", "drive_table.csv", "axis.toml", "friction_curve.csv",
-        "draws.parquet", "traces.parquet", "experiment.toml",
+        "draws.parquet", "traces.parquet", "experiment.toml", "loop.csv",
     }  # fmt: skip
     assert Path("run/axis.toml").read_bytes() == Path("axis.toml").read_bytes()
     assert json.loads(Path("run/summary.json").read_text()) == found.data
@@ -273,9 +273,20 @@ def test_the_next_step_runs_as_it_is_named(bristle, place):
     ran = bristle(*command, "--json")
     assert ran.code == 0, ran.err
     errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
-    assert list(errors) == ["as_it_is", "fed_forward", "compensated"]
-    assert errors["compensated"] < 0.5 * errors["fed_forward"] < 0.5 * errors["as_it_is"]
-    assert bristle("design", "run/experiment.toml", "--json").code == 0
+    assert list(errors) == ["as_recorded", "feedforward", "compensated"]
+    assert errors["compensated"] < 0.5 * errors["feedforward"] < 0.5 * errors["as_recorded"]
+    said = json.loads(Path("run/summary.json").read_text())["compensation"]
+    # The loop that identify simulated is the one that run simulates, and design.
+    for name, one in ran.data["variants"].items():
+        promised = said[name]["following_error"]["peak_to_peak"]
+        assert one["following_error"]["peak_to_peak"] == pytest.approx(promised, rel=0.01)
+    designed = bristle("design", "run/experiment.toml", "--json")
+    assert designed.code == 0
+    total = ran.data["variants"]["compensated"]["following_error"]["peak_to_peak"]
+    assert designed.data["budget"]["everything"]["peak_to_peak"] == pytest.approx(total, rel=0.01)
+    unexplained = re.sub(r"(?s)\[disturbance\][^\[]*", "", Path("run/experiment.toml").read_text())
+    Path("run/experiment.toml").write_text(unexplained)
+    assert bristle(*command, "--json").data["variants"]["compensated"]["following_error"]["peak_to_peak"] < 0.95 * total
     law = ["--law", "run/experiment.toml", "--variant", "compensated"]
     assert bristle("export", *law, "--to", "c", "--out", "law").code == 0
 
@@ -298,6 +309,6 @@ def test_of_an_axis_without_a_loop_two_gains_are_filled_in(bristle, place):
     ran = bristle(*command, "--json")
     assert ran.code == 0, ran.err
     errors = {name: one["following_error"]["rms"] for name, one in ran.data["variants"].items()}
-    assert errors["compensated"] < errors["as_it_is"]
+    assert errors["compensated"] < errors["as_recorded"]
     again = bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run", "--force")
     assert again.code == 2

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+
 import bristle as br
 from bristle.cli.main import main
 from bristle.engine.steady import steady_force
@@ -37,8 +38,8 @@ STRIBECK = br.friction.stribeck(F_C=40.0, F_S=50.0, v_S=5e-3, F_v=200.0)
 
 def asked(model=LUGRE, axis=AXIS, **options):
     return Request(
-        model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1, plant=br.plants.inertia(M=MASS),
-        **options,
+        model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1,
+        plant=br.plants.inertia(M=MASS), **options,
     )  # fmt: skip
 
 

@@ -31,4 +31,6 @@ def loop(name="fed", compensator=COMPENSATOR, **changed):
 
 @pytest.fixture(scope="session")
 def designed():
-    return design(Experiment("bench", "translational", (loop("plain", None), loop())))
+    soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
+    loops = loop("plain", None, controller=soft), loop(controller=soft)
+    return design(Experiment("bench", "translational", loops))

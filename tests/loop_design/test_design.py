@@ -22,8 +22,17 @@ SLIDING_MODE = controllers.sliding_mode(
 )
 
 
-def margins(variant, law):
-    return [one.margins for one in assess(replace(variant, controller=law)).bare]
+def margins(variant, law, lag=None):
+    """Return the margins of a loop with a law, and with another lag of its current loop [s]."""
+    run = variant.run if lag is None else replace(variant.run, current_lag=lag)
+    return [one.margins for one in assess(replace(variant, controller=law, run=run)).bare]
+
+
+def keeps(variant, law):
+    """Return whether a loop keeps its margins: with its lag and half a millisecond more, or over 0.2 to 1 ms."""
+    stated = variant.run.current_lag
+    asked = ((stated, 40.0), (stated + 5e-4, 30.0)) if stated else ((2e-4, 40.0), (1e-3, 40.0))
+    return all(one.phase >= least and one.gain >= 2.0 for lag, least in asked for one in margins(variant, law, lag))
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -31,12 +40,30 @@ def margins(variant, law):
 def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
     variant = replace(rig(delay), controller=SLIDING_MODE)
     law = tuned(variant, name).law
-    found = margins(variant, law)
-    assert all(one.phase >= PHASE and one.gain >= 2.0 for one in found)
+    assert keeps(variant, law)
     higher = law.with_values(
         **{key: 1.12 * law.values[key] for key in ("lambda_", "K_1", "K_2", "g") if key in law.values}
     )
-    assert any(one.phase < PHASE or one.gain < 2.0 for one in margins(variant, higher))
+    assert not keeps(variant, higher)
+
+
+@pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
+def test_a_lag_that_nobody_stated_is_not_taken_as_zero(name):
+    lagging = replace(rig(0), controller=SLIDING_MODE)
+    unstated = replace(lagging, run=replace(lagging.run, current_lag=0.0))
+    law = tuned(unstated, name).law
+    assert keeps(unstated, law)
+    for lag in np.linspace(2e-4, 1e-3, 9):  # every lag between, too
+        assert all(one.phase >= 40.0 and one.gain >= 2.0 for one in margins(unstated, law, lag))
+    short = replace(lagging, run=replace(lagging.run, current_lag=1e-4))
+    assert tuned(short, name).bandwidth > 1.1 * tuned(unstated, name).bandwidth
+
+
+def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
+    variant = replace(rig(1), controller=SLIDING_MODE)
+    own = tuned(variant, "sliding_mode").law.values["phi"]
+    wide = replace(variant, controller=SLIDING_MODE.with_values(phi=50.0 * own))
+    assert tuned(wide, "sliding_mode").law.values["phi"] == pytest.approx(50.0 * own)
 
 
 def test_less_delay_allows_more_gain():

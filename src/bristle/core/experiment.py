@@ -37,6 +37,7 @@ __all__ = [
     "RUN",
     "SAMPLES_MAX",
     "SIDES",
+    "START",
     "Effort",
     "Experiment",
     "Feedforward",

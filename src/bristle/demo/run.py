@@ -78,21 +78,21 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     at(0.6, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")
     at(0.7, "compensating the simulated axis")
-    assert unseen.reference is not None
+    assert log.reference is not None
     simulation = simulate(
         compensation_experiment(
             axis_simulated.plant(),
             axis_simulated.friction(),
             best.friction,
             axis.controller,
-            unseen.reference.values,
-            unseen.sample_time,
+            log.reference.values,
+            log.sample_time,
             resolution=axis.resolution or 0.0,
             effort_limit=axis.effort_limit or float("inf"),
             name=axis.name,
         )
     )
-    following = following_of(unseen, simulation, identification.settings)
+    following = following_of(log, simulation, identification.settings)
     at(0.9, "writing the report")
     outcome = identification.outcome_with(
         command=command, banner=BANNER, loop=(simulation, prediction, following),

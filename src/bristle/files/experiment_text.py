@@ -12,12 +12,16 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.experiment import START, Variant
 from bristle.core.variable import unit_of
 from bristle.files.fill_in import FILL_IN
+from bristle.files.loop_record import LoopRecord, loop_text
 from bristle.logs.log import Log
+from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, FEEDFORWARD
 
-__all__ = ["NextExperiment", "next_experiment"]
+__all__ = ["LOOP", "NextExperiment", "next_experiment"]
 
+LOOP = "loop.csv"
 CYCLES = 4  # of a sine, where the log has no reference
 RESTING = 1e-9  # of the range: slower is no motion
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
@@ -35,9 +39,13 @@ class NextExperiment:
 
     text: str
     missing: tuple[str, ...]
+    loop: str = ""
+    """Content of ``loop.csv``, which the file names; empty where it names none."""
 
 
-def next_experiment(plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool) -> NextExperiment:
+def next_experiment(
+    plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None
+) -> NextExperiment:  # fmt: skip
     """Return the experiment file that lies beside the model file of an axis.
 
     Parameters
@@ -52,6 +60,8 @@ def next_experiment(plant: Model, axis: Axis, log: Log, folder: Path, *, has_axi
         Where the file will lie.
     has_axis_file : bool
         Whether the axis file lies beside it.
+    loop : Variant, optional
+        The loop of the log as the identification simulates it: the file describes the same one.
     """
     missing = () if axis.controller is not None else ("controller.k_p", "controller.k_v")
     parts = [
@@ -60,12 +70,38 @@ def next_experiment(plant: Model, axis: Axis, log: Log, folder: Path, *, has_axi
         '[axis]\nfile = "axis.toml"\n' if has_axis_file else f'kind = "{plant.kind}"\n',
         '[friction]\nfile = "model.toml"           # with the plant\n',
         "" if axis.controller is not None else _open_loop(plant, log),
-        *_motion(log, folder),
+        *(_motion(log, folder) if loop is None else _motion_of(loop)),
         *_variants(plant, axis),
     ]
     if not has_axis_file:  # the kind stands above all tables
         parts[1], parts[2] = parts[1] + parts[2], ""
-    return NextExperiment("\n".join(part for part in parts if part), missing)
+    record = "" if loop is None else loop_text(_record_of(loop))
+    return NextExperiment("\n".join(part for part in parts if part), missing, record)
+
+
+def _record_of(loop: Variant) -> LoopRecord:
+    position, run = np.asarray(loop.reference.values["position"]), loop.run
+    left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
+    return LoopRecord(loop.plant.kind, run.sample_time, position, left)
+
+
+def _motion_of(loop: Variant) -> tuple[str, ...]:
+    """Return what is followed, what pushes besides, and how the loop begins: all as the identification found it."""
+    kind, run, start = loop.plant.kind, loop.run, loop.start
+    reference = (
+        f'[reference]\nmodel = "recorded"            # the reference of the log, its longest stretch without a gap\n'
+        f'file = "{LOOP}"\n'
+    )
+    unexplained = f'[disturbance]                 # force that the model does not explain, replayed\nfile = "{LOOP}"\n'
+    lag = f'current_lag = "{run.current_lag:.9g} s"\n' if run.current_lag else ""
+    judged = f'[run]\nsettle = "{run.settle:.9g} s"           # at the start, left out of the statistics\n{lag}'
+    if start is None:
+        return reference, unexplained, judged
+    values = {"position": start.position, "velocity": start.velocity, "acceleration": start.acceleration}
+    lines = [f'{name} = "{value:.12g} {START[name].unit(kind)}"\n' for name, value in values.items()]
+    lines += [] if start.effort is None else [f'effort = "{start.effort:.12g} {unit_of("force", kind)}"\n']
+    begun = f"[start]                       # the motion and the effort that the log begins with\n{''.join(lines)}"
+    return reference, unexplained, begun, judged
 
 
 def _open_loop(plant: Model, log: Log) -> str:
@@ -119,11 +155,12 @@ def _named_from(log: Log, folder: Path) -> str:
 def _variants(plant: Model, axis: Axis) -> tuple[str, ...]:
     """Return the variants: as it is, with what the motion takes, and with friction as well."""
     gains = {} if axis.controller is None else axis.controller.values
-    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.6g} {unit_of("mass", plant.kind)}", '
+    mass = "" if "J" in gains else f'mass = "{plant.values["M"]:.12g} {unit_of("mass", plant.kind)}", '
     follows = "k_ff = 1.0\n" if axis.controller is None or "k_ff" in gains else ""
     fed = f'{mass}plant = "own"'
     return (
-        "[compare.as_it_is]\n",
-        f"[compare.fed_forward.controller]\n{follows}feedforward = {{ {fed} }}\n",
-        f'[compare.compensated.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
+        f"[compare.{AS_RECORDED}]\n",
+        f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
+        f"[compare.{COMPENSATED}.controller]\n{follows}"
+        f'feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
     )

@@ -41,6 +41,8 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     check_keys(entries, RUN, path)
     if axis is not None and axis.effort_limit is not None:
         entries = {"effort_limit": axis.effort_limit, **entries}
+    if axis is not None and axis.lag:
+        entries = {"current_lag": axis.lag, **entries}
     if axis is not None and axis.sample_time is not None:
         entries = {"sample_time": axis.sample_time, **entries}
     if reference.name == "recorded":

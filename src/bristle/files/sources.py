@@ -19,6 +19,7 @@ from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
 from bristle.files.kernel import contact_over
+from bristle.files.loop_record import LoopRecord, holds_loop, read_loop
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
 from bristle.files.operator import OperatorFile, holds_operator, read_operator
@@ -153,6 +154,9 @@ class Sources:
         check_keys(table, ("model", "file", "axis"), path)
         if "axis" in table:
             axis = self.axis(table["axis"], f"{path}.axis")
+        if (record := self._loop_of(table["file"], f"{path}.file")) is not None:
+            values = {"position": record.reference, "sample_time": record.sample_time}
+            return make_model(recorded, values, kind=record.kind, validate=True, path=path)
         log = self.log(table["file"], axis, f"{path}.file")
         reference = log.position if log.effort is None else log.reference
         if reference is None:
@@ -167,6 +171,21 @@ class Sources:
             )  # fmt: skip
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
+
+    def unexplained(self, file: Any, path: str) -> LoopRecord:
+        """Return the force that no model explains, with the motion of its log."""
+        return self._once(("loop", self._file(file, path)), path, read_loop, content_of_log)
+
+    def _loop_of(self, file: Any, path: str) -> LoopRecord | None:
+        """Return the loop of a log that an identification left in a file; None where the file is another one."""
+        place = self._file(file, path)
+        if (
+            place.suffix != ".csv"
+            or not place.is_file()
+            or not holds_loop(content_of_log(place, limit=self.size_limit))
+        ):
+            return None
+        return self.unexplained(file, path)
 
     def _file(self, file: Any, path: str) -> Path:
         if not isinstance(file, str) or not file:
@@ -183,7 +202,7 @@ class Sources:
                 self._read[key] = read(content)
             except InputError as error:
                 raise error.at(path) from None
-            self._origins.setdefault(key[0], []).append(content.origin)
+            self._origins.setdefault("log" if key[0] == "loop" else key[0], []).append(content.origin)
         return self._read[key]
 
     def _note_code(self, component: Component) -> None:

@@ -6,20 +6,34 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from bristle.controllers import open_loop
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
-from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, Feedforward, Learning, Variant
+from bristle.core.experiment import (
+    ALONG,
+    FEEDFORWARD,
+    LEARNING,
+    RESTS,
+    SIDES,
+    START,
+    Feedforward,
+    Learning,
+    Run,
+    Start,
+    Variant,
+)
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
-from bristle.files.effort import at_rest, effort_from, recorded_in
+from bristle.files.effort import BETWEEN, at_rest, effort_from, recorded_in
 from bristle.files.model import kind_at
 from bristle.files.run import run_from
 from bristle.files.sources import Sources
-from bristle.friction import MODELS
+from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
 from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
@@ -28,7 +42,10 @@ from bristle.sensors import SENSORS
 
 __all__ = ["SECTIONS", "Tables", "merged", "variant_from"]
 
-SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "run")
+SECTIONS = (
+    "axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "disturbance",
+    "start", "run",
+)  # fmt: skip
 
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 
@@ -98,6 +115,8 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
             "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
         )
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
+    if identified is not None and axis is not None and axis.presliding:
+        friction = with_presliding(friction, axis.presliding)
     plant = _plant(tables, axis, identified, kind, sources)
     mechanism: dict[str, Any] = {
         "name": name, "plant": plant, "friction": friction, "table": _table_friction(tables, plant, sources),
@@ -106,14 +125,45 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     if "effort" in tables.content:
         return _open_loop(tables, mechanism, kind, sources)
     reference = _reference(tables, axis, kind, sources)
+    run = run_from(tables.table("run"), axis, reference, kind, tables.path("run"))
     return Variant(
         **mechanism,
         controller=_controller(tables, axis, kind, sources),
         reference=reference,
         feedforward=_feedforward(tables, plant, kind, sources),
         learning=_learning(tables, kind),
-        run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
+        disturbance=_disturbance(tables, run, sources),
+        start=_start(tables, kind),
+        run=run,
     )
+
+
+def _disturbance(tables: Tables, run: Run, sources: Sources) -> np.ndarray | None:
+    """Return the force that no model explains, at each sample of a run."""
+    if "disturbance" not in tables.content:
+        return None
+    path, entries = tables.path("disturbance"), tables.table("disturbance")
+    check_keys(entries, ("file",), path)
+    force = sources.unexplained(entries.get("file"), f"{path}.file")
+    at = np.floor(run.sample_time / force.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
+    if at[-1] >= force.unexplained.size:
+        raise InputError(
+            f"is longer than the force in {entries['file']}, {force.unexplained.size * force.sample_time:g} s",
+            path=tables.path("run", "duration"), value=run.duration,
+            mend=f"Leave duration out, or take [{path}] out of the file",
+        )  # fmt: skip
+    return force.unexplained[at.astype(int)]
+
+
+def _start(tables: Tables, kind: Kind) -> Start | None:
+    """Return where a loop begins; None for where its reference does."""
+    if "start" not in tables.content:
+        return None
+    path, entries, known = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
+    check_keys(entries, known, path)
+    if "position" not in entries:
+        raise InputError("needs position", path=path, mend=f"Write position, {START['position'].description}")
+    return Start(**{name: number_at(entry, known[name], kind, f"{path}.{name}") for name, entry in entries.items()})
 
 
 def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:

@@ -34,7 +34,7 @@ from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
 from bristle.friction.operator_kernel import REACHES, TakesOperator, over_operator
 from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
-from bristle.friction.presliding import is_static, with_presliding
+from bristle.friction.presliding import is_static, with_presliding, without_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
 from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
@@ -80,6 +80,7 @@ __all__ = [
     "viscous",
     "with_presliding",
     "with_slots",
+    "without_presliding",
 ]
 
 

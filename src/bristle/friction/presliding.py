@@ -33,7 +33,7 @@ from bristle.core.surroundings import at_rest
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 
-__all__ = ["is_static", "with_presliding"]
+__all__ = ["is_static", "with_presliding", "without_presliding"]
 
 
 PRESLIDING = "presliding"
@@ -141,3 +141,10 @@ def with_presliding(friction: Model, distance: Amount) -> Model:
     if distance <= 0.0 or not is_static(friction):
         return friction
     return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)
+
+
+def without_presliding(friction: Model) -> Model:
+    """Return the static model behind one with a pre-sliding distance; any other model as it is."""
+    if not isinstance(friction.component, PreslidingModel):
+        return friction
+    return Model(friction.component.inner, friction.parameters.inner, friction.kind)

@@ -18,6 +18,7 @@ from bristle.loop_design.budget import Budget, error_budget
 from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
 from bristle.loop_design.delays import Delays, delays_of
 from bristle.loop_design.proposals import Proposal, proposals_for
+from bristle.loop_design.tuning import UNSTATED, lagging
 from bristle.stability import Assessment, Verdict, assess, top_speed
 
 __all__ = ["Design", "design"]
@@ -62,6 +63,11 @@ class Design:
     def assessment(self) -> Assessment:
         """Poles and margins of the loop that was designed."""
         return next(assessment for assessment in self.assessments if assessment.name == self.variant.name)
+
+    @property
+    def late(self) -> Assessment | None:
+        """The loop as it is with the largest lag of a current loop that nobody stated; None where a lag is stated."""
+        return None if self.variant.run.current_lag else assess(lagging(self.variant, UNSTATED[1]))
 
     @property
     def is_stable(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
 from bristle.loop_design.following import told_the_motion
-from bristle.loop_design.tuning import count_response, stiffness_of, tuned
+from bristle.loop_design.tuning import UNSTATED, count_response, lagging, stiffness_of, tuned
 from bristle.simulation import Statistics, simulate
 from bristle.stability import Assessment, Verdict, assess
 
@@ -28,7 +28,7 @@ class Proposal:
     variant : Variant
         The loop, under the name of the proposal.
     assessment : Assessment
-        Its poles and margins.
+        Its poles and margins; with the largest lag of a current loop where none is stated and gains are proposed.
     bandwidth : float or None
         What its gains follow from [rad/s]; None for the loop as it is.
     stiffness : float
@@ -73,7 +73,7 @@ def proposals_for(
         Called with the share done and the name of what comes next.
     """
     loops, bandwidths = _loops(variant, bandwidth)
-    judged = {loop.name: assess(loop) for loop in loops}
+    judged = {loop.name: assess(_late(loop) if loop.name in bandwidths else loop) for loop in loops}
     runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
         replace(loop, run=replace(loop.run, seeds=runs))
@@ -94,6 +94,11 @@ def proposals_for(
         )
         for loop in loops
     )
+
+
+def _late(loop: Variant) -> Variant:
+    """Return a loop with the largest lag of a current loop that nobody stated."""
+    return loop if loop.run.current_lag else lagging(loop, UNSTATED[1])
 
 
 def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], dict[str, float]]:

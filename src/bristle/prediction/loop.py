@@ -8,7 +8,7 @@ from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Start
-from bristle.friction import is_static, with_presliding
+from bristle.friction import with_presliding
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
 from bristle.prediction.predict import unexplained_force
@@ -58,12 +58,9 @@ def loop_of(
     )  # fmt: skip
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside
-    simulated = friction
-    if axis.presliding and is_static(friction):
-        simulated = with_presliding(friction, axis.presliding)
     return compensation_experiment(
         plant,
-        simulated,
+        with_presliding(friction, axis.presliding or 0.0),
         friction,
         axis.controller,
         log.reference.values[longest],

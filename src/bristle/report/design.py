@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.loop_design.tuning import UNSTATED
 from bristle.report.design_tables import (
     budget_table,
     circle_table,
@@ -23,7 +24,7 @@ from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, desig
 from bristle.report.further import further_figures
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
-from bristle.stability import PHASE_ENOUGH, doubts_of, verdict_of
+from bristle.stability import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
@@ -81,6 +82,7 @@ def design_sentences(design: Design) -> list[str]:
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
     )
+    lines += _about_the_lag(design)
     lines += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
         lines.append(_about_causes(design.budget, design.experiment.kind))
@@ -100,6 +102,23 @@ def _about_causes(budget: Budget, kind: Kind) -> str:
         f"{total} To take a single cause away makes that no smaller: causes cancel each other, or several make the "
         f"same error. Alone, {largest.cause} makes the most of all, {alone}."
     )
+
+
+def _about_the_lag(design: Design) -> list[str]:
+    """Return what a lag that nobody stated means for the margins, and the question for it."""
+    late = design.late
+    if late is None:
+        return []
+    least, most = (1e3 * lag for lag in UNSTATED)
+    phase = least_phase(late)
+    own = f"is unstable with {most:g} ms"
+    if late.verdict is Verdict.STABLE and phase is not None:
+        own = f"has a phase margin of {number(phase, digits=3)}° with {most:g} ms"
+    return [
+        f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
+        f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
+        'file, such as lag = "0.4 ms" under [effort], or current_lag under [run].'
+    ]
 
 
 def _about_a_count(design: Design) -> list[str]:
@@ -157,7 +176,7 @@ def _loops_picture(design: Design) -> Picture:
         "loops",
         lambda: figures.loops_proposed(
             [loop_name(loop.name, design) for loop in loops], errors, [loop.effort_rms for loop in loops],
-            [least_phase(loop) for loop in loops], PHASE_ENOUGH, design.experiment.kind,
+            [least_phase(loop.assessment) for loop in loops], PHASE_ENOUGH, design.experiment.kind,
         ),
         "Following error, effort and smallest phase margin of the loop as it is and of those proposed",
         f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "

@@ -12,7 +12,8 @@ from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
-    from bristle.loop_design import Budget, Circle, Delays, Design, Proposal
+    from bristle.loop_design import Budget, Circle, Delays, Design
+    from bristle.stability import Assessment
 
 NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
@@ -112,7 +113,7 @@ def proposal_table(design: Design) -> Table:
     rows = [
         (
             loop_name(proposal.name, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
-            _cell(least_phase(proposal)),
+            _cell(least_phase(proposal.assessment)),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
             "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
@@ -128,9 +129,9 @@ def loop_name(name: str, design: Design) -> str:
     return design.variant.name if name == design.proposals[0].name else name
 
 
-def least_phase(proposal: Proposal) -> float | None:
+def least_phase(assessment: Assessment) -> float | None:
     """Return the smallest phase margin of a loop without friction [°]."""
-    phases = [point.margins.phase for point in proposal.assessment.bare]
+    phases = [point.margins.phase for point in assessment.bare]
     return min((phase for phase in phases if phase is not None), default=None)
 
 

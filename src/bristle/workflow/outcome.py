@@ -18,6 +18,7 @@ from bristle.prediction.drive_table import drive_table, steady_curve
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.contracts import Model
+    from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
     from bristle.files.experiment_text import NextExperiment
     from bristle.files.results import Results
@@ -70,6 +71,8 @@ class Outcome:
         That of the first log: the units of its drive.
     figures : tuple of ReportFigure
         A user's own, for the report.
+    looped : Experiment or None
+        The loop of the log with the best model; None without a loop.
     """
 
     identification: Identification
@@ -86,6 +89,7 @@ class Outcome:
     following: Following | None = None
     axis: Axis | None = None
     figures: tuple[ReportFigure, ...] = ()
+    looped: Experiment | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -116,7 +120,10 @@ class Outcome:
         from bristle.files.experiment_text import next_experiment
 
         log, plant = self.identification.log, self.identification.best.plant
-        return next_experiment(plant, self.axis or Axis(kind=log.kind), log, folder, has_axis_file=bool(self.axes))
+        return next_experiment(
+            plant, self.axis or Axis(kind=log.kind), log, folder, has_axis_file=bool(self.axes),
+            loop=self.looped.variants[0] if self.looped is not None and self.axes else None,
+        )  # fmt: skip
 
     def write(self, folder: Results, **further: Any) -> None:
         """Write all of it into a folder of results.
@@ -129,6 +136,7 @@ class Outcome:
             Entries of the summary beside its own.
         """
         from bristle.files.arrays import write_arrays
+        from bristle.files.experiment_text import LOOP
         from bristle.report.model_tables import as_csv
         from bristle.report.results import write_identification
 
@@ -139,7 +147,10 @@ class Outcome:
         )  # fmt: skip
         for number, text in enumerate(self.axes, 1):
             folder.write("axis.toml" if number == 1 else f"axis_{number}.toml", text)
-        folder.write(EXPERIMENT, self.following_experiment(folder.path).text)
+        following = self.following_experiment(folder.path)
+        folder.write(EXPERIMENT, following.text)
+        if following.loop:
+            folder.write(LOOP, following.loop)
         if self.table:
             folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
         if best.resampling is not None:
@@ -180,11 +191,12 @@ def outcome_of(
     unfinished, source = identification.unfinished, dict(provenance)
     source |= {"unfinished": unfinished} if unfinished else {}
     table = drive_table(identification.best, ENTRIES)
-    simulation, prediction, following = loop or _in_the_loop(identification, axis or Axis(), progress)
+    looped = _loop_of(identification, axis or Axis())
+    simulation, prediction, following = loop or _in_the_loop(identification, axis or Axis(), looped, progress)
     certificates, uncertified = _certificates(identification.best.friction)
     return Outcome(
         identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
-        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis, figures,
+        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis, figures, looped,
     )  # fmt: skip
 
 
@@ -198,21 +210,32 @@ def _certificates(friction: Model) -> tuple[Mapping[str, Certificate], str]:
         return {}, str(error)
 
 
-def _in_the_loop(identification: Identification, axis: Axis, progress: Progress | None) -> Loop:
+def _loop_of(identification: Identification, axis: Axis) -> Experiment | None:
+    """Return the loop of the log with the best model: the one that is simulated, written down, run and designed."""
+    from bristle.prediction.loop import loop_of
+    from bristle.prediction.predict import TREATED
+
+    best = identification.best
+    if best.position_rmse is not None:  # fitted to the position: there was no loop
+        return None
+    treatment = {name: identification.treatment.get(name) for name in TREATED}
+    return loop_of(best.plant, best.friction, identification.log, axis, lag=best.lag, **treatment)
+
+
+def _in_the_loop(
+    identification: Identification, axis: Axis, experiment: Experiment | None, progress: Progress | None
+) -> Loop:  # fmt: skip
     """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop.
 
     What was fitted to the position is told by the position, and that takes no loop.
     """
     from bristle.prediction.following import following_of
-    from bristle.prediction.loop import loop_of
-    from bristle.prediction.predict import TREATED, predict
+    from bristle.prediction.predict import predict
     from bristle.simulation import simulate
 
     best, log = identification.best, identification.log
     if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop"), following_of(log)
-    treatment = {name: identification.treatment.get(name) for name in TREATED}
-    experiment = loop_of(best.plant, best.friction, log, axis, lag=best.lag, **treatment)
     if experiment is None:
         return None, None, following_of(log)
     simulation = simulate(experiment, progress)

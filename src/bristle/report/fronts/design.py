@@ -73,7 +73,7 @@ def _instead(chosen: Proposal, design: Design) -> str:
 
 
 def _held(proposal: Proposal) -> str:
-    phase = least_phase(proposal)
+    phase = least_phase(proposal.assessment)
     return (
         "it has no crossover, and so no phase margin" if phase is None else f"phase margin {number(phase, digits=3)}°"
     )
@@ -122,7 +122,7 @@ def _cost(chosen: Proposal, design: Design) -> list[str]:
             lines.append(
                 f"{word}: {fixed(new, unit)}" + (f" instead of {fixed(old, unit)}" if is_change and old else "")
             )
-    margins = [least_phase(loop) for loop in (chosen, present)]
+    margins = [least_phase(loop.assessment) for loop in (chosen, present)]
     if is_change and margins[0] is not None and margins[1] is not None:
         lines.append(f"phase margin {number(margins[0], digits=3)}° instead of {number(margins[1], digits=3)}°")
     return lines

@@ -1,0 +1,75 @@
+"""The loop of a log as a table beside an experiment file: its reference, and the force that the model leaves.
+
+.. code-block:: text
+
+    time [s],reference [m],unexplained [N]
+    0,0.0125,-1.83
+"""
+
+from __future__ import annotations
+
+import io
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.content import Content
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS, Kind, unit_of
+
+__all__ = ["LoopRecord", "holds_loop", "loop_text", "read_loop"]
+
+FORMAT = "%.12g"
+COLUMNS = 3
+EVEN = 1e-6  # of a sample time: how far a step may be off
+
+
+class LoopRecord(NamedTuple):
+    """The desired motion of a log [m or rad] and the force that no model explains [N or N*m], sample by sample."""
+
+    kind: Kind
+    sample_time: float
+    reference: np.ndarray
+    unexplained: np.ndarray
+
+
+def loop_text(record: LoopRecord) -> str:
+    """Return the table as text."""
+    out, time = io.StringIO(), record.sample_time * np.arange(record.reference.size)
+    rows = np.column_stack([time, record.reference, record.unexplained])
+    np.savetxt(out, rows, fmt=FORMAT, delimiter=",", header=_header(record.kind), comments="")
+    return out.getvalue()
+
+
+def holds_loop(content: Content) -> bool:
+    """Return whether a file is such a table."""
+    return any(content.data.startswith(_header(kind).encode()) for kind in KINDS)
+
+
+def read_loop(content: Content) -> LoopRecord:
+    """Return the table in a file.
+
+    Raises
+    ------
+    InputError
+        If it is no such table, a row has no three finite numbers, or the samples are not evenly spaced.
+    """
+    kind = next((kind for kind in KINDS if content.data.startswith(_header(kind).encode())), None)
+    if kind is None:
+        raise InputError("is no loop of a log", value=content.source.name, allowed=_header("translational"),
+                         mend="Name the loop.csv that bristle identify wrote")  # fmt: skip
+    try:
+        rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
+    except ValueError as error:
+        raise InputError(f"cannot be read: {error}", value=content.source.name) from None
+    if rows.shape[0] < COLUMNS or rows.shape[1] != COLUMNS or not np.all(np.isfinite(rows)):
+        raise InputError("needs three finite numbers in each of at least three rows", value=content.source.name)
+    steps = np.diff(rows[:, 0])
+    dt = float(np.mean(steps))
+    if not dt > 0.0 or np.max(np.abs(steps - dt)) > EVEN * dt + 1e-11 * abs(rows[-1, 0]):
+        raise InputError("has samples that are not evenly spaced", value=content.source.name)
+    return LoopRecord(kind, dt, rows[:, 1], rows[:, 2])
+
+
+def _header(kind: Kind) -> str:
+    return f"time [s],reference [{unit_of('length', kind)}],unexplained [{unit_of('force', kind)}]"
