@@ -25,6 +25,7 @@ from benchmarks.fits import fits
 from benchmarks.lanes import lanes
 from benchmarks.lies import lies
 from benchmarks.loop_coverage import loop_coverage
+from benchmarks.one_loop import one_loop
 from benchmarks.open_loop import open_loop
 from benchmarks.population import population
 from benchmarks.preisach import preisach
@@ -36,6 +37,7 @@ from benchmarks.structure import structures
 from benchmarks.study import study
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
+from benchmarks.unstated_lag import unstated_lag
 from benchmarks.watch import watch
 
 HERE = Path(__file__).parent
@@ -176,7 +178,8 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
-    one.__name__: one for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch)
+    one.__name__: one
+    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag)
 }
 
 

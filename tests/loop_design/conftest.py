@@ -31,6 +31,4 @@ def loop(name="fed", compensator=COMPENSATOR, **changed):
 
 @pytest.fixture(scope="session")
 def designed():
-    soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
-    loops = loop("plain", None, controller=soft), loop(controller=soft)
-    return design(Experiment("bench", "translational", loops))
+    return design(Experiment("bench", "translational", (loop("plain", None), loop())))

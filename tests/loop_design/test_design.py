@@ -156,7 +156,9 @@ def test_friction_makes_a_circle_bulge_where_an_axis_reverses_and_compensation_f
 # --- the whole ----------------------------------------------------------------------------------------------------
 
 
-def test_what_is_proposed_keeps_margins_and_errs_less(designed):
+def test_what_is_proposed_keeps_margins_and_errs_less():
+    soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
+    designed = design(Experiment("bench", "translational", (loop(controller=soft),)))
     names = [one.name for one in designed.proposals]
     assert names == ["as it is", "tuned", "with an observer"]
     present, *others = designed.proposals
