@@ -29,7 +29,7 @@ def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
     found = bristle("export", "fit", "--to", "table", "--axis", "axis.toml", "--points", "4", "--out", "as_table")
     assert found.code == 0
     assert "Note: straight lines" in found.out
-    assert Path("as_table/axis_x.csv").read_text().startswith("velocity [m/s],effort [N]")
+    assert "\nvelocity [m/s],effort [N]\n" in Path("as_table/axis_x.csv").read_text()
     notes = json.loads(Path("as_table/summary.json").read_text())["notes"]
     assert all(note in found.out.replace("\n", " ") for note in notes)
 
@@ -46,7 +46,7 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
         assert found.code == 0
         told = next(note for note in found.data["notes"] if "largest error" in note)
         assert words in told
-        assert float(told.partition(words)[2].split()[0]) > 0.0
+        assert float(told.partition(words)[2].split()[0]) < 1e-6  # a line on a line
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
     model = bristle("export", "model.toml", "--to", "st", "--name", "knee", "--out", "model_st", "--json")
     assert model.code == 0
     assert model.data["files"] == ["knee.st", "knee_selftest.st", "knee_plcopen.xml"]
-    assert "-0.0" in model.data["notes"][0]
+    assert any("-0.0" in note for note in model.data["notes"])
     law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json")
     assert law.code == 0
     assert law.data["files"] == ["axis_x.st", "axis_x_selftest.st", "axis_x_plcopen.xml"]

@@ -33,6 +33,7 @@ __all__ = [
     "ALONG",
     "FEEDFORWARD",
     "LEARNING",
+    "LOOP_VARIANTS",
     "RESTS",
     "RUN",
     "SAMPLES_MAX",
@@ -48,6 +49,8 @@ __all__ = [
     "substeps_for",
 ]
 
+LOOP_VARIANTS = ("as_recorded", "feedforward", "compensated")
+"""Names of the loop of a log: as it was recorded, with inertia fed forward, and with friction as well."""
 SAMPLES_MAX = 10_000_000
 LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
 SIDES = ("load", "motor")

@@ -122,38 +122,38 @@ class Effect:
     @property
     def worse(self) -> tuple[Along, ...]:
         """The motions whose error the export makes larger."""
-        return tuple(each for each in self.along if each.is_worse)
+        return tuple(path for path in self.along if path.is_worse)
 
     @property
     def is_harmful(self) -> bool:
         """Whether it makes moves worse that are far longer than the contact deflects, or the motion of the log."""
         far = SERIOUS * (1.0 - 1e-9) * self.distance
-        return self.in_loop and any(each.motion != MOVES or each.distance >= far for each in self.worse)
+        return self.in_loop and any(path.motion != MOVES or path.distance >= far for path in self.worse)
 
     @property
     def ratio(self) -> float:
         """The error with the export over that without, the geometric mean over all motions; inf where one diverges."""
-        ratios = [_ratio(each) for each in self.along]
+        ratios = [_ratio(path) for path in self.along]
         return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY))))) if np.all(np.isfinite(ratios)) else math.inf
 
     @property
     def least_distance(self) -> float:
         """The shortest of these moves from which on no one is worse [m or rad]; 0 where none is, inf where all are."""
-        moves = [each for each in self.along if each.motion == MOVES]
-        below = [each.distance for each in moves if each.is_worse]
-        above = [each.distance for each in moves if not below or each.distance > max(below)]
+        moves = [path for path in self.along if path.motion == MOVES]
+        below = [path.distance for path in moves if path.is_worse]
+        above = [path.distance for path in moves if not below or path.distance > max(below)]
         return 0.0 if not below else min(above, default=math.inf)
 
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
-        moves = [each for each in self.along if each.motion == MOVES]
-        better, worse = ([each for each in moves if each.is_worse == is_worse] for is_worse in (False, True))
+        moves = [path for path in self.along if path.motion == MOVES]
+        better, worse = ([path for path in moves if path.is_worse == is_worse] for is_worse in (False, True))
         worst = max(worse, key=_ratio, default=None)
         chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
-        sizes = "; ".join(f"{self._change(each)} at {self._length(each.distance)}" for each in chosen if each)
+        sizes = "; ".join(f"{self._change(path)} at {self._length(path.distance)}" for path in chosen if path)
         head = "following error, peak to peak, simulated" if self.in_loop else "residual friction force, simulated"
         lines = [f"{head}: {sizes}{self._switch()}"]
-        for own in (each for each in self.along if each.motion != MOVES):
+        for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} where it is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         if self.assumed:
@@ -173,10 +173,10 @@ class Effect:
             "harmful": self.is_harmful,
             "least_distance": self.least_distance if math.isfinite(self.least_distance) else None,
             "along": [
-                {"motion": each.motion, "distance": each.distance or None, "without": each.without,
-                 "with": each.with_it if math.isfinite(each.with_it) else None, "worse": each.is_worse,
-                 "not_fed_ahead": None if math.isnan(each.not_ahead) else each.not_ahead}
-                for each in self.along
+                {"motion": path.motion, "distance": path.distance or None, "without": path.without,
+                 "with": path.with_it if math.isfinite(path.with_it) else None, "worse": path.is_worse,
+                 "not_fed_ahead": None if math.isnan(path.not_ahead) else path.not_ahead}
+                for path in self.along
             ],
         }  # fmt: skip
 
@@ -187,8 +187,8 @@ class Effect:
             return ": worse than no compensation"
         return f": switch off below {self._length(self.least_distance)}"
 
-    def _change(self, each: Along) -> str:
-        return f"{self._size(each.without)} -> {self._size(each.with_it)}"
+    def _change(self, path: Along) -> str:
+        return f"{self._size(path.without)} -> {self._size(path.with_it)}"
 
     def _size(self, value: float) -> str:
         if not math.isfinite(value):
@@ -222,8 +222,8 @@ def fed_by(feedforward: Feedforward) -> Compensated:
     return compensated
 
 
-def _ratio(each: Along) -> float:
-    return each.with_it / max(each.without, TINY)
+def _ratio(path: Along) -> float:
+    return path.with_it / max(path.without, TINY)
 
 
 def turning_distance(model: Model, presliding: float | None, fastest: float) -> tuple[float, bool]:

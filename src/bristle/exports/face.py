@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
@@ -16,9 +16,12 @@ from bristle.core.variable import Kind, Variable
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
 from bristle.exports.own import load_target_file
-from bristle.exports.target import Request, Target
+from bristle.exports.target import Product, Request, Target
 from bristle.exports.writing import files_for, law_for, name_for
 from bristle.logs.log import Log
+
+if TYPE_CHECKING:
+    from bristle.files.results import Results
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
 
@@ -70,8 +73,6 @@ def export(
 ) -> Exported:  # fmt: skip
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
-    Nothing is compiled, and no compiler is needed, but for the libraries of an FMU.
-
     Parameters
     ----------
     model : Model or Variant
@@ -106,12 +107,10 @@ def export(
     info : mapping, optional
         The third that `read_model` returns: how that log was treated.
     rest : {"held", "middle"}, optional
-        Force of a memoryless model at rest, where a target evaluates one along samples: that of the last direction, or
-        the mean of both; ``"held"`` in C and Structured Text and ``"middle"`` elsewhere, where not given. A law has
-        that of its `Feedforward`.
+        Force of a memoryless model at rest: that of the last direction, or the mean of both; that of the target where
+        not given.
     accept_harm : bool
-        Whether files are written that make the simulated following error larger, ten times beyond pre-sliding or along
-        the motion of the log.
+        Whether files are written that make the simulated following error larger.
     force : bool
         Whether an earlier export that is there is replaced.
 
@@ -138,18 +137,21 @@ def export(
     label, origin, target = name_for(name), source or Source(), _target_of(to)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            product = law_for(
-                target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm
-            )  # fmt: skip
+            law = {"tunable": tunable, "single": float32, "accept_harm": accept_harm}
+            product = law_for(target, model, label, origin, **law)
         else:
             request = Request(
                 model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
                 plant, _log_of(log, axis), info or {}, rest=rest or "",
             )  # fmt: skip
             product = files_for(target, request, accept_harm=accept_harm)
-        for file, content in product.files.items():
-            folder.write(file, content)
-    return Exported(Path(out), tuple(product.files), product.notes, product.effect)
+        return _written(product, folder, Path(out))
+
+
+def _written(product: Product, folder: Results, out: Path) -> Exported:
+    for file, content in product.files.items():
+        folder.write(file, content)
+    return Exported(out, tuple(product.files), product.notes, product.effect)
 
 
 def _target_of(to: str | os.PathLike[str] | Target) -> str | Target:

@@ -12,16 +12,16 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.experiment import START, Variant
+from bristle.core.experiment import LOOP_VARIANTS, START, Variant
 from bristle.core.variable import unit_of
 from bristle.files.fill_in import FILL_IN
 from bristle.files.loop_record import LoopRecord, loop_text
 from bristle.logs.log import Log
-from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, FEEDFORWARD
 
 __all__ = ["LOOP", "NextExperiment", "next_experiment"]
 
 LOOP = "loop.csv"
+AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 CYCLES = 4  # of a sine, where the log has no reference
 RESTING = 1e-9  # of the range: slower is no motion
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds

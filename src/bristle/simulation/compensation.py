@@ -12,7 +12,7 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
-from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Start, Variant
+from bristle.core.experiment import LOOP_VARIANTS, RUN, Experiment, Feedforward, Run, Start, Variant
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
 from bristle.friction import without_presliding
@@ -22,7 +22,7 @@ from bristle.sensors import encoder
 
 __all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig", "settling"]
 
-AS_RECORDED, FEEDFORWARD, COMPENSATED = "as_recorded", "feedforward", "compensated"
+AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 
 
