@@ -28,6 +28,11 @@ gear_ratio = {GEAR}
 """
 
 
+def table_rows(path):
+    """Return the lines of a table behind its comments."""
+    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
+
+
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """What comes of a log as a servo drive writes it: degrees and percent of the motor, in steps of its encoder."""
@@ -47,11 +52,11 @@ def found(tmp_path_factory):
 
 def test_three_values_are_in_percent_of_rated(found):
     levels = found.outcome.summary["drive_levels"]
-    middle = LEVEL + 0.5 * VISCOUS * found.treatment["velocity_max"]
     told = levels["units"]["% of rated"]
     assert told["constant"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert told["forward"] == pytest.approx(middle / PERCENT, rel=0.03)
-    assert told["backward"] == pytest.approx(middle / PERCENT, rel=0.03)
+    assert told["forward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert told["backward"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert levels["viscous_forward"] == pytest.approx(VISCOUS, rel=0.05)
     assert levels["inertia"] == pytest.approx(MASS, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
     assert levels["units"]["kg*m^2 at the motor"]["inertia"] == pytest.approx(at_motor, rel=0.03)
@@ -93,12 +98,12 @@ def exported(found, folder, points):
 
 def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):
     exported(found, tmp_path / "out", 3)
-    rows = [row.split(",") for row in (tmp_path / "out" / "axis_x.csv").read_text().splitlines()[1:]]
+    rows = [row.split(",") for row in table_rows(tmp_path / "out" / "axis_x.csv")[1:]]
     told = {(name, unit): float(amount) for name, amount, unit, _ in rows}
-    middle = LEVEL + 0.5 * VISCOUS * found.treatment["velocity_max"]
     assert told["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert told["F+", "%"] == pytest.approx(middle / PERCENT, rel=0.03)
-    assert told["F-", "%"] == pytest.approx(middle / PERCENT, rel=0.03)
+    assert told["F+", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert told["F-", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
+    assert told["D+", "N*s/m"] == pytest.approx(VISCOUS, rel=0.05)
     assert told["gravity", "N*m at the motor"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
     assert told["inertia", "kg*m^2 at the motor"] == pytest.approx(at_motor, rel=0.03)
@@ -107,7 +112,7 @@ def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):
 @pytest.mark.parametrize("points", [4, 20])
 def test_a_file_of_the_table_is_in_percent_over_rpm(found, tmp_path, points):
     exported(found, tmp_path / "out", points)
-    head, *rows = (tmp_path / "out" / "axis_x_drive.csv").read_text().splitlines()
+    head, *rows = table_rows(tmp_path / "out" / "axis_x_drive.csv")
     assert head == "velocity [rpm of the motor],effort [%]"
     assert 4 <= len(rows) <= points
     for row in rows:

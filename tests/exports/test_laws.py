@@ -239,7 +239,6 @@ def test_a_variant_is_exported_from_python(tmp_path):
     ("changed", "words"),
     [
         ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
-        ({"start": Start(position=1e-6)}, "away from the reference"),
         (
             {"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))},
             "more than inertia",
@@ -249,6 +248,13 @@ def test_a_variant_is_exported_from_python(tmp_path):
 def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
     with pytest.raises(br.core.InputError, match=words):
         br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
+
+
+def test_where_a_simulated_loop_begins_is_no_part_of_its_law(tmp_path):
+    variant = variant_of("cascade", "nothing")
+    for name, start in (("rest", None), ("moves", Start(position=1e-6, velocity=1e-3))):
+        br.export(replace(variant, start=start), "c", tmp_path / name, name="law")
+    assert (tmp_path / "rest" / "law.c").read_text() == (tmp_path / "moves" / "law.c").read_text()
 
 
 def test_a_target_without_a_law_says_so(tmp_path):

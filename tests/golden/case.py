@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be limited)
-from tests.golden.comparison import RELATIVE, Difference, differences, frozen_text
+from tests.golden.comparison import ELSEWHERE, RELATIVE, Difference, differences, frozen_text
+from tests.golden.machine import elsewhere
 from threadpoolctl import threadpool_limits
 
 FROZEN = Path(__file__).parent / "frozen"
@@ -66,6 +67,11 @@ def golden(*, fast: bool = False, measured: bool = False) -> Callable[[Callable[
     return added
 
 
-def differences_of(case: Case, relative: float = RELATIVE) -> list[Difference]:
+def tolerance_for(case: Case) -> float:
+    """Return by which share numbers may differ from those frozen: more where these are of another machine."""
+    return ELSEWHERE if elsewhere(case.name) else RELATIVE
+
+
+def differences_of(case: Case, relative: float) -> list[Difference]:
     """Do the work of a case, and return how what is found differs from what was frozen; numbers by a share."""
     return list(differences(json.loads(case.file.read_text(encoding="utf-8")), case.found(), relative))

@@ -1,7 +1,7 @@
 """What decides over the last bits of a number: the processor, and the libraries that know several of them.
 
-Elsewhere the last bits differ, a search that stops by a tolerance makes them into the seventh digit, and a parameter
-that a log hardly tells may end at the other side of a verdict. So numbers are compared where they were frozen.
+Elsewhere the last bits differ, and a search that stops by a tolerance makes them into the fifth digit. So numbers are
+compared more closely where they were frozen, case by case.
 """
 
 from __future__ import annotations
@@ -24,7 +24,14 @@ def here() -> dict[str, str]:
     return {"processor": get_host_cpu_name(), "blas": ", ".join(blas), **libraries}
 
 
-def elsewhere() -> str:
-    """Return what is not as it was where the numbers were frozen, in words; nothing where all is."""
-    was, now = json.loads(MADE_ON.read_text(encoding="utf-8")), here()
+def elsewhere(case: str) -> str:
+    """Return what is not as it was where a case was frozen, in words; nothing where all is."""
+    was, now = json.loads(MADE_ON.read_text(encoding="utf-8")).get(case, {}), here()
     return "; ".join(f"{name} {was.get(name)}, here {one}" for name, one in now.items() if was.get(name) != one)
+
+
+def note(case: str) -> None:
+    """Note that a case was frozen here."""
+    made = json.loads(MADE_ON.read_text(encoding="utf-8")) | {case: here()}
+    lines = [f" {json.dumps(name)}: {json.dumps(facts)}" for name, facts in sorted(made.items())]
+    MADE_ON.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

@@ -1,5 +1,6 @@
 """Poles and margins of sampled loops: published figures, another implementation, and what the simulation does."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +13,10 @@ from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
 from bristle.report.messages import message
 from bristle.sensors import encoder
-from bristle.stability import Friction, Motions, Verdict, assess, doubts_of, runnable, verdict_of
+from bristle.stability import Friction, Motions, SampledLoop, Verdict, assess, doubts_of, runnable, verdict_of
 from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
+from bristle.stability.linear_system import LinearSystem
+from bristle.stability.margins import margins_of
 
 
 def told_of(assessment):
@@ -256,3 +259,36 @@ def test_variants_that_diverge_are_left_out():
 
 def test_no_axis_is_a_micrometre_in_the_units_of_a_screw():
     assert pytest.approx(1.2566e-3, rel=1e-4) == RADIAN
+
+
+def loop_of(plant, gain, delay=0):
+    """A plant under a law that answers the position by itself."""
+    none = np.zeros(0)
+    return SampledLoop(plant, LinearSystem(np.zeros((0, 0)), none, none, -gain), delay, 1e-3)
+
+
+def test_a_gain_margin_at_half_the_sampling_rate_counts():
+    # k/(z - 1) turns by 180 degrees at half the sampling rate only, where it is k/2: its pole, 1 - k, leaves at k = 2.
+    integrator = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0)
+    assert margins_of(loop_of(integrator, 0.4)).gain == pytest.approx(5.0)
+    assert not loop_of(integrator, 1.99).is_unstable
+    assert loop_of(integrator, 2.01).is_unstable
+
+
+def test_a_stable_loop_has_no_delay_margin_below_nothing():
+    # A spring under a law that answers it the wrong way round, by less than the spring: above its resonance the
+    # response crosses over from below -180 degrees. What is left of a turn is the delay that it stands.
+    angle, faded = 0.5, 0.9
+    spin = faded * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    spring = LinearSystem(spin, np.array([1.0, 0.0]), np.array([0.0, 1.0]), 0.0)
+    found = 0
+    for gain in np.linspace(-0.4, 0.4, 81):
+        loop = loop_of(spring, gain)
+        delay = margins_of(loop).delay
+        if loop.is_unstable or delay is None:
+            continue
+        found += 1
+        assert delay >= 0.0
+        samples = math.floor(delay)
+        assert not loop_of(spring, gain, samples).is_unstable
+    assert found > 5

@@ -294,10 +294,10 @@ def values_text(
 def drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
     """Return what a drive computes from gravity, levels and viscous friction, with a field for each."""
     kind, sign = request.model.kind, column_signs(request.axis)[0]
-    known = {unit.name: unit.si for unit in (*units.efforts, *units_of(VISCOUS, request.axis, kind))}
-    known[unit_of(VISCOUS, kind)] = 1.0
+    si_of = {unit.name: unit.si for unit in (*units.efforts, *units_of(VISCOUS, request.axis, kind))}
+    si_of[unit_of(VISCOUS, kind)] = 1.0
     rows = [line.split(",") for line in text.splitlines() if line and not line.startswith(("#", "value,"))]
-    values = {name: float(amount) * known[unit] for name, amount, unit, _ in rows if unit in known}
+    values = {name: float(amount) * si_of[unit] for name, amount, unit, _ in rows if unit in si_of}
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = sign * np.diff(x, prepend=x[:1]) / dt

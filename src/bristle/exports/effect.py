@@ -274,8 +274,8 @@ def effect_in_loop(
     t = own.run.sample_time * np.arange(count)
     if np.ptp(own.reference.component.sample(t, own.reference.parameters)[0]) > 0.0:
         results = [simulate_with(own, None), compensated(own, ahead), *([compensated(own, 0)] if ahead else [])]
-        whose = LOG if own.reference.component is recorded else EXPERIMENT
-        along.append(Along(whose, 0.0, *map(_error, results)))
+        motion = LOG if own.reference.component is recorded else EXPERIMENT
+        along.append(Along(motion, 0.0, *map(_error, results)))
     return Effect(tuple(along), loop.plant.kind, *distance, True, ahead)
 
 

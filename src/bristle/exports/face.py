@@ -107,10 +107,9 @@ def export(
     info : mapping, optional
         The third that `read_model` returns: how that log was treated.
     rest : {"held", "middle"}, optional
-        Force of a memoryless model at rest: that of the last direction, or the mean of both; that of the target where
-        not given.
+        Force of a memoryless model at rest (`bristle.response`); the rule of the target where not given.
     accept_harm : bool
-        Whether files are written that make the simulated following error larger.
+        Whether files that make the simulated following error larger are written.
     force : bool
         Whether an earlier export that is there is replaced.
 

@@ -77,11 +77,12 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
     usual = replace(request, rest=request.rest or target.rest)
     matters = target.pushes and (target.reads is not None or rest_rule(usual.sampled) != "")
     rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
-    tried = [(asked, _effect(target, asked)) for asked in (replace(request, rest=rule) for rule in rules)]
+    requests = [replace(request, rest=rule) for rule in rules]
+    tried = [(ruled, _effect(target, ruled)) for ruled in requests]
     best = tried[0]
-    for asked, effect in tried[1:]:
+    for ruled, effect in tried[1:]:
         if effect is not None and best[1] is not None and effect.ratio < CLEARLY * best[1].ratio:
-            best = asked, effect
+            best = ruled, effect
     return best
 
 
@@ -137,7 +138,7 @@ def _said_of_rest(request: Request) -> tuple[str, ...]:
         "held": "at rest (v = 0) the model keeps the force of the direction it came from",
         "middle": "at rest (v = 0) the model gives the mean of both directions",
     }
-    other = next(each for each in RESTS if each != rule)
+    other = next(name for name in RESTS if name != rule)
     return (f"{sentences[rule]}; --rest {other} writes the other rule",)
 
 

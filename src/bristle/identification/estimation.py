@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -12,10 +12,11 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
+from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import ParameterSet, PriorKnowledge, Scales, parameters_of
+from bristle.identification.parameters import Fixed, ParameterSet, PriorKnowledge, Role, Scales, names_of, parameters_of
 from bristle.identification.problem import Problem
 from bristle.identification.settings import DEFAULT, Settings
 
@@ -87,6 +88,9 @@ class Estimation:
         return self.problem is not self.inverse
 
 
+FLAT = 1e-4
+"""Share by which a sum of squares may rise with a parameter held that the log does not show."""
+
 Estimator = Callable[[Context, FrictionModel, Report], Estimation]
 
 
@@ -98,7 +102,36 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
     else:
         search = context.search(problem)
         solution = search.solve(report, everywhere=context.everywhere)
+        problem, search, solution = _without_flat(context, problem, search, solution)
         on_rows = partial(search.refit, solution.values)
     return Estimation(
         problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
     )
+
+
+def _without_flat(
+    context: Context, problem: InverseDynamics, search: Search, solution: Solution
+) -> tuple[InverseDynamics, Search, Solution]:  # fmt: skip
+    """Return the same fit with a velocity of the Stribeck fall held where the log does not show it.
+
+    Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
+    flat valley a search ends, and with it the status and all standard errors. So the velocity is held at the smallest
+    that the log could show wherever the fit is as good there.
+    """
+    parameters = problem.parameters
+    for name in names_of(Role.FALL, parameters.component.variables):
+        if solution.unfinished or name not in solution.space.logarithmic:
+            continue
+        edge = search.space.smallest(name)
+        cause = Excitation(
+            context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables,
+            context.settings,
+        ).cause(name)  # fmt: skip
+        fixed = Fixed(edge, cause.code, redundant=True, numbers=cause.numbers)
+        free = tuple(part for part in parameters.free if part != name)
+        held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, name: fixed}))
+        again = context.search(held)
+        settled = again.refit({part: value for part, value in solution.values.items() if part != name})
+        if settled.cost <= (1.0 + FLAT) * solution.cost:
+            problem, search, solution, parameters = held, again, settled, held.parameters
+    return problem, search, solution

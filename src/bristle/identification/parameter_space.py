@@ -184,6 +184,10 @@ class TransformedSpace(ParameterSpace):
         """Return the free parameters [SI], shape (coordinate,)."""
         return np.array(list(self.values(theta).values()))
 
+    def smallest(self, name: str) -> float:
+        """Return the smallest value that a parameter on a logarithmic scale is sought at [SI]."""
+        return math.exp(next(transform.low for transform in self.transforms if transform.name == name))
+
     def theta(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates of parameters [SI], put inside their range."""
         return np.array([transform.theta(values[transform.name], values) for transform in self.transforms])

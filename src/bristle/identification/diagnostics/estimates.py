@@ -193,7 +193,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
             Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind)
             for entry in weights
         ),
-        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items()),
+        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if not entry.redundant),
     )
 
 
