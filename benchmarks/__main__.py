@@ -23,6 +23,7 @@ from benchmarks.coverage import Share, coverage
 from benchmarks.exported import exported
 from benchmarks.fits import fits
 from benchmarks.lanes import lanes
+from benchmarks.last_digits import last_digits
 from benchmarks.lies import lies
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.one_loop import one_loop
@@ -179,7 +180,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag)
+    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag, last_digits)
 }
 
 

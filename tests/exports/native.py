@@ -7,8 +7,9 @@ import subprocess
 import numpy as np
 
 import bristle as br
+from bristle.exports.proof import builds
 
-COMPILER = shutil.which("cc") or shutil.which("gcc")
+COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 FLAGS = ("-std=c99", "-ffp-contract=off")
 RUN_OPERATOR = """

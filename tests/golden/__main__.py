@@ -1,7 +1,8 @@
 """Freeze what identifications find and what commands print, or check that they still do.
 
-``python -m tests.golden check [CASE ...]`` tells each difference; exit code 1 if there is one. Numbers that were frozen on
-another processor may differ by more than last bits, as `tests.golden.comparison` states; ``--relative 1e-6`` is a share of one's own. ``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
+``python -m tests.golden check [CASE ...]`` tells each difference; exit code 1 if there is one. Numbers that were frozen
+on another processor may differ by more than last bits, as `tests.golden.comparison` states; ``--relative 1e-6`` is a
+share of one's own. ``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from bristle.core.contracts import Model
@@ -12,15 +13,28 @@ from bristle.exports.c import FLAGS, CFiles
 from bristle.exports.described import Source
 from bristle.exports.subject import settled_subject, subject_of
 
-__all__ = ["compiler", "proved"]
+__all__ = ["builds", "compiler", "proved"]
 
 STEPS, DT, NAME = 400, 1e-3, "model"
 PATIENCE = 120.0  # [s]
 
 
 def compiler() -> str | None:
-    """Return the name of a C compiler that is installed; None where none is."""
-    return next((name for name in ("cc", "gcc", "clang") if shutil.which(name)), None)
+    """Return the name of a C compiler that builds and runs a program here; None where none does."""
+    return next((name for name in ("cc", "gcc", "clang") if builds(name, *FLAGS.split())), None)
+
+
+@cache
+def builds(command: str, *flags: str) -> bool:
+    """Return whether a compiler is installed, takes these flags, and its program runs: a sanitizer may be missing."""
+    if shutil.which(command) is None:
+        return False
+    with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
+        (Path(place) / "tried.c").write_text("int main(void) { return 0; }\n", encoding="ascii")
+        for line in ([command, *flags, "tried.c", "-o", "tried", "-lm"], ["./tried"]):
+            if subprocess.run(line, cwd=place, capture_output=True, timeout=PATIENCE, check=False).returncode:
+                return False
+    return True
 
 
 def proved(model: Model, command: str) -> tuple[int, str]:

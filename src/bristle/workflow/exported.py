@@ -10,7 +10,7 @@ from bristle.core.content import content_of
 from bristle.core.edge import among, amount
 from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS
-from bristle.core.variable import Variable
+from bristle.core.variable import Kind, Variable
 from bristle.exports.face import NAME, PERIOD, STEP
 from bristle.exports.target import Target
 from bristle.exports.writing import name_for, target_named
@@ -118,7 +118,6 @@ def export_model_file(
     from bristle.exports.target import Request
     from bristle.exports.writing import files_for
     from bristle.files.arrays import read_arrays
-    from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
     from bristle.files.provenance import provenance
@@ -139,16 +138,10 @@ def export_model_file(
         code, beside = origins_of_code([exported.component]), ()
         if target.takes_draws:
             drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {})
-    beside_model = model.parent / "axis.toml"
-    axis = beside_model if axis is None and beside_model.is_file() else axis
-    described = None if axis is None else read_axis(axis)
+    described = _described(axis, model.parent)
     recorded = None if log is None else read_log(log, described)
     source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
-    fastest = (
-        float(facts["treatment"].get("velocity_max", 0.0))
-        if speed is None
-        else amount(Variable("length/time", "largest speed", min=0.0))(speed, "--speed", exported.kind)
-    )
+    fastest = float(facts["treatment"].get("velocity_max", 0.0)) if speed is None else _speed(speed, exported.kind)
     loop, said = _loop_beside(model.parent, exported, described)
     request = Request(
         exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]), tunable, float32,
@@ -157,6 +150,20 @@ def export_model_file(
     )  # fmt: skip
     product = files_for(target, request, accept_harm=accept_harm)
     return ExportedModel(target.name, product, exported.name, source, (*beside, *said))
+
+
+def _described(axis: Any, folder: Path) -> Axis | None:
+    """Return the axis that a file describes; where none is named, the one beside the model."""
+    from bristle.files.axis import read_axis
+
+    beside = folder / "axis.toml"
+    if axis is None and not beside.is_file():
+        return None
+    return read_axis(beside if axis is None else axis)
+
+
+def _speed(text: str, kind: Kind) -> float:
+    return amount(Variable("length/time", "largest speed", min=0.0))(text, "--speed", kind)
 
 
 def _loop_beside(folder: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
