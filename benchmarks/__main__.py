@@ -180,7 +180,18 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag, last_digits)
+    for one in (
+        coverage,
+        corners,
+        loop_coverage,
+        strange_logs,
+        lies,
+        structures,
+        watch,
+        one_loop,
+        unstated_lag,
+        last_digits,
+    )
 }
 
 

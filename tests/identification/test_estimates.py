@@ -22,7 +22,7 @@ def test_a_coefficient_that_would_be_negative_stays_at_the_edge_of_its_model(F_v
 
 @pytest.mark.parametrize(
     ("F_S", "v_S", "known", "fall"),
-    [(10.0, 3e-3, "identified", "identified"), (9.0, 1e-3, "unidentifiable", "at_edge")],
+    [(10.0, 3e-3, "identified", "identified"), (9.0, 1e-3, "unidentifiable", "unidentifiable")],
 )
 def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls_with_or_not(F_S, v_S, known, fall):
     # The slowest half of a percent of the rows moves at 1.3 mm/s.

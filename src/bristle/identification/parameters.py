@@ -275,6 +275,10 @@ class ParameterSet:
         """Return every parameter, from the free ones."""
         return {name: fixed.value for name, fixed in self.fixed.items()} | dict(values)
 
+    def is_redundant(self, name: str) -> bool:
+        """Return whether a parameter is held that no log, or not this one, could tell."""
+        return name in self.fixed and self.fixed[name].redundant
+
     @property
     def is_linear(self) -> bool:
         """Whether the effort is linear in the free parameters, and no relation binds them."""

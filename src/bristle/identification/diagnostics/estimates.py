@@ -26,6 +26,7 @@ from bristle.identification.result import Estimate
 __all__ = ["Judgement", "about_estimates", "about_fixed", "about_level", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
+SHOWN = ("no_fall", "no_steady_slide")  # reasons to hold a fall, said where it is not identified
 GUESSED = "held_constant"  # a constant that is held without that anybody told it
 PARTNER = {Role.FALL: Role.BREAK_AWAY, Role.BREAK_AWAY: Role.FALL}
 """What a velocity is that friction falls with says nothing without the force that it falls from, and so the force."""
@@ -140,10 +141,14 @@ class Judgement:
         role = next((role for role in PARTNER if role.fits(variables[name])), None)
         if role is None:
             return False
-        partners = [partner for partner in self.solution.values if PARTNER[role].fits(variables[partner])]
-        return bool(partners) and all(
-            partner in self.solution.at_edge or self._unsure_alone(partner) is not None for partner in partners
-        )
+        partners = [partner for partner, variable in variables.items() if PARTNER[role].fits(variable)]
+        unknown = [partner for partner in partners if self.problem.parameters.is_redundant(partner)]
+        free = [partner for partner in partners if partner in self.solution.values]
+        unknown += [
+            partner for partner in free
+            if partner in self.solution.at_edge or self._unsure_alone(partner) is not None
+        ]  # fmt: skip
+        return bool(unknown) and set(free) <= set(unknown)
 
     def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
         """Return why a fall of friction is not seen: by rows near reversals only, whose stiffness is not either."""
@@ -193,7 +198,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
             Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind)
             for entry in weights
         ),
-        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if not entry.redundant),
+        *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if entry.reason not in SHOWN),
     )
 
 
