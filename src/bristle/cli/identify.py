@@ -41,7 +41,7 @@ DEFAULT = "coulomb_viscous"
 
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
-    --model coulomb_viscous,stribeck+asymmetry --out results
+    --model coulomb_viscous,stribeck+asymmetry,lugre+asymmetry --out results
   bristle identify logs --each --axis axis.toml --out fleet"""
 
 Thresholds = Annotated[

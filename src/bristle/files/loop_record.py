@@ -15,7 +15,7 @@ import numpy as np
 
 from bristle.core.content import Content
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.core.variable import Kind, unit_of
 
 __all__ = ["LoopRecord", "holds_loop", "loop_text", "read_loop"]
 
@@ -43,7 +43,7 @@ def loop_text(record: LoopRecord) -> str:
 
 def holds_loop(content: Content) -> bool:
     """Return whether a file is such a table."""
-    return any(content.data.startswith(_header(kind).encode()) for kind in KINDS)
+    return _kind_of(content) is not None
 
 
 def read_loop(content: Content) -> LoopRecord:
@@ -54,7 +54,7 @@ def read_loop(content: Content) -> LoopRecord:
     InputError
         If it is no such table, a row has no three finite numbers, or the samples are not evenly spaced.
     """
-    kind = next((kind for kind in KINDS if content.data.startswith(_header(kind).encode())), None)
+    kind = _kind_of(content)
     if kind is None:
         raise InputError("is no loop of a log", value=content.source.name, allowed=_header("translational"),
                          mend="Name the loop.csv that bristle identify wrote")  # fmt: skip
@@ -69,6 +69,11 @@ def read_loop(content: Content) -> LoopRecord:
     if not dt > 0.0 or np.max(np.abs(steps - dt)) > EVEN * dt + 1e-11 * abs(rows[-1, 0]):
         raise InputError("has samples that are not evenly spaced", value=content.source.name)
     return LoopRecord(kind, dt, rows[:, 1], rows[:, 2])
+
+
+def _kind_of(content: Content) -> Kind | None:
+    kinds: tuple[Kind, ...] = ("translational", "rotational")
+    return next((kind for kind in kinds if content.data.startswith(_header(kind).encode())), None)
 
 
 def _header(kind: Kind) -> str:

@@ -41,7 +41,7 @@ def answers(
 ) -> list[tuple[str, list[str]]]:  # fmt: skip
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit = identification.best
-    typed = _typed_in(fit, axis) if usable else ["nothing yet: measure again first", *_typed_in(fit, axis)[:-1]]
+    typed = _typed_in(fit, axis) if usable else ["nothing yet: measure again first"]
     return answered(
         _quality(fit), typed, _gain(fit, simulation, following), _trust(fit),
         _next(fit, next_measurements, usable=usable),

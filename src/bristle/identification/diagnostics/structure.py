@@ -72,11 +72,11 @@ def with_structure(
     names = tuple(estimate.name for estimate in fit.estimates if estimate.status == "identified")
     numbers: dict[str, Number] = {
         "missing": lacking, "percent": 100.0 * lacking / level, "chance": left, "names": names,
-        "causes": tuple(force.cause for force in missing),
+        "causes": tuple(force.cause for force in missing), "small": int(lacking < settings.missing_force * level),
     }  # fmt: skip
     named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
-    if lacking < settings.missing_force * level:
+    if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
     return replace(fit, diagnostics=(*structure, *fit.diagnostics))
 

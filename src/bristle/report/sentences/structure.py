@@ -49,11 +49,14 @@ STRUCTURE: dict[str, Sentence] = {
             "and scatter leave {chance:force}. What it depends on is told next",
             ". Parameters are effective: {names:list} hold for this model along such a motion, and are not those of "
             "the axis; intervals are widened by what is missing",
+            "the model leaves a small force: {missing:force} (root mean square, {percent:.2g} % of friction) comes "
+            "back on half-cycles that it was not fitted to, where noise and scatter leave {chance:force}. That is too "
+            "little to matter in use. What it depends on is told next",
         ),
         "forces are missing in the model, by cause",
         "try the model that is named, and take parameters and intervals for effective until then",
-        choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
-        also=("causes",),
+        choose=lambda texts, numbers: texts[2 if numbers["small"] else 0] + (texts[1] if numbers["names"] else ""),
+        also=("causes", "small"),
     ),
     "missing_speed": Sentence(
         (
