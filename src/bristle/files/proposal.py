@@ -12,7 +12,7 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind
+from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
 from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
@@ -30,7 +30,7 @@ __all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
-_SCREW = 'with lead = "10 mm" under [transmission] where a screw turns'
+_SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
 HINTS = {
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
@@ -38,7 +38,8 @@ HINTS = {
     "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
     "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
     + f"{_SCREW})",
-    "transmission.lead": 'travel for one turn, such as "10 mm"',
+    "transmission.lead": 'travel of the load for one turn of the motor, such as "10 mm"; or of the screw, with '
+    "gear_ratio = 2 in the next line for a gear of 2:1 between both",
     "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
     'or write counts_per_rev = 8192 and side = "motor" for it',
     "timing.sample_time": 'time between samples, such as "1 ms"',
@@ -339,7 +340,7 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
-    lines += _encoder_lines(table, tables)
+    lines += _encoder_lines(table, tables) + _controller_lines(tables, kind)
     used = {entry["column"] for entry in tables["columns"].values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
     if left:
@@ -357,6 +358,24 @@ def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
         return []
     remark = "the position moves in such steps: of the encoder, or of the digits of the file"
     return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
+
+
+def _controller_lines(tables: Mapping[str, Any], kind: Kind) -> list[str]:
+    """Return the question for the controller of the drive, as a comment, where the log has what its loop follows."""
+    if not {"reference", "following_error"} & set(tables["columns"]):
+        return []
+    gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
+    return [
+        "",
+        "# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and",
+        "# with compensation, and states the effect of what it exports.",
+        "# [controller]",
+        '# model = "cascade"',
+        f'# k_p = "{FILL_IN}"  # position loop, such as "60 1/s"',
+        f'# k_v = "{FILL_IN}"  # velocity loop, in {gain} or in the unit of the effort column',
+        f'# k_i = "{FILL_IN}"  # its integral, in {integral} likewise; or T_n = "10 ms"',
+        f'# k_ff = "{FILL_IN}"  # share of the reference velocity that the drive feeds forward, 0 to 1',
+    ]
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
