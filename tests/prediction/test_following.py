@@ -74,6 +74,15 @@ def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
     assert following.as_data()["compensated"] is None
 
 
+def test_a_velocity_that_the_drive_feeds_forward_is_named(vertical):
+    log, found = vertical
+    following = followed(found, log, told(VERTICAL, k_ff=0.0))  # the drive has 1
+    numbers = following.contradiction.numbers
+    assert numbers["suspects"][0] == "k_ff"
+    assert numbers["factors"][0] == pytest.approx(1.0, abs=0.02)
+    assert "k_ff = 1" in message(following.contradiction)
+
+
 def test_a_delay_of_the_loop_is_named(vertical):
     _, found = vertical
     following = followed(found, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))

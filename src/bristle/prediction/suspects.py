@@ -5,6 +5,7 @@ measured one:
 
 ============= ========================================================================================================
 k_p           the position gain of its law
+k_ff          the share of the reference velocity that the drive feeds forward
 position      the scale of position, such as gear or lead: a length that the law is told becomes another one
 effort        the scale of effort, such as a torque constant
 delay         samples from a measurement to the effort computed from it
@@ -50,9 +51,9 @@ class Suspect(NamedTuple):
     Parameters
     ----------
     name : str
-        ``k_p``, ``position``, ``effort``, ``delay`` or ``reference``.
+        ``k_p``, ``k_ff``, ``position``, ``effort``, ``delay`` or ``reference``.
     value : float
-        Factor; of a delay the samples, of a reference the time [s].
+        Factor; of ``k_ff`` its value, of a delay the samples, of a reference the time [s].
     difference : float
         Root mean square of what the simulated following error lacks of the measured one [m or rad].
     """
@@ -131,7 +132,8 @@ def _suspects(trial: _Trial) -> list[Suspect]:
     law = trial.variant.controller
     scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
     late = [_at(trial, "delay", float(samples)) for samples in DELAYS]
-    return [*(_best_factor(trial, name) for name in scales), min(late, key=_difference), _shifted(trial)]
+    fed = [_fed(trial)] if "k_ff" in law.component.variables else []
+    return [*(_best_factor(trial, name) for name in scales), *fed, min(late, key=_difference), _shifted(trial)]
 
 
 def _at(trial: _Trial, name: str, value: float) -> Suspect:
@@ -156,6 +158,16 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
     return best
 
 
+def _fed(trial: _Trial) -> Suspect:
+    """Return the share of the reference velocity fed forward, on the line between none of it and all of it."""
+    ends = [trial.followed(_velocity_fed(trial.variant, share)) for share in (0.0, 1.0)]
+    if ends[0] is None or ends[1] is None:
+        return Suspect("k_ff", 1.0, np.inf)
+    along, left = (ends[1] - ends[0])[trial.judged], (trial.error - ends[0])[trial.judged]
+    power = float(along @ along)
+    return _at(trial, "k_ff", max(float(left @ along) / power, 0.0) if power > 0.0 else 0.0)
+
+
 def _shifted(trial: _Trial) -> Suspect:
     """Return the time by which the reference acts later, from what of the difference goes with the velocity."""
     velocity = np.gradient(trial.desired, trial.variant.run.sample_time)[trial.judged]
@@ -172,6 +184,10 @@ def _position_gain(variant: Variant, factor: float) -> Variant:
     values = variant.controller.values
     gains = {name: factor * values[name] for name in POSITION_GAINS if name in values}
     return replace(variant, controller=variant.controller.with_values(**gains))
+
+
+def _velocity_fed(variant: Variant, share: float) -> Variant:
+    return replace(variant, controller=variant.controller.with_values(k_ff=share))
 
 
 def _position_scaled(variant: Variant, factor: float) -> Variant:
@@ -203,6 +219,7 @@ def _reference_later(variant: Variant, time: float) -> Variant:
 
 CHANGES: dict[str, Callable[[Variant, float], Variant]] = {
     "k_p": _position_gain,
+    "k_ff": _velocity_fed,
     "position": _position_scaled,
     "effort": _effort_scaled,
     "delay": _delayed,

@@ -24,6 +24,7 @@ MENDS = {
 }
 SUSPECTS = {
     "k_p": "the position gain {factor:3 digits} times as large as the axis file says",
+    "k_ff": "k_ff = {factor:3 digits}, the share of the reference velocity that the drive feeds forward",
     "position": "a scale of position (gear, lead, counts) of {factor:3 digits} times what the axis file says",
     "effort": "a scale of effort (torque or force constant) of {factor:3 digits} times what the axis file says",
     "delay": "a delay of {factor:samples} in the loop",
@@ -115,9 +116,9 @@ LOOPS: dict[str, Sentence] = {
             "the simulated loop runs away, and the axis did not: its following error was {measured:length} peak to "
             "peak and {measured_rms:length} root mean square",
             ". It would follow as recorded with ",
-            ". No one number explains it: neither the position gain, nor a scale of position or effort, nor a delay, "
-            "nor a reference recorded too early or late. Look at what else the drive does: filters, inertia or "
-            "friction fed forward there, another law",
+            ". No one number explains it: neither the position gain, nor the velocity fed forward, nor a scale of "
+            "position or effort, nor a delay, nor a reference recorded too early or late. Look at what else the drive "
+            "does: filters, inertia or friction fed forward there, another law",
         ),
         "the loop follows otherwise in simulation than in the log, so that no gain is promised; `suspects` are what "
         "explains it with one number each, `factors` these numbers (a delay in samples, a reference in seconds)",
