@@ -24,6 +24,7 @@ COLUMNS = 2
 ROW = 1.55  # inches
 WIDEST = 1.5
 APART = "#b5651d"
+EDGE = 0.02  # of a panel: beyond the last interval
 MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
 FEW = 60  # logs up to which markers are large
 
@@ -76,14 +77,18 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
                 number[chosen], value[chosen], ends, fmt="o", markersize=size, fillstyle=fill, linewidth=0.8,
                 color=style.PREDICTED["color"] if fill == "full" else APART, label=word,
             )  # fmt: skip
-    for chosen, marker, height in ((tells & (value > top), "^", 0.97), (tells & (value < bottom), "v", 0.03)):
+    above, below = tells & (value > top), tells & (value < bottom)
+    ends = np.concatenate([end[tells & inside & np.isfinite(end)] for end in (low, high)])
+    bottom, top = min([bottom, *ends]), max([top, *ends])  # every interval lies inside
+    for chosen, marker, height in ((above, "^", 0.97), (below, "v", 0.03)):
         axes.scatter(
             number[chosen], np.full(chosen.sum(), height), marker=marker, s=16, facecolors="none", edgecolors=APART,
             transform=axes.get_xaxis_transform(), label="_beyond",
         )  # fmt: skip
     axes.scatter(number[~tells], np.zeros((~tells).sum()), marker="|", s=49, color=style.INK, clip_on=False,
                  transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
-    axes.set_ylim(bottom, top)
+    room = EDGE * (top - bottom)
+    axes.set_ylim(bottom - room, top + room)
     axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name, WIDEST, style.AT_AXES)))
