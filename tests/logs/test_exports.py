@@ -140,7 +140,7 @@ def test_what_is_to_be_filled_in_says_where(tmp_path):
     rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
     counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
     text = propose_axis(counts).text
-    assert 'lead = "10 mm" under [transmission]' in text
+    assert 'lead = "10 mm", travel for one turn of the motor, under [transmission]' in text
     assert 'counts_per_rev = 8192 and side = "motor"' in text
 
 

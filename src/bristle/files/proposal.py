@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,13 +11,13 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.core.variable import KINDS, Kind
 from bristle.files.axis import axis_from
 from bristle.files.fill_in import FILL_IN
 from bristle.files.kind import OF_UNIT
+from bristle.files.proposal_text import missing_of, text_of
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.channel import clear_step
 from bristle.logs.likeness import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
@@ -30,31 +29,7 @@ __all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
-_SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
-HINTS = {
-    "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
-    "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
-    "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
-    "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
-    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
-    + f"{_SCREW})",
-    "transmission.lead": 'travel of the load for one turn of the motor, such as "10 mm"; or of the screw, with '
-    "gear_ratio = 2 in the next line for a gear of 2:1 between both",
-    "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
-    'or write counts_per_rev = 8192 and side = "motor" for it',
-    "timing.sample_time": 'time between samples, such as "1 ms"',
-}
-# Of an axis that turns, a torque is what a data sheet gives.
-HINTS_OF_TURNING = {
-    "effort.rated": 'what 100 % are, such as "1.3 N*m"',
-    "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
-}
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
-TOLD_BY = {
-    "name": "unit from its name", "its name": "unit assumed from its name", "velocity": "unit from the velocity",
-    "numbers": "unit from its numbers", "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
-    "position": "unit from the position", "reference": "unit from the reference",
-}  # fmt: skip
 # What stands above the columns of some exports -> where it belongs in an axis file.
 FACTS = {
     "effort.rated": r"(rated|nominal|nenn|bemessungs)[\s_-]*(torque|moment|drehmoment|force|kraft)"
@@ -135,7 +110,7 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
     if _reversed(table, axis):
         tables["columns"]["effort"]["sign"] = -1
         axis = axis_from(_assumed(tables))
-    missing = tuple(_missing(tables))
+    missing = tuple(missing_of(tables))
     if set(missing) <= OF_EFFORT and _has_a_link(table, axis):
         tables["plant"] = {"gravity": "link"}
         axis = axis_from(_assumed(tables))
@@ -146,7 +121,7 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:
         notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
-    return Proposal(_text(table, roles, tables, axis.kind), missing, axis, table, tuple(notes))
+    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes))
 
 
 def _kind(roles: Roles) -> Kind | None:
@@ -306,110 +281,3 @@ def _log(table: Table, axis: Axis) -> Any:
     from bristle.logs.log import log_of
 
     return log_of(record_of(table, axis))
-
-
-def _missing(tables: Mapping[str, Any], path: str = "") -> list[str]:
-    facts_found = []
-    for key, value in tables.items():
-        full = f"{path}.{key}" if path else key
-        if isinstance(value, Mapping):
-            facts_found += _missing(value, full)
-        elif value == FILL_IN:
-            facts_found.append(full)
-    position = "columns.position.unit"
-    following = ("columns.reference.unit", "columns.following_error.unit")
-    return [key for key in facts_found if not (key in following and position in facts_found)]
-
-
-def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
-    """Return the tables as an axis file for people."""
-    lines = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."]
-    missing = _missing(tables)
-    if missing:
-        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
-    lines += ["schema = 1", f"name = {_quoted(tables['name'])}"]
-    if "kind" in tables:
-        lines.append(f"kind = {_quoted(tables['kind'])}")
-    else:
-        lines.append('# kind = "translational" or "rotational": the unit of the position decides')
-    lines += ["", "[columns]"]
-    if roles.implied_time:
-        lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
-    for channel, entry in tables["columns"].items():
-        lines.append(_column_line(channel, entry, roles))
-    for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
-        if name in tables:
-            lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
-    lines += _encoder_lines(table, tables) + _controller_lines(tables, kind)
-    used = {entry["column"] for entry in tables["columns"].values()}
-    left = [name for name in table.names if name not in used and name not in table.stamps.values()]
-    if left:
-        lines += ["", f"# columns that are not used: {some_of(left, 20)}"]
-    return "\n".join(lines) + "\n"
-
-
-def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
-    """Return what the steps of the position speak of, as a comment: digits of the file look like an encoder."""
-    entry = tables["columns"]["position"]
-    if "encoder" in tables or entry["unit"] == FILL_IN:
-        return []
-    step = clear_step(table.columns[entry["column"]])
-    if not step:
-        return []
-    remark = "the position moves in such steps: of the encoder, or of the digits of the file"
-    return ["", "# [encoder]", f'# resolution = "{step:.6g} {entry["unit"]}"  # {remark}']
-
-
-def _controller_lines(tables: Mapping[str, Any], kind: Kind) -> list[str]:
-    """Return the question for the controller of the drive, as a comment, where the log has what its loop follows."""
-    if not {"reference", "following_error"} & set(tables["columns"]):
-        return []
-    gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
-    return [
-        "",
-        "# How is the axis controlled? With the gains of the drive, bristle simulates the following error without and",
-        "# with compensation, and states the effect of what it exports.",
-        "# [controller]",
-        '# model = "cascade"',
-        f'# k_p = "{FILL_IN}"  # position loop, such as "60 1/s"',
-        f'# k_v = "{FILL_IN}"  # velocity loop, in {gain} or in the unit of the effort column',
-        f'# k_i = "{FILL_IN}"  # its integral, in {integral} likewise; or T_n = "10 ms"',
-        f'# k_ff = "{FILL_IN}"  # share of the reference velocity that the drive feeds forward, 0 to 1',
-    ]
-
-
-def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
-    follows = channel in ("reference", "following_error") and entry["unit"] == FILL_IN
-    visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
-    body = ", ".join(f"{key} = {_quoted(value) if isinstance(value, str) else value}" for key, value in visible.items())
-    line = f"{channel} = {{ {body} }}"
-    role = roles.channels[channel]
-    remark = TOLD_BY.get(role.told_by, "")
-    remarks = [] if role.reason == "its name" else [role.reason]
-    remarks += [remark] if remark and not follows else []
-    remarks += ["in the unit of the position"] if follows else []
-    hint = "rated" if role.told_by == "rated" else f"columns.{channel}.unit"
-    remarks += [HINTS[hint]] if not follows and entry["unit"] == FILL_IN else []
-    remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
-    return f"{line}  # {'; '.join(remarks)}" if remarks else line
-
-
-def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
-    hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
-    if value == FILL_IN:
-        drive = tables["columns"].get("effort", {}).get("unit", "A")
-        drive = next(
-            (
-                entry_name
-                for entry_name in ("A", "V", "count")
-                if drive != FILL_IN and units.compatible(drive, entry_name)
-            ),
-            "A",
-        )
-        turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
-        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
-    return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
