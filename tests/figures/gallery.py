@@ -157,7 +157,7 @@ def gallery(names=PLAIN, many=None):
             [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65, other: 0.4}, "Level [N]", "Error [µm]"
         ),
         "errors_by_loop": lambda: figures.errors_by_loop(
-            {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {one: 1.46}, "Error [µm]"
+            {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
         ),
         "errors_by_truth": lambda: figures.errors_by_truth(
             {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5,

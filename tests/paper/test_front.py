@@ -45,7 +45,20 @@ def test_the_verdict_counts_the_claims_that_hold(verdicts, level, words):
 
 def test_each_claim_is_told_with_its_figure_by_how_it_stands():
     reasons = paper_ruling([rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]).reasons
-    assert reasons == ("hold: LuGre does not come back (1), the contact does not (3)", "do not hold: LuGre drifts (2)")
+    assert reasons == (
+        "nothing chosen: 2, LuGre does not come back (1), the contact does not (3)",
+        "does not hold: 1, LuGre drifts (2)",
+    )
+
+
+def test_what_the_rig_has_by_construction_is_no_claim_that_holds():
+    verdicts = {1: "built in in part", 2: "found", 3: "built in", 8: "calibrated", 9: "built in"}
+    ruling = paper_ruling([rebuilt(number, verdict) for number, verdict in verdicts.items()])
+    assert ruling.words == "1 of 5 claims of the paper hold here with nothing chosen for them"
+    counted = [reason.partition(",")[0] for reason in ruling.reasons]
+    assert counted == [
+        "nothing chosen: 1", "nothing chosen for one half", "built into the rig: 2", "calibrated: 1",
+    ]  # fmt: skip
 
 
 def test_each_claim_that_can_be_tested_has_its_words():

@@ -14,6 +14,7 @@ from bristle.figures.small_multiples import FIRST, LAST, Traces, force_over_posi
 __all__ = ["marked_path"]
 
 BELOW, ABOVE = 0.08, 0.03  # room for letters, over the height
+LETTER, SAME = 0.09, 0.03  # height of a letter, and within which two points are one
 
 
 @style.styled
@@ -69,16 +70,17 @@ def marked_path(
 
 
 def _write_letters(axes: style.Axes, x: np.ndarray, force: np.ndarray, letters: str) -> None:
-    """Write a letter beside each point, away from the middle; the same one twice only where the points part."""
+    """Write a letter beside each point, away from the middle; the same letter twice only where the points part."""
     middle = 0.5 * (float(x.min()) + float(x.max()))
     low, high = axes.get_ylim()
     written: list[tuple[str, float, float]] = []
     for position, height, letter in zip(x, force, letters, strict=True):
-        near = [mark for mark in written if mark[0] == letter and abs(mark[2] - height) < 0.09 * (high - low)]
-        if letter.strip() and not near:
-            left = position < middle
+        apart = [abs(mark[2] - height) / (high - low) for mark in written if mark[0] == letter]
+        if letter.strip() and min(apart, default=1.0) > SAME:
+            left, below = position < middle, min(apart, default=1.0) < LETTER
+            shift = (-5 if left else 5, -9 if left or below else 2)
             axes.annotate(
-                letter, (position, height), xytext=(-5 if left else 5, -9 if left else 2), textcoords="offset points",
+                letter, (position, height), xytext=shift, textcoords="offset points",
                 ha="right" if left else "left", fontsize=8.5, color=style.INK,
             )  # fmt: skip
             written.append((letter, position, height))

@@ -152,7 +152,10 @@ def _tell(axes: Axes, mechanics: Mechanics) -> None:
     filtered = [f"filter {with_unit(mechanics.cutoff, 'Hz')}"] if math.isfinite(mechanics.cutoff) else []
     _label(axes, 43.0, True, 43.0, AXIS + 4.2, "torque sensor", ["T = F_p + (J − J_m) dω/dt", *filtered])
     behind = f"J − J_m = {_inertia(mechanics.J - mechanics.J_m)}"
-    _label(axes, 77.0, True, 77.0, AXIS + 8.2, "table", [f"with coupling and screw {behind}"])
+    moved = (
+        f"J = {_inertia(mechanics.J)}, as {with_unit(mechanics.J * (2.0 * math.pi / mechanics.lead) ** 2, 'kg')} there"
+    )
+    _label(axes, 77.0, True, 77.0, AXIS + 8.2, "table", [f"with coupling and screw {behind}", moved])
     _label(axes, 17.5, False, 17.5, BASE + 4.0, "DC motor", [f"J_m = {_inertia(mechanics.J_m)}"])
     _label(axes, 43.0, False, 33.3, AXIS - 2.8, "couplings", [], also=(52.4, AXIS - 2.8))
     _label(axes, 64.0, False, 64.0, AXIS - 1.3, "ball screw", [f"lead {with_unit(mechanics.lead, 'm')}", "rigid"])

@@ -56,7 +56,7 @@ def figure_3(setting: Setting) -> Reproduced:
     dissipated, enclosed = (_work(setting, runs[RIG], torque) for torque in (sensed.friction, sensed.read))
     return Reproduced(
         number=3,
-        verdict="found" if max(shares.values()) < RESTS else "refuted",
+        verdict="built in" if max(shares.values()) < RESTS else "refuted",
         found=[
             *(_goes_round(name, run, shares[name]) for name, run in runs.items()),
             sensor_says(bench, ripple, "While the torque goes up and down"),

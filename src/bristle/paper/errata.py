@@ -296,11 +296,4 @@ ERRATA = (
         "The surface is reached to a band, near (m + 1) T (K₂ + sup |F_p − F̂|/J) with m samples of delay.",
         f"{SURFACE}::test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it",
     ),
-    Erratum(
-        "remark",
-        "section 4, 53 %",
-        "Right: 1 − 0.69/1.46.",
-        "52.7 %. But that is a compensator with 64 % of the friction; one identified well takes more than 70 %.",
-        f"{FIGURES}::test_12_the_error_falls_by_half_and_by_more_with_a_compensator_that_is_identified",
-    ),
 )

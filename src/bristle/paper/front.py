@@ -8,9 +8,9 @@ from typing import Any
 
 from bristle.core.typography import number
 from bristle.paper.errata import ERRATA
-from bristle.paper.following import IN_PAPER
+from bristle.paper.following import COMPENSATED, IN_PAPER
 from bristle.paper.reproduced import Reproduced, percent
-from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, with_spread
+from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONSTANT, with_spread
 from bristle.report.front import Front, Ruling, about, answered, length_text
 from bristle.report.page import Picture, picture
 
@@ -19,12 +19,22 @@ __all__ = ["paper_front", "paper_ruling"]
 HEADING = "The source paper, rebuilt figure by figure"
 HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {
-    "found": "hold",
-    "found in part": "hold in part",
-    "reproduced by calibration": "hold by a calibration only",
-    "refuted": "do not hold",
+    "found": "nothing chosen",
+    "found in part": "nothing chosen, holds in part",
+    "built in in part": "nothing chosen for one half, the other built into the rig",
+    "built in": "built into the rig",
+    "calibrated": "calibrated",
+    "refuted": "does not hold",
 }
 """How claims stand."""
+SINGLE = {
+    "found in part": "holds here in part",
+    "built in in part": "holds here, one half of it built into the rig",
+    "built in": "is built into the rig",
+    "calibrated": "holds here by calibration",
+    "refuted": "does not hold here",
+}
+"""How a single claim stands that does not hold with nothing chosen for it."""
 CLAIMS = {
     1: "LuGre does not come back",
     2: "LuGre drifts",
@@ -42,10 +52,11 @@ CLAIMS = {
 }
 """The claims in short, by figure."""
 BESIDE = {
-    "lugre": "LuGre", "gate": "the same with a gate", "identified": "a model, identified",
+    "lugre": "LuGre", "gate": "(5)–(7) with a gate", "identified": "a model, identified",
     "observer": "an observer, no model", "observer_feedforward": "both",
 }  # fmt: skip
 """What else runs in the loop of the paper, and what it is."""
+REPORTED = {BEFORE: "the paper, no compensator", COMPENSATED: "the paper, its compensator"}
 FOLLOWING, EFFORT = 12, 14  # figures
 
 
@@ -62,12 +73,12 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
         return Ruling("with_care", "Nothing was claimed that could be tested")
     held = [figure for figure in tested if figure.verdict in HOLDS]
     groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
-    reasons = [f"{words}: {_named(group)}" for words, group in groups.items() if group]
+    reasons = [f"{words}: {len(group)}, {_named(group)}" for words, group in groups.items() if group]
     level = "usable" if len(held) == len(tested) else "with_care" if held else "no"
-    share = f"{len(held)} of {len(tested)}" if len(tested) > 1 else "Its claim" if held else "Its claim does not"
-    words = (
-        f"{share} claims of the paper hold here" if len(tested) > 1 else f"{share} {'holds' if held else 'hold'} here"
-    )
+    if len(tested) > 1:
+        words = f"{len(held)} of {len(tested)} claims of the paper hold here with nothing chosen for them"
+    else:
+        words = f"Its claim {'holds here with nothing chosen for it' if held else SINGLE[tested[0].verdict]}"
     return Ruling(level, words, tuple(reasons))
 
 
@@ -112,16 +123,16 @@ def _quality(loop: Reproduced) -> list[str]:
     """Return the following error here and in the paper, without and with its compensator, and at sound margins."""
     errors = {name: _error(loop.numbers, name) for name in (BEFORE, PRINTED, CALIBRATED)}
     variant = PRINTED if errors[PRINTED] else CALIBRATED
-    paper = " to ".join(f"{1e6 * IN_PAPER[name]:.2f}\u00a0µm" for name in (BEFORE, CALIBRATED))
+    paper = " to ".join(f"{1e6 * value:.2f}\u00a0µm" for value in IN_PAPER.values())
     lines = [
         f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[variant]} with "
         f"{NAMES[variant]}; the paper: {paper}",
-        f"that is {_less(loop.numbers['peak_to_peak'], variant)} less; the paper: {_less(IN_PAPER, CALIBRATED)}",
+        f"that is {_less(loop.numbers['peak_to_peak'], variant)} less; the paper: {_less(IN_PAPER, COMPENSATED)}",
     ]  # fmt: skip
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
-        peaks = {name: _peak_of(sound[name]) for name in (BEFORE, *BESIDE) if name in sound}
-        listed = "; ".join(f"{BESIDE.get(name, 'no compensator')} {length_text(value, 'translational')}"
+        peaks = {name: _peak_of(sound[name]) for name in (BEFORE, PRINTED, WITH_CONSTANT, *BESIDE) if name in sound}
+        listed = "; ".join(f"{NAMES.get(name) or BESIDE[name]} {length_text(value, 'translational')}"
                          for name, value in peaks.items())  # fmt: skip
         lines.append(f"in a loop of sound margins: {listed}")
     return lines
@@ -157,7 +168,6 @@ def _picture(loop: Reproduced | None) -> Picture | None:
 
     peaks, spreads = (loop.numbers[name] for name in ("peak_to_peak", "peak_to_peak_spread"))
     names = {name: NAMES.get(name, BESIDE.get(name, name)) for name in peaks}
-    of_paper = {names[name]: 1e6 * value for name, value in IN_PAPER.items() if name in names}
     best = min(peaks, key=peaks.get)
     alternative = "Following error of each loop, peak to peak, beside what the paper tells"
     caption = f"{alternative}. The least: {number(1e6 * peaks[best], digits=2)} µm, {names[best]}."
@@ -165,7 +175,8 @@ def _picture(loop: Reproduced | None) -> Picture | None:
         "paper-first",
         lambda: errors_by_loop(
             {names[name]: 1e6 * value for name, value in peaks.items()},
-            {names[name]: 1e6 * value for name, value in spreads.items()}, of_paper,
+            {names[name]: 1e6 * value for name, value in spreads.items()},
+            {REPORTED[name]: 1e6 * value for name, value in IN_PAPER.items()},
             "Following error [µm], peak to peak",
         ),
         alternative, caption, file="figure-00", published=f"{caption} The rig is simulated.",

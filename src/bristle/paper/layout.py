@@ -8,7 +8,7 @@ from bristle.core.typography import number, with_unit
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.setting import Setting
 from bristle.paper.torque_bench import bench_of
-from bristle.paper.tracking import CALIBRATED, Tracked
+from bristle.paper.tracking import Tracked
 
 __all__ = ["figure_7"]
 
@@ -25,7 +25,7 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
     """
     from bristle.figures import Mechanics, rig_layout
 
-    variant = next(variant for variant in tracked.experiment.variants if variant.name == CALIBRATED)
+    variant = next(variant for variant in tracked.experiment.variants if variant.name == tracked.after)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
     compensator = fed.name.replace("_", " ") if fed else "none"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent", "spread"]
 
-Verdict = Literal["found", "found in part", "reproduced by calibration", "refuted", "shown"]
+Verdict = Literal["found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"]
 
 
 class Words(NamedTuple):
@@ -63,9 +63,10 @@ class Reproduced:
     ----------
     number : int
         Of the figure.
-    verdict : {"found", "found in part", "reproduced by calibration", "refuted", "shown"}
-        What became of the claim: ``found`` where it comes out with nothing chosen for it, ``reproduced by calibration``
-        where something was chosen so that it does, ``shown`` where there is none to be tested.
+    verdict : {"found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"}
+        What became of the claim: ``found`` where it comes out with nothing chosen for it, ``built in`` where the rig
+        has it by construction, ``calibrated`` where a number was chosen so that it comes out, ``shown`` where there is
+        none to be tested. ``built in in part``: the rest of the claim is found.
     found : list of str
         What came out here, with the numbers.
     draw : callable

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.lazy import cached_property
 from bristle.core.typography import number
-from bristle.paper.tracking import BEFORE, Tracked, spread_of, with_spread
+from bristle.paper.tracking import BEFORE, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
 from bristle.stability import assess
@@ -21,7 +21,9 @@ __all__ = ["Sound", "break_away_extra", "sound_extra", "sound_table"]
 
 PART = {
     BEFORE: "no compensator",
-    "paper": "operator calibrated to the paper",
+    PRINTED: "(5)–(7) as printed",
+    WITH_CONSTANT: "(5)–(7) and a constant",
+    "paper": "operator × 0.64, calibrated",
     "identified": "model identified on the rig",
     "observer": "observer, no model",
     "observer_feedforward": "observer and identified model",

@@ -21,13 +21,15 @@ from bristle.paper.bench import SETS
 from bristle.simulation import SimulationResult, VariantResult, simulate
 
 __all__ = [
-    "BEFORE", "CALIBRATED", "NAMES", "PRINTED", "DivergedError", "Tracked", "spread_of", "with_spread",
+    "BEFORE", "CALIBRATED", "NAMES", "PRINTED", "WITH_CONSTANT", "DivergedError", "Tracked", "spread_of",
+    "with_spread",
 ]  # fmt: skip
 
-BEFORE, PRINTED, CALIBRATED = "none", "printed", "paper"
+BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
 NAMES = {
     BEFORE: "no compensator",
     PRINTED: "(5)–(7) as printed",
+    WITH_CONSTANT: "(5)–(7) and a constant",
     CALIBRATED: "calibrated, × 0.64",
 }
 NEEDED = (BEFORE, CALIBRATED)

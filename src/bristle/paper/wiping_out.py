@@ -47,7 +47,7 @@ def figure_9(setting: Setting) -> Reproduced:
     sensor = sensor_numbers([run.sensed for repetitions in runs.values() for run in repetitions])
     return Reproduced(
         number=9,
-        verdict="found" if worst < REPEATS else "refuted",
+        verdict="built in" if worst < REPEATS else "refuted",
         found=[*_sentences(missing), sensor_says(bench, sensor, "At this speed")],
         draw=lambda: _draw(
             {name: run.sensor for name, (run, *_) in runs.items()}, missing,

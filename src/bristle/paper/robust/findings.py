@@ -14,11 +14,11 @@ from bristle.paper.robust.loops import VARIANTS
 from bristle.paper.robust.trial import Cell, Trial
 from bristle.paper.robust.truths import is_own
 
-__all__ = ["Claim", "Interval", "best_family", "claims", "error_of", "interval", "numbers", "share_left"]
+__all__ = ["Claim", "Interval", "best_family", "claims", "error_of", "interval", "no_better", "numbers", "share_left"]
 
 COVERAGE = 0.95
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
-TOGETHER = "observer_feedforward"
+OBSERVER, TOGETHER = "observer", "observer_feedforward"
 AT_ALL_LEVELS, ON_ALL_TRUTHS = 0.45e-6, 0.50e-6  # [m]
 SET_A = "set_a"
 
@@ -116,6 +116,29 @@ def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False
     return min(errors, key=lambda family: errors[family]) if errors else ""
 
 
+def no_better(trial: Trial, place: str) -> list[str]:
+    """Return the truths on which observer and feedforward together leave no less than the observer alone.
+
+    The difference of both means has to exceed its own 95 % interval, under nominal conditions.
+
+    Parameters
+    ----------
+    trial : Trial
+        What came out.
+    place : str
+        The set.
+    """
+    names = []
+    for truth in trial.plan.truths:
+        alone, both = (error_of(trial, place, truth.name, variant) for variant in (OBSERVER, TOGETHER))
+        if alone is None or both is None:
+            continue
+        halves = [0.0 if math.isnan(one.low) else one.peak_to_peak - one.low for one in (alone, both)]
+        if not alone.peak_to_peak - both.peak_to_peak > math.hypot(*halves):
+            names.append(truth.name)
+    return names
+
+
 class Claim(NamedTuple):
     """What the table is to show, and whether it does.
 
@@ -185,6 +208,7 @@ def numbers(trial: Trial) -> dict[str, Any]:
             truth.name: {place: _best(trial, place, truth.name) for place in trial.plan.sets}
             for truth in trial.plan.truths
         },
+        "observer_alone_does_as_well": {place: no_better(trial, place) for place in trial.plan.sets},
         "claims": {
             place: [
                 {"claim": claim.words, "limit": claim.limit, "errors": dict(claim.errors), "holds": claim.holds}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bristle.core.typography import number
-from bristle.paper.robust.competitors import CHOSEN
+from bristle.paper.robust.competitors import CHOSEN, PRINTED
 from bristle.paper.robust.findings import (
     ON_ALL_TRUTHS,
     TOGETHER,
@@ -15,6 +15,7 @@ from bristle.paper.robust.findings import (
     Interval,
     claims,
     error_of,
+    no_better,
     numbers,
     share_left,
 )
@@ -47,6 +48,7 @@ PIPELINE = (
 )
 FAMILIES = (
     "Each family is identified from the same log by bristle identify, and fed forward with nothing changed on the rig. "
+    "The family `printed` is equations (5) to (7): identified over the position, as in the paper, and driven by z. "
     "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
     "can count on."
 )
@@ -73,20 +75,31 @@ def words_of(trial: Trial) -> list[str]:
     """
     sentences = []
     for place in trial.plan.sets:
-        for variant in ("feedforward", TOGETHER):
-            shares = [1.0 - share_left(trial, place, truth.name, variant) for truth in trial.plan.truths]
-            finite = [share for share in shares if math.isfinite(share)]
-            if not finite:
-                continue
-            errors = [error_of(trial, place, truth.name, variant) for truth in trial.plan.truths]
-            means = [1e6 * error.peak_to_peak for error in errors if error is not None]
-            plural = variant == TOGETHER
+        lines = [
+            _taken_off(trial, place, "feedforward", CHOSEN, f"{LOOPS['feedforward']} takes"),
+            _taken_off(trial, place, "feedforward", PRINTED, "equations (5)–(7) as printed, fed forward, take"),
+            _taken_off(trial, place, TOGETHER, CHOSEN, f"{LOOPS[TOGETHER]} take"),
+        ]
+        sentences += [f"{SET_NAMES[place]}: {line}" for line in lines if line]
+        if names := no_better(trial, place):
             sentences.append(
-                f"{SET_NAMES[place]}: {LOOPS[variant]} {'take' if plural else 'takes'} "
-                f"{_range([100.0 * share for share in finite], 10.0)} % off, by truth, and "
-                f"{'leave' if plural else 'leaves'} {_range(means, 0.1)} µm."
+                f"{SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} truths the observer alone does as "
+                f"well as both: {', '.join(names)}."
             )
     return sentences
+
+
+def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str) -> str:
+    """Return how much of the error a loop takes off, in a sentence; empty where it was not simulated."""
+    names = [truth.name for truth in trial.plan.truths]
+    shares = [100.0 * (1.0 - share_left(trial, place, name, variant, family)) for name in names]
+    finite = [share for share in shares if math.isfinite(share)]
+    if not finite:
+        return ""
+    errors = [error_of(trial, place, name, variant, family=family) for name in names]
+    means = [1e6 * error.peak_to_peak for error in errors if error is not None]
+    leaving = "leaves" if subject.endswith("takes") else "leave"
+    return f"{subject} {_range(finite, 10.0)} % off, by truth, and {leaving} {_range(means, 0.1)} µm."
 
 
 def _range(values: Sequence[float], resolution: float) -> str:

@@ -37,7 +37,7 @@ DATA = "BRISTLE_DATA"
 RECORD = Path("tribometer") / "test_data_2.txt"
 OF_FAMILY = {
     "thirty_sliders": ("maxwell_slip", "gms"), "gms": ("gms", "maxwell_slip"), "reformed_dahl": ("reformed_dahl",),
-    "bouc_wen": ("bouc_wen", "dahl"), "printed": ("preisach_lugre",), "lugre": ("lugre", "dahl"),
+    "bouc_wen": ("bouc_wen", "dahl"), "printed": ("preisach_lugre", "printed"), "lugre": ("lugre", "dahl"),
 }  # fmt: skip
 """Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
 SCATTER = 0.05
