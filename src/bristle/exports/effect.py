@@ -1,10 +1,11 @@
 r"""The effect of an export on the axis: the loop without and with it, along moves and along the motion of the log.
 
 The numbers of the files are read back, and a drive that computes with them feeds forward :math:`u_{ff}`. The moves go
-from rest to rest with dwells between, twice forward and twice backward, over 1, 3, 10 and 30 times the distance over
-which friction turns after a reversal: inside that distance a compensator without memory may push the wrong way. Their
-acceleration takes as much effort as sliding friction does. Where no loop is known, the residual friction force after
-compensation along the same moves stands in place of the following error.
+from rest to rest with dwells between, on and back, over 1, 3, 10 and 30 times the distance over which friction turns
+after a reversal: inside that distance a compensator without memory may push the wrong way. Their acceleration takes as
+much effort as sliding friction does. They are simulated once more with a tenth more friction fed forward: friction
+falls as an axis warms up, and where compensation exceeds it an integrating controller may hunt. Where no loop is known,
+the residual friction force after compensation along the same moves stands in place of the following error.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ __all__ = [
     "turning_distance",
 ]
 
-Compensated = Callable[[Variant, int], VariantResult]
+Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
 
@@ -55,6 +56,8 @@ TIMES = (1.0, 3.0, 10.0, 30.0)
 """Distances of the moves, over that in which friction turns."""
 SERIOUS = 10.0
 """Worse from this distance on, or along the motion of the log, an export is refused."""
+TOO_MUCH = 1.1
+"""Share of the friction that is fed forward where it is fed too much."""
 WORSE = 1.05  # ratio of two errors that no longer count as the same
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance of an axis that does not tell its own
 SHORTEST, DWELL, BEFORE = 0.1, 0.2, 0.1  # of a move, of each rest behind it, and of the rest before the first [s]
@@ -76,8 +79,9 @@ class Limits(NamedTuple):
 class Along(NamedTuple):
     """One motion: what it is, its distance (0 of its own), and the error without and with the export.
 
-    `not_ahead` is the error where the desired motion is not fed ahead. Errors are peak to peak [m or rad] in a loop,
-    root mean square in % of the sliding friction without one.
+    `not_ahead` is the error where the desired motion is not fed ahead, `too_much` that where a tenth more friction is
+    fed than acts. Errors are peak to peak [m or rad] in a loop, root mean square in % of the sliding friction without
+    one.
     """
 
     motion: str
@@ -85,6 +89,7 @@ class Along(NamedTuple):
     without: float
     with_it: float
     not_ahead: float = math.nan
+    too_much: float = math.nan
 
     @property
     def is_worse(self) -> bool:
@@ -156,6 +161,7 @@ class Effect:
         for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} where it is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
+        lines += self._too_much(moves)
         if self.assumed:
             lines.append(f"the pre-sliding distance is not known: {self._length(self.distance)} assumed "
                          "([plant] presliding in the axis file)")  # fmt: skip
@@ -174,8 +180,8 @@ class Effect:
             "least_distance": self.least_distance if math.isfinite(self.least_distance) else None,
             "along": [
                 {"motion": path.motion, "distance": path.distance or None, "without": path.without,
-                 "with": path.with_it if math.isfinite(path.with_it) else None, "worse": path.is_worse,
-                 "not_fed_ahead": None if math.isnan(path.not_ahead) else path.not_ahead}
+                 "with": _finite(path.with_it), "worse": path.is_worse,
+                 "not_fed_ahead": _finite(path.not_ahead), "with_a_tenth_more": _finite(path.too_much)}
                 for path in self.along
             ],
         }  # fmt: skip
@@ -185,7 +191,24 @@ class Effect:
             return ""
         if math.isinf(self.least_distance):
             return ": worse than no compensation"
-        return f": switch off below {self._length(self.least_distance)}"
+        limit = f": switch off below {self._length(self.least_distance)}"
+        if not self.assumed:
+            return limit
+        times = number(self.least_distance / self.distance, digits=2)
+        return f"{limit}, or {times} times the pre-sliding distance where that exceeds {self._length(self.distance)}"
+
+    def _too_much(self, moves: list[Along]) -> list[str]:
+        """Return what a tenth more friction than acts does to that move which suffers most and else does not."""
+        worst = max(
+            (path for path in moves if not path.is_worse),
+            key=lambda path: path.too_much / max(path.without, TINY),
+            default=None,
+        )
+        if worst is None or math.isnan(worst.too_much):
+            return []
+        change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
+        harm = "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed 90 % of it"
+        return [f"where friction is a tenth less than what is fed: {change}{harm}"]
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"
@@ -204,11 +227,12 @@ class Effect:
 def driven_by(drive: Drive) -> Compensated:
     """Return how a loop runs with what a drive feeds forward, led along the motion of `ahead` samples later."""
 
-    def compensated(loop: Variant, ahead: int) -> VariantResult:
+    def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
         dt = loop.run.sample_time
         count = round(loop.run.duration / dt)
         x = loop.reference.component.sample(dt * np.arange(count + ahead), loop.reference.parameters)[0]
-        return simulate_with(loop, drive(x, dt)[ahead:])
+        fed = drive(x, dt)[ahead:]
+        return simulate_with(loop, fed if share == 1.0 else share * fed + (1.0 - share) * _held(loop))
 
     return compensated
 
@@ -216,10 +240,21 @@ def driven_by(drive: Drive) -> Compensated:
 def fed_by(feedforward: Feedforward) -> Compensated:
     """Return how a loop runs with the feedforward of a law, which is handed the samples to come by itself."""
 
-    def compensated(loop: Variant, ahead: int) -> VariantResult:
-        return simulate_with(replace(loop, feedforward=feedforward), None)
+    def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
+        gain = share * feedforward.gain
+        offset = feedforward.offset + (1.0 - share) * feedforward.gain * _held(loop)
+        return simulate_with(replace(loop, feedforward=replace(feedforward, gain=gain, offset=offset)), None)
 
     return compensated
+
+
+def _held(loop: Variant) -> float:
+    """Return the constant force of a loop's friction, of gravity or bias, of which no more is fed than it is."""
+    return offset_of(loop.friction.component.variables, loop.friction.values)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _ratio(path: Along) -> float:
@@ -253,7 +288,7 @@ def effect_in_loop(
     loop : Variant
         The loop of the axis along the motion of its log, with all that is fed forward but friction.
     compensated : callable
-        ``compensated(loop, ahead)``: a run of a loop with the export (`driven_by`, `fed_by`).
+        ``compensated(loop, ahead, share)``: a run of a loop with that share of the export (`driven_by`, `fed_by`).
     limits : Limits
         What moves keep to.
     distance : tuple of float and bool
@@ -266,14 +301,16 @@ def effect_in_loop(
     for times in TIMES:
         x = _moves(times * distance[0], limits, loop.run.sample_time)
         variant = _following(moved, _origin(loop) + x)
-        errors = _error(simulate_with(variant, None)), _error(compensated(variant, ahead))
-        along.append(Along(MOVES, times * distance[0], *errors))
+        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, TOO_MUCH)
+        without, with_it, too_much = map(_error, results)
+        along.append(Along(MOVES, times * distance[0], without, with_it, too_much=too_much))
     count = min(round(loop.run.duration / loop.run.sample_time), MOST_SAMPLES)
     own = replace(loop, run=replace(loop.run, duration=count * loop.run.sample_time),
                   disturbance=None if loop.disturbance is None else loop.disturbance[:count])  # fmt: skip
     t = own.run.sample_time * np.arange(count)
     if np.ptp(own.reference.component.sample(t, own.reference.parameters)[0]) > 0.0:
-        results = [simulate_with(own, None), compensated(own, ahead), *([compensated(own, 0)] if ahead else [])]
+        results = [simulate_with(own, None), compensated(own, ahead, 1.0)]
+        results += [compensated(own, 0, 1.0)] if ahead else []
         motion = LOG if own.reference.component is recorded else EXPERIMENT
         along.append(Along(motion, 0.0, *map(_error, results)))
     return Effect(tuple(along), loop.plant.kind, *distance, True, ahead)
@@ -317,13 +354,15 @@ def sliding_level(model: Model, fastest: float) -> float:
 
 
 def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
-    """Return the positions of the moves from 0: twice forward, twice backward, a dwell behind each [m or rad]."""
+    """Return the positions of the moves from 0: on, on, back, back, on, back, a dwell behind each [m or rad]."""
     jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
     step = np.concatenate([inside, np.full(math.ceil(DWELL / dt), distance)])
-    forward = np.concatenate([np.zeros(math.ceil(BEFORE / dt)), step, distance + step])
-    return np.concatenate([forward, 2.0 * distance - step, distance - step])
+    before = np.zeros(math.ceil(BEFORE / dt))
+    return np.concatenate(
+        [before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step]
+    )
 
 
 def _origin(loop: Variant) -> float:
@@ -333,8 +372,7 @@ def _origin(loop: Variant) -> float:
 
 def _at_rest(loop: Variant) -> Variant:
     """Return a loop that begins at rest, holding the constant force, and that nothing unexplained pushes."""
-    held = offset_of(loop.friction.component.variables, loop.friction.values)
-    return replace(loop, disturbance=None, learning=None, start=Start(_origin(loop), effort=held))
+    return replace(loop, disturbance=None, learning=None, start=Start(_origin(loop), effort=_held(loop)))
 
 
 def _following(loop: Variant, x: np.ndarray) -> Variant:

@@ -65,7 +65,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
             "holds no hysteresis operator", value=request.model.name)  # fmt: skip
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
-        _refuse_harm(effect, target.name)
+        _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
     remarks = (*_unseen(request), *(effect.lines() if effect else ()), *_said_of_use(request, target))
     source = replace(request.source, remarks=remarks)
     product = checked_product(target.write(replace(request, source=source)), target)
@@ -95,15 +95,17 @@ def _effect(target: Target, request: Request) -> Effect | None:
     return None if drive is None else effect_of_files(request, drive, of_cogging=target.of_cogging)
 
 
-def _refuse_harm(effect: Effect | None, name: str) -> None:
+def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     from bristle.exports.effect import SERIOUS
 
     if effect is not None and effect.is_harmful:
+        with_memory = "Lower the integral gain of the controller, or feed 90 % of it: write it all the same"
+        without = "Export a model with memory (--to c, --law), or write it all the same"
         raise InputError(
             f"makes an error larger: {'; '.join(effect.lines()[:2])}", path=name,
             allowed=f"no larger than without it from {SERIOUS:g} times the pre-sliding distance on and along the log",
-            mend="Export a model with memory (--to c, --law), or write it all the same: --accept-harm",
+            mend=f"{with_memory if has_memory else without}: --accept-harm",
         )  # fmt: skip
 
 
@@ -213,7 +215,7 @@ def law_for(
     law = law_of(variant, tunable=tunable, single=single)
     effect = effect_of_law(law.variant)
     if not accept_harm:
-        _refuse_harm(effect, target.name)
+        _refuse_harm(effect, target.name, has_memory=True)
     remarks = effect.lines() if effect else ()
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
     samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
