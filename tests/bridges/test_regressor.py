@@ -37,7 +37,7 @@ def moving(position):
 
 def test_it_identifies_what_identify_does(log, fitted):
     X, y = log
-    same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, cutoff=60.0, draws=0)
+    same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, "coulomb_viscous", cutoff=60.0, draws=0)
     assert fitted.identified_.parameters == same.parameters
     assert fitted.identified_.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert fitted.n_features_in_ == 2

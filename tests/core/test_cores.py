@@ -37,7 +37,7 @@ def test_linear_algebra_has_one_thread_inside_and_its_own_after_an_error():
 
 def test_identification_keeps_to_it():
     seen = set()
-    identify(sliding_log(), blocks=0, draws=0, progress=lambda *_: seen.update(threads()))
+    identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0, progress=lambda *_: seen.update(threads()))
     assert seen == {1}
     assert max(threads()) == 2
 

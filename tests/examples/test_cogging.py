@@ -24,7 +24,7 @@ def part(span, **changes):
 @pytest.fixture(scope="module")
 def fits():
     pytest.importorskip("bristle.logs.json_records", reason="stamps that come late are refused")
-    return [identify(LOG, axis=part(span), draws=0, blocks=0).best for span in PARTS]
+    return [identify(LOG, "coulomb_viscous", axis=part(span), draws=0, blocks=0).best for span in PARTS]
 
 
 def test_the_map_repeats_on_another_part(fits):
@@ -34,7 +34,7 @@ def test_the_map_repeats_on_another_part(fits):
 
 
 def test_the_map_of_one_part_lowers_the_error_of_the_current_on_the_other(fits):
-    without = identify(LOG, axis=part(PARTS[0], cogging=(), decimation=4), draws=0, blocks=0).best
+    without = identify(LOG, "coulomb_viscous", axis=part(PARTS[0], cogging=(), decimation=4), draws=0, blocks=0).best
     errors = [
         predict(fit.plant, fit.friction, LOG, part(PARTS[1]), "inverse", decimation=4).metrics["force_error_percent"]
         for fit in (fits[0], without)

@@ -145,7 +145,28 @@ def test_no_name_is_a_word_of_the_language(written, name):
         assert all("__" not in n and not n.endswith("_") and len(n) > 2 for n in names)
 
 
-@pytest.mark.parametrize("value", [0.1, -2.5e-7, 1e300, -1.7976931348623157e308, 2.2250738585072014e-308, 5e-324, 3e37])
+def test_names_of_blocks_that_libraries_of_compilers_have_are_not_used():
+    assert {"integral", "derivative", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"} <= RESERVED
+
+
+@pytest.mark.parametrize("name", ["stribeck", "stribeck_free"])
+def test_each_function_has_an_input_as_the_grammar_of_some_compilers_asks(tmp_path, name):
+    # Where the exponent of the fall is 2, nothing is left of the power but a number.
+    model = example_of(MODELS[name])
+    text, _ = texts(model, tmp_path, "axis_x")
+    heads = re.findall(r"(?m)^FUNCTION \w+ : \w+\n(\w+)", text)
+    assert len(heads) > 4
+    assert set(heads) <= {"VAR_INPUT", "VAR_IN_OUT"}
+
+
+@pytest.mark.parametrize("value", [1.7976931348623157e308, -1.7976931348623157e308])
+def test_the_largest_number_stays_finite_where_a_compiler_folds_in_single_precision(value):
+    factors = [np.float32(part) for part in real_literal(value).strip("()").split(" * ")]
+    product = np.prod([float(factor) for factor in factors])
+    assert product == pytest.approx(value, rel=1e-7)
+
+
+@pytest.mark.parametrize("value", [0.1, -2.5e-7, 1e300, -1.7976e308, 2.2250738585072014e-308, 5e-324, 3e37])
 def test_a_literal_is_the_number_to_the_bit_and_none_of_its_parts_is_large(value):
     factors = [float(part) for part in real_literal(value).strip("()").split(" * ")]
     product = factors[0]

@@ -32,7 +32,7 @@ def test_a_log_is_a_row_and_one_that_fails_is_a_row_with_its_reason(logs, tmp_pa
     assert data["status"].values.tolist() == ["ok", "ok", "refused"]
     assert "press_2026-03-03T06-30.csv" in data["reason"].values[2]
     assert np.datetime_as_string(data["time_of_log"].values[1], "m") == "2026-03-02T06:30"
-    alone = br.identify(logs / "press_2026-03-02T06-30.csv", axis=AXIS, **OPTIONS)
+    alone = br.identify(logs / "press_2026-03-02T06-30.csv", "coulomb_viscous", axis=AXIS, **OPTIONS)
     level = alone.parameters["F_C"]
     assert float(data["friction.F_C"][1]) == level.value == pytest.approx(5.5, rel=0.02)
     half = 0.5 * float(data["friction.F_C.upper"][1] - data["friction.F_C.lower"][1])
@@ -48,7 +48,7 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
     first = logs / "press_2026-03-01T06-30.csv"
     each([first], tmp_path / "out", draws=20)
     row = {name: column[0] for name, column in runs_in(tmp_path / "out").columns.items()}
-    alone = br.identify(first, axis=AXIS, draws=20, blocks=2)
+    alone = br.identify(first, "coulomb_viscous", axis=AXIS, draws=20, blocks=2)
     assert (row["friction.F_C.lower"], row["friction.F_C.upper"]) == alone.parameters["F_C"].interval
     scatter = alone.best.resampling.scatter
     assert (row["scatter"], row["scatter.lower"], row["scatter.upper"]) == tuple(scatter)

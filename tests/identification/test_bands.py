@@ -24,7 +24,7 @@ def log():
 @pytest.fixture(scope="module")
 def certain(log):
     """Bands of a model that is known exactly, and has no noise."""
-    bands = identify(log, offset=0.0, blocks=0, draws=20).best.resampling.bands
+    bands = identify(log, "coulomb_viscous", offset=0.0, blocks=0, draws=20).best.resampling.bands
     sure = {name: np.full(40, TRUTH[name]) for name in bands.draws}
     return replace(bands, draws=sure, scatter=0.0, noise=0.0, unexplained=0.0, inflation=1.0)
 

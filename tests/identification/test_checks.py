@@ -41,7 +41,7 @@ def test_a_parameter_whose_interval_is_not_to_be_relied_on_says_so_in_its_row(ru
     remarks = {row[0]: row[-1] for row in parameter_table(fit).rows}
     assert doubted
     assert {name for name, remark in remarks.items() if DOUBTED in remark} == doubted
-    right = identify(Run(0).log(), mass=MASS, draws=0, blocks=0).best
+    right = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
     assert right.doubted == ()
 
 
@@ -58,15 +58,15 @@ def test_parameters_of_an_effort_that_is_cut_off_are_effective():
     run = Run(0, (0.1, 0.5, 0.9))
     top = 0.6 * np.max(np.abs(run.effort()))
     noise = np.random.default_rng(0).normal(0.0, 0.3, run.t.size)
-    found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), draws=0, blocks=0)
+    found = identify(run.log(effort=np.clip(run.effort(), -top, top) + noise), "coulomb_viscous", draws=0, blocks=0)
     assert {"M", "F_v", "F_C"} <= set(found.best.effective)
     assert "effective" in {row[-1] for row in parameter_table(found.best).rows}
     assert any("effective: the effort is cut off" in one for one in sentences(found, "axis", None, None))
-    assert identify(Run(0).log(), draws=0, blocks=0).best.effective == ()
+    assert identify(Run(0).log(), "coulomb_viscous", draws=0, blocks=0).best.effective == ()
 
 
 def test_a_right_log_is_fitted_without_a_word():
-    fit = identify(Run(0).log(), mass=MASS, draws=0, blocks=0).best
+    fit = identify(Run(0).log(), "coulomb_viscous", mass=MASS, draws=0, blocks=0).best
     assert [one.code for one in fit.diagnostics if one.code in set(CHECKS) - {"repeats_one_motion"}] == []
 
 
@@ -87,7 +87,7 @@ def test_what_a_fit_says_with_more_is_said_once():
     x = np.cumsum(np.sin(2.0 * np.pi * 1e-3 * np.arange(16_000))) * 1e-3
     v = np.gradient(x, 1e-3)
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
-    codes = [one.code for one in identify(log, draws=0).best.diagnostics]
+    codes = [one.code for one in identify(log, "coulomb_viscous", draws=0).best.diagnostics]
     assert "motion_repeats" in codes
     assert "repeats_one_motion" not in codes
 
@@ -96,7 +96,7 @@ def test_nothing_is_fitted_across_lost_rows():
     run = Run(0)
     left = np.r_[: 16_000 // 3, 16_000 // 3 + 137 : 16_000]
     log = Run(0).log(time=1e-3 * np.arange(left.size), position=np.round(run.x, 7)[left], effort=run.effort()[left])
-    fit = identify(log, draws=0, blocks=0).best
+    fit = identify(log, "coulomb_viscous", draws=0, blocks=0).best
     assert "rows_lost" in {one.code for one in fit.diagnostics}
     assert fit.plant.values["M"] == pytest.approx(MASS, rel=2e-3)
     # Nor is it predicted across them: the step there would be an acceleration of many g.

@@ -28,7 +28,7 @@ def uneven(seed: int, draws: int = 40):
     """A fit to an axis whose damping is larger in one direction."""
     motion = motion_of(seed)
     effort = sliding_effort(motion, seed) + 3.0 * np.abs(motion.velocity)
-    return identify(log_of(motion, effort), axis=STATED, blocks=0, draws=draws).best
+    return identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=draws).best
 
 
 @cache
@@ -37,7 +37,7 @@ def turned_late(seed: int):
     motion = motion_of(seed)
     side = np.where(motion.velocity < 0.0, -1.0, 1.0)
     effort = sliding_effort(motion, seed, noise=0.1) + TRUTH["F_C"] * (np.roll(side, 5) - side)
-    return identify(log_of(motion, effort), axis=STATED, blocks=0, draws=40).best
+    return identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40).best
 
 
 def held(fits, name):
@@ -62,9 +62,9 @@ def test_friction_that_turns_late_is_told_from_where_it_does_not_turn():
 def test_where_the_model_is_right_nothing_is_wider(monkeypatch):
     motion = motion_of(3)
     log = log_of(motion, sliding_effort(motion))
-    fits = [identify(log, axis=STATED, blocks=0, draws=40).best]
+    fits = [identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=40).best]
     monkeypatch.setattr(contrast, "BETWEEN", (0.0, 0.0))
-    fits.append(identify(log, axis=STATED, blocks=0, draws=40).best)
+    fits.append(identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=40).best)
     for name in TRUTH:
         wide, narrow = (np.ptp(fit.parameters[name].interval) for fit in fits)
         assert 0.99 * narrow < wide < 1.3 * narrow

@@ -122,7 +122,7 @@ def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
 @cache
 def noisy():
     """A fit to a log with nothing but white noise of the effort."""
-    return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), blocks=0, draws=40).best
+    return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40).best
 
 
 def test_what_noise_does_to_a_linear_fit_it_does_to_both_sides_alike():
@@ -142,7 +142,7 @@ def test_noise_explains_all_of_a_residual_that_is_noise():
 def wavy(seed: int):
     """A fit to a log with noise that lasts."""
     effort = sliding_effort(MOTION, noise=0.0) + SIZE * coloured(seed, LASTING, MOTION.time.size)
-    return identify(log_of(MOTION, effort), blocks=0, draws=40 if seed < 3 else 0).best
+    return identify(log_of(MOTION, effort), "coulomb_viscous", blocks=0, draws=40 if seed < 3 else 0).best
 
 
 def test_what_lasts_makes_intervals_as_wide_as_estimates_scatter():
@@ -185,7 +185,12 @@ def rounded():
     """A fit to a log with sharp corners behind a filter that is too low for them, which biases it."""
     motion = trapezoids(6.0)
     return identify(
-        log_of(motion, sliding_effort(motion, noise=0.02)), cutoff=10.0, decimation=5, blocks=0, draws=40
+        log_of(motion, sliding_effort(motion, noise=0.02)),
+        "coulomb_viscous",
+        cutoff=10.0,
+        decimation=5,
+        blocks=0,
+        draws=40,
     ).best
 
 
@@ -207,7 +212,7 @@ def spotted(seed: int) -> Log:
 
 
 def test_bands_hold_19_of_20_though_what_the_model_lacks_is_rare_and_large():
-    fit = identify(spotted(0), blocks=0, draws=20).best
+    fit = identify(spotted(0), "coulomb_viscous", blocks=0, draws=20).best
     inside = [
         predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent
         for seed in range(1, 5)
@@ -224,9 +229,9 @@ def test_bands_hold_what_a_fit_to_the_other_blocks_would_have_missed():
     parts[1][slow.time.size :] += slow.position[-1] - fast.position[0]
     motion, last = Motion(*parts), np.arange(parts[0].size) >= slow.time.size
     effort = np.where(last, sliding_effort(motion, noise=0.02), sliding_effort(motion, noise=0.02, M=40.0))
-    whole = identify(log_of(motion, effort), axis=STATED, draws=20).best
+    whole = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, draws=20).best
     alone = log_of(motion, effort, segments=(slice(0, slow.time.size),))
-    first = identify(alone, axis=STATED, blocks=0, draws=0).best
+    first = identify(alone, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     rest = log_of(motion, effort, segments=(slice(slow.time.size, motion.time.size),))
     found = predict(first.plant, first.friction, rest, bands=whole.resampling.bands)
     assert found.inside_percent > 50.0
@@ -236,7 +241,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))
     log = log_of(motion, sliding_effort(motion, noise=4.0))
-    fit = identify(log, mass=MASS, offset=1.5, cutoff=50.0, decimation=5, blocks=0, draws=40).best
+    fit = identify(log, "coulomb_viscous", mass=MASS, offset=1.5, cutoff=50.0, decimation=5, blocks=0, draws=40).best
     viscous, level = fit.parameters["F_v"], fit.parameters["F_C"]
     assert viscous.status == "unidentifiable"
     assert abs(fit.correlation[0, 1]) > 0.85
@@ -248,7 +253,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
 def test_at_an_edge_an_interval_goes_one_way(seed, status):
     motion = sines(3.0)
     log = log_of(motion, sliding_effort(motion, seed, noise=1.0, F_v=0.0))
-    one = identify(log, axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
+    one = identify(log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
     assert one.status == status
     assert one.interval[0] == 0.0
     assert one.interval[1] > one.value
@@ -308,7 +313,7 @@ def test_noise_of_the_position_is_what_rounding_is_not(step, noise):
 def test_noise_of_the_position_explains_a_residual_that_it_makes():
     shaken = MOTION.position + 8e-6 * np.random.default_rng(0).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION, noise=0.0))
-    fit = identify(log, blocks=0, draws=20).best
+    fit = identify(log, "coulomb_viscous", blocks=0, draws=20).best
     assert fit.resampling.bands.unexplained < 0.6 * np.std(fit.traces.residual)
 
 

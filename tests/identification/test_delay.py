@@ -78,8 +78,10 @@ def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
 
 def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
     log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 2}
-    plain = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters["M"]
-    mass = identify(log, blocks=0, draws=0, **rows).best.parameters["M"]
+    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters[
+        "M"
+    ]
+    mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
     assert plain.value < 0.97 * TRUTH["M"]
     # Three sines that repeat meet the same steps again and again: 1 % is left of them.
     assert mass.value == pytest.approx(TRUTH["M"], rel=0.015)
@@ -114,7 +116,7 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, key, lag, model
 
 def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(monkeypatch):
     log, told = late(position_lag=3e-3), list[str]()
-    identify(log, blocks=0, draws=0, progress=lambda share, task: told.append(task))
+    identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: told.append(task))
     assert told[0] == "looking for the channel that was filtered"
     module = sys.modules["bristle.identification.identify"]
 
@@ -124,15 +126,15 @@ def test_while_the_channel_is_looked_for_it_is_told_and_a_person_may_interrupt(m
 
     monkeypatch.setattr(module, "along_the_motion", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        identify(log, blocks=0, draws=0)
+        identify(log, "coulomb_viscous", blocks=0, draws=0)
     # Nothing is looked for where no position can have been filtered.
-    assert identify(late(effort_lag=3e-3), blocks=0, draws=0).treatment["smoothing"] > 0.0
+    assert identify(late(effort_lag=3e-3), "coulomb_viscous", blocks=0, draws=0).treatment["smoothing"] > 0.0
 
 
 def test_what_is_late_biases_nothing_and_is_told():
     log = late(3.0 * DT)
-    plain = identify(log, axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0)
-    fit = identify(log, blocks=0, draws=0)
+    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0)
+    fit = identify(log, "coulomb_viscous", blocks=0, draws=0)
     assert "delay" not in plain.treatment
     assert fit.treatment["delay"] == pytest.approx(3.0 * DT, abs=0.1 * DT)
     assert fit.best.force_error_percent < 0.7 * plain.best.force_error_percent
@@ -149,7 +151,8 @@ def test_what_is_late_biases_nothing_and_is_told():
 def test_the_inertia_does_not_depend_on_the_cutoff():
     log = late(2.0 * DT, step=2e-5)
     wide, narrow = (
-        identify(log, cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
+        identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value
+        for cutoff in (100.0, 25.0)
     )
     assert narrow == pytest.approx(wide, rel=1e-3)
 
@@ -163,7 +166,7 @@ def test_the_axis_file_says_whether_it_is_sought(tmp_path):
 
 def test_a_stated_delay_is_left_alone():
     log = late(3.0 * DT)
-    stated = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0)
+    stated = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
     assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay_rough", "delay_unknown")]
 
@@ -171,7 +174,7 @@ def test_a_stated_delay_is_left_alone():
 def test_a_log_that_does_not_show_it_is_not_refused():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
     log = log_of(motion, sliding_effort(motion, noise=1.0))
-    fit = identify(log, blocks=0, draws=0).best
+    fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
     assert "delay_unknown" in [one.code for one in fit.diagnostics]
     assert any("hardly shows by how much the effort lags" in one for one in warnings_of(fit))
 
@@ -198,7 +201,7 @@ def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
         monkeypatch.setattr(
             sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, found=found, **__: found
         )
-        low, high = identify(log, blocks=0, draws=20).best.parameters["F_v"].interval
+        low, high = identify(log, "coulomb_viscous", blocks=0, draws=20).best.parameters["F_v"].interval
         widths.append(high - low)
     assert widths[1] > 3.0 * widths[0]
 
@@ -210,12 +213,12 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
         monkeypatch.setattr(
             sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other
         )
-        fit = identify(log, blocks=0, draws=0).best
+        fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
         assert ("stages_differ" in [one.code for one in fit.diagnostics]) is told, factor
 
 
 def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
-    fit = identify(late(3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    fit = identify(late(3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (told,) = (one for one in fit.diagnostics if one.code == "delay_rough")
     assert told.numbers["samples"] == pytest.approx(3.0, abs=0.1)
     assert any("only roughly that the effort lags" in text and "3 ms (3.0 samples" in text for text in warnings_of(fit))
@@ -268,14 +271,14 @@ def test_each_doubt_about_the_treatment_counts_for_what_shows_where_friction_tur
 def test_nobody_asks_for_the_channel_where_the_effort_alone_can_have_been_filtered(monkeypatch, lags):
     asked = []
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: asked.append(0) or 0.0)
-    identify(late(**lags), blocks=0, draws=0)
+    identify(late(**lags), "coulomb_viscous", blocks=0, draws=0)
     assert not asked
-    identify(late(position_lag=4e-3), blocks=0, draws=0)
+    identify(late(position_lag=4e-3), "coulomb_viscous", blocks=0, draws=0)
     assert len(asked) == 2
 
 
 def test_an_effort_that_runs_ahead_roughly_is_told_without_a_sign():
-    fit = identify(late(-3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    fit = identify(late(-3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (told,) = (text for text in warnings_of(fit) if "only roughly" in text)
     assert "runs ahead of the position by 3 ms (3.0 samples" in told
 
@@ -297,7 +300,7 @@ def test_the_interval_of_an_inertia_reaches_over_both_stages_where_they_have_not
     log, found = late(0.0), found_in(late(0.0))
     other = replace(found, mass=factor * found.mass, mass_half_width=0.04 * found.mass)
     monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: other)
-    fit = identify(log, blocks=0, draws=20).best
+    fit = identify(log, "coulomb_viscous", blocks=0, draws=20).best
     low, high = fit.parameters["M"].interval
     told = [one for one in fit.diagnostics if one.code == "stages_differ"]
     assert low < TRUTH["M"] < high

@@ -39,11 +39,13 @@ def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls
 def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes():
     """Of an effort of 65 N friction takes 16: a third of that is less than its level, a third of the effort is not."""
     log, third = sliding_log(), {"beyond_effort": 0.3}
-    fit = identify(log, axis=STATED, blocks=0, draws=0, settings=third).best
+    fit = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings=third).best
     assert np.max(np.abs(log.effort.values)) > 4.0 * TRUTH["F_C"]
     assert fit.parameters["F_C"].reason.code == "beyond_effort"
     assert TRUTH["F_C"] < fit.parameters["F_C"].reason.numbers["effort"] < 0.5 * np.max(np.abs(log.effort.values))
-    assert identify(log, axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
+    assert (
+        identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
+    )
 
 
 @pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])

@@ -31,7 +31,7 @@ def warning_about(name: str, warnings: tuple[str, ...]) -> str:
 
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
     motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
-    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), "coulomb_viscous", draws=0).best
     assert "never exceeds 628 µm/s" in warning_about("F_v", warnings_of(fit))
     assert "acceleration never exceeds" in warning_about("M", warnings_of(fit))
     assert "mm/s²" in warning_about("M", warnings_of(fit))
@@ -46,7 +46,7 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
     edges = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(int)))
     parts = tuple(slice(int(a), int(b)) for a, b in edges.reshape(-1, 2))
     log = log_of(motion, sliding_effort(motion), segments=parts)
-    fit = identify(log, mass=12.0, blocks=0, cutoff=200.0, decimation=1, draws=0).best
+    fit = identify(log, "coulomb_viscous", mass=12.0, blocks=0, cutoff=200.0, decimation=1, draws=0).best
     assert "one speed only, 62.8 mm/s" in warning_about("F_v", warnings_of(fit))
 
 
@@ -78,7 +78,7 @@ def test_the_speeds_at_which_a_log_slides_steadily_are_named():
 
 def test_an_offset_of_zero_is_identified_as_zero():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), "coulomb_viscous", draws=0).best
     offset = fit.parameters["offset"]
     assert offset.status == "identified"
     assert abs(offset.value) < 4.0 * offset.std
@@ -88,15 +88,15 @@ def test_an_offset_of_zero_is_identified_as_zero():
 def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and_is_said():
     motion = sines(5.0, 1e-4)
     log = log_of(motion, sliding_effort(motion), step=1e-6)
-    noisy = identify(log, axis=Axis(seeks_delay=False, cutoff=1000.0), blocks=0, draws=0).best
+    noisy = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=1000.0), blocks=0, draws=0).best
     assert noisy.parameters["M"].value < 0.97 * 12.0
     advice = next(one for one in warnings_of(noisy) if one.startswith("M is too small by about"))
     cutoff = float(advice.split("cut-off to ")[1].split()[0])
-    mended = identify(log, axis=Axis(seeks_delay=False, cutoff=cutoff), blocks=0, draws=0).best
+    mended = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=cutoff), blocks=0, draws=0).best
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert not any(one.startswith("M is too small") for one in warnings_of(mended))
     # With nothing stated it is no matter.
-    found = identify(log, blocks=0, draws=0).best
+    found = identify(log, "coulomb_viscous", blocks=0, draws=0).best
     assert found.parameters["M"].value == pytest.approx(12.0, rel=0.002)
     assert not any(one.startswith("M is too small") for one in warnings_of(found))
 
@@ -105,7 +105,7 @@ def test_an_inertia_that_drowns_in_noise_is_not_identified():
     motion = sines()
     noise = np.random.default_rng(1).normal(0.0, 4e-5, motion.time.size)
     log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
-    fit = identify(log, axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0).best
+    fit = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0).best
     mass = fit.parameters["M"]
     assert mass.value < 0.93 * 12.0
     assert mass.status == "unidentifiable"
@@ -120,7 +120,7 @@ def test_noise_makes_no_inertia_too_small_that_is_not_identified():
 
     def told(settings):
         axis = Axis(seeks_delay=False, cutoff=100.0)
-        fit = identify(log, axis=axis, blocks=0, draws=0, settings=settings).best
+        fit = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0, settings=settings).best
         return fit.parameters["M"].status, [one.code for one in fit.diagnostics].count("noisy_acceleration")
 
     assert told({}) == ("identified", 1)
@@ -129,6 +129,6 @@ def test_noise_makes_no_inertia_too_small_that_is_not_identified():
 
 def test_a_model_that_explains_little_is_said():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0, draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0
     assert any("of the effort unexplained" in one for one in warnings_of(fit))

@@ -353,7 +353,7 @@ def test_a_coarse_encoder_hides_no_delay():
 
 @pytest.mark.parametrize(("step", "left"), [(0.0, True), (1.5e-3, False)])
 def test_an_inertia_that_is_hardly_seen_is_left_to_the_models_but_where_noise_biases_them(step, left):
-    fit = identify(swung(step), blocks=0, draws=0, settings={"inertia_unsure": 1e-6})
+    fit = identify(swung(step), "coulomb_viscous", blocks=0, draws=0, settings={"inertia_unsure": 1e-6})
     assert (fit.best.parameters["M"].value != fit.treatment["mass"]) is left
     assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.005)
 

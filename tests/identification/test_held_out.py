@@ -39,8 +39,8 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     effort = sliding_effort(motion)
     last = motion.time >= 8.0
     strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
-    held_out = identify(log_of(motion, strange), axis=STATED, draws=0).best.held_out
-    plain = identify(log_of(motion, effort), axis=STATED, draws=0).best.held_out
+    held_out = identify(log_of(motion, strange), "coulomb_viscous", axis=STATED, draws=0).best.held_out
+    plain = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, draws=0).best.held_out
     # The last block alone has friction of its own: nothing fitted to the others knows of it.
     assert held_out.block_errors_percent[-1] > 10.0 * plain.block_errors_percent[-1]
     assert np.argmax(held_out.block_errors_percent) == 4
@@ -53,7 +53,9 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
     # A push of 40 ms, two periods of the cut-off before or after the block.
     push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
     pushed, plain = (
-        identify(log_of(motion, one), axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        identify(
+            log_of(motion, one), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0
+        ).best.held_out.block_errors_percent
         for one in (effort + push, effort)
     )
     # The other half, whose part it is, is predicted badly; this one as if there had been no push.
@@ -62,7 +64,7 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
 
 
 def test_mean_and_spread_are_those_of_the_blocks():
-    held_out = identify(sliding_log(), axis=STATED, blocks=4, draws=0).best.held_out
+    held_out = identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=4, draws=0).best.held_out
     assert len(held_out.block_errors_percent) == 4
     assert held_out.mean_percent == pytest.approx(np.mean(held_out.block_errors_percent))
     assert held_out.std_percent == pytest.approx(np.std(held_out.block_errors_percent, ddof=1))
@@ -89,7 +91,7 @@ def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
     found = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
     assert len(found.best.held_out.block_errors_percent) == 3
     with pytest.raises(InputError, match="too many for this log; found 5, allowed 2 to 3"):
-        identify(log, axis=STATED, blocks=5, draws=0)
+        identify(log, "coulomb_viscous", axis=STATED, blocks=5, draws=0)
 
 
 def test_a_log_with_no_room_for_two_says_so():

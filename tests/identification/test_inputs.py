@@ -36,8 +36,8 @@ def files(tmp_path, stage):
 
 def test_files_do_in_place_of_objects(files, stage):
     log, axis = files
-    read = identify(log, axis=axis, blocks=0, draws=0).best
-    direct = identify(stage.log, blocks=0, draws=0).best
+    read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
+    direct = identify(stage.log, "coulomb_viscous", blocks=0, draws=0).best
     assert read.friction.values["F_C"] == pytest.approx(direct.friction.values["F_C"], rel=1e-6)
     error = predict(PLANT, FRICTION, str(log), axis).metrics["force_error_percent"]
     expected = predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"]
@@ -45,14 +45,27 @@ def test_files_do_in_place_of_objects(files, stage):
 
 
 def test_text_with_units_is_the_number_in_si(stage):
-    as_text = identify(stage.log, blocks=0, mass="12000 g", offset="0.002 kN", cutoff="0.05 kHz", decimation=4, draws=0)
-    as_number = identify(stage.log, blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0)
+    as_text = identify(
+        stage.log,
+        "coulomb_viscous",
+        blocks=0,
+        mass="12000 g",
+        offset="0.002 kN",
+        cutoff="0.05 kHz",
+        decimation=4,
+        draws=0,
+    )
+    as_number = identify(
+        stage.log, "coulomb_viscous", blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0
+    )
     assert as_text.best.friction == as_number.best.friction
     assert as_text.treatment == as_number.treatment
 
 
 def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
-    known = identify(workbenches["rotational"].log, blocks=0, mass="4 kg*cm^2", offset="1 mN*m", draws=0).best
+    known = identify(
+        workbenches["rotational"].log, "coulomb_viscous", blocks=0, mass="4 kg*cm^2", offset="1 mN*m", draws=0
+    ).best
     assert known.plant.values["M"] == pytest.approx(4e-4)
     assert known.friction.values["offset"] == pytest.approx(1e-3)
 
@@ -94,6 +107,6 @@ def test_a_prediction_needs_a_plant_and_a_friction_model(stage, arguments, said)
 @pytest.mark.parametrize("log", [None, np.zeros(9)])
 def test_what_is_no_log(log):
     with pytest.raises(InputError, match="log: must be a log"):
-        identify(log, draws=0)
+        identify(log, "coulomb_viscous", draws=0)
     with pytest.raises(InputError, match="log: must be a log"):
         predict(PLANT, FRICTION, log)

@@ -160,9 +160,9 @@ def test_intervals_that_were_interrupted_leave_the_fit_and_who_asks_to_end_is_ob
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
     if isinstance(error, SignalledError):
         with pytest.raises(SignalledError):
-            identify(log, axis=STATED, blocks=0)
+            identify(log, "coulomb_viscous", axis=STATED, blocks=0)
         return
-    found = identify(log, axis=STATED, blocks=0)
+    found = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert found.unfinished == "interrupted: the intervals are not those of simulated logs"
     assert found.best.parameters["F_C"].status == "identified"
 

@@ -26,7 +26,7 @@ def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
     for seed in range(60):
         motion = sines(phases=tuple(np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)))
         effort = sliding_effort(motion, noise=0.0) + 0.5 * coloured(seed, correlation_time, motion.time.size)
-        found = identify(log_of(motion, effort), blocks=0, draws=0).best.parameters
+        found = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters
         for name, truth in TRUTH.items():
             error = abs(found[name].value - truth)
             inside.append(100.0 * error < found[name].interval_percent * abs(found[name].value))

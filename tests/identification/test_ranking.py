@@ -18,7 +18,7 @@ BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 
 @pytest.fixture(scope="module")
 def fit():
-    return identify(sliding_log(), draws=0).best
+    return identify(sliding_log(), "coulomb_viscous", draws=0).best
 
 
 @pytest.fixture

@@ -64,20 +64,22 @@ def test_a_gap_and_the_hardening_behind_it_are_found_again():
 
 def test_what_is_known_is_held():
     log = sliding_log()
-    fit = identify(log, axis=Axis(mass=12.0, offset=1.5), draws=0).best
+    fit = identify(log, "coulomb_viscous", axis=Axis(mass=12.0, offset=1.5), draws=0).best
     for name in ("M", "offset"):
         assert (fit.parameters[name].value, fit.parameters[name].std) == (TRUTH[name], None)
         assert fit.parameters[name].status == "held"
         assert any(sentence.startswith(f"{name} is held at") for sentence in assumptions_of(fit))
         assert name not in fit.correlation_names
     assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
-    by_argument = identify(log, axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0).best
+    by_argument = identify(
+        log, "coulomb_viscous", axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0
+    ).best
     assert by_argument.plant.values["M"] == 12.0
     assert by_argument.parameters["offset"].status == "identified"
 
 
 def test_a_bound_is_kept_and_said():
-    fit = identify(sliding_log(F_v=-5.0), draws=0).best
+    fit = identify(sliding_log(F_v=-5.0), "coulomb_viscous", draws=0).best
     assert fit.parameters["F_v"].value == 0.0
     assert fit.parameters["F_v"].status == "at_edge"
     assert fit.parameters["F_v"].std is None
@@ -121,7 +123,7 @@ def test_a_model_of_ones_own_is_identified():
 
 
 def test_predicted_and_measured_are_traced():
-    fit = identify(sliding_log(), draws=0).best
+    fit = identify(sliding_log(), "coulomb_viscous", draws=0).best
     traces = fit.traces
     assert traces.time.shape == traces.velocity.shape == traces.measured.shape == traces.predicted.shape
     assert np.all(np.diff(traces.time) > 0.0)
@@ -156,7 +158,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        identify(sliding_log(), progress=interrupt, draws=0)
+        identify(sliding_log(), "coulomb_viscous", progress=interrupt, draws=0)
 
 
 @pytest.mark.parametrize(
@@ -194,5 +196,5 @@ def test_a_model_that_cannot_be_fitted_is_named(model, words):
 )
 def test_an_argument_out_of_range_is_named(arguments, path):
     with pytest.raises(InputError) as caught:
-        identify(sliding_log(), **arguments)
+        identify(sliding_log(), **({"model": "coulomb_viscous"} | arguments))
     assert caught.value.path == path

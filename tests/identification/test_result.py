@@ -13,7 +13,7 @@ QUICK = {"draws": 0, "blocks": 0}
 
 
 def test_friction_is_the_effort_less_what_moves_the_mass():
-    traces = identify(sliding_log(noise=0.01), **QUICK).best.traces
+    traces = identify(sliding_log(noise=0.01), "coulomb_viscous", **QUICK).best.traces
     expected = TRUTH["F_C"] * np.sign(traces.velocity) + TRUTH["F_v"] * traces.velocity + TRUTH["offset"]
     # The filter rounds what jumps at reversals.
     assert np.median(np.abs(traces.friction - expected)) < 0.1
@@ -25,4 +25,4 @@ def test_what_is_noted_of_one_log_names_it_and_what_is_noted_of_all_does_not():
         replace(sliding_log(seed), source=Path(f"{seed}.csv"), notes=("of all", *notes))
         for seed, notes in enumerate(((), ("of one",)))
     ]
-    assert identify(logs, **QUICK).notes == ("of all", "1.csv: of one")
+    assert identify(logs, "coulomb_viscous", **QUICK).notes == ("of all", "1.csv: of one")

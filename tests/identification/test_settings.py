@@ -43,27 +43,27 @@ def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
 )  # fmt: skip
 def test_what_is_no_threshold_or_out_of_range_is_refused(log, given, told):
     with pytest.raises(InputError, match=told):
-        identify(log, settings=given, draws=0)
+        identify(log, "coulomb_viscous", settings=given, draws=0)
 
 
 def test_thresholds_of_the_axis_hold_and_those_of_the_call_go_before(log):
     axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "negligible_force": 0.0})
-    strict = identify(log, axis=axis, draws=0, blocks=0)
+    strict = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0)
     assert {one.status for one in strict.best.estimates} == {"unidentifiable"}
     assert strict.settings.changed == {"unsure_std": 1e-9, "negligible_force": 0.0}
-    mild = identify(log, axis=axis, draws=0, blocks=0, settings={"unsure_std": 0.5})
+    mild = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings={"unsure_std": 0.5})
     assert {one.status for one in mild.best.estimates} == {"identified"}
     assert mild.settings.changed == {"negligible_force": 0.0}
     # Nothing but what is said of the fit depends on them.
     for name, one in strict.best.parameters.items():
         assert one.value == mild.best.parameters[name].value
     with pytest.raises(InputError, match=r"identification\.settings\.nothing"):
-        identify(log, axis=Axis(settings={"nothing": 1.0}), draws=0)
+        identify(log, "coulomb_viscous", axis=Axis(settings={"nothing": 1.0}), draws=0)
 
 
 def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
     axis = Axis(settings={"unsure_std": 1e-9})
-    assert identify(log, axis=axis, draws=0, blocks=0, settings=DEFAULT).settings == DEFAULT
+    assert identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings=DEFAULT).settings == DEFAULT
 
 
 @pytest.mark.parametrize(
@@ -73,8 +73,8 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
      ({"inseparable": 0.0}, "correlated"), ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low_speed")],
 )  # fmt: skip
 def test_a_threshold_decides_what_is_said(log, changed, code):
-    assert code not in codes(identify(log, axis=AS_TREATED, draws=0, blocks=0))
-    assert code in codes(identify(log, axis=AS_TREATED, draws=0, blocks=0, settings=changed))
+    assert code not in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0))
+    assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
 
 
 @pytest.mark.parametrize(
@@ -82,21 +82,21 @@ def test_a_threshold_decides_what_is_said(log, changed, code):
     [({"at_odds": 0.0}, "half_cycles_differ"), ({"seen_rise": 1e12}, "unseen")],
 )  # fmt: skip
 def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
-    assert code not in codes(identify(log, draws=20, blocks=0))
-    assert code in codes(identify(log, draws=20, blocks=0, settings=changed))
+    assert code not in codes(identify(log, "coulomb_viscous", draws=20, blocks=0))
+    assert code in codes(identify(log, "coulomb_viscous", draws=20, blocks=0, settings=changed))
 
 
 def test_a_share_by_which_parameters_are_moved_stands_in_the_sentence(log):
-    found = identify(log, draws=20, blocks=0, settings={"seen_rise": 1e12, "moved": 0.2})
+    found = identify(log, "coulomb_viscous", draws=20, blocks=0, settings={"seen_rise": 1e12, "moved": 0.2})
     assert any("changed by 20 %" in one for one in warnings_of(found.best))
 
 
 def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
-    assert len(identify(log, draws=0).best.held_out.block_errors_percent) == 5
-    rows = identify(log, draws=0, blocks=0).treatment["rows"]
-    fewer = identify(log, draws=0, settings={"held_out_rows": float(rows // 4)}).best.held_out
+    assert len(identify(log, "coulomb_viscous", draws=0).best.held_out.block_errors_percent) == 5
+    rows = identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["rows"]
+    fewer = identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows // 4)}).best.held_out
     assert len(fewer.block_errors_percent) == 3
-    assert "too_short" in codes(identify(log, draws=0, settings={"held_out_rows": float(rows)}))
+    assert "too_short" in codes(identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows)}))
 
 
 def test_they_are_shown_those_that_were_changed_apart():

@@ -120,7 +120,7 @@ def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, 
 
 def ripple_of(motion, effort, lead=None):
     axis = Axis(pitch=lead)
-    fit = identify(log_of(motion, effort, step=1e-7), axis=axis, blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=axis, blocks=0, draws=0).best
     found = next(one for one in fit.diagnostics if one.code == "missing_ripple")
     return found.numbers, message(found)
 
@@ -144,7 +144,7 @@ WEIGHT = 30.0  # [N*m], that a link pulls with at most
 def of_a_link(motion, force):
     """What is said of an arm on a motion of a radian or two, beside friction."""
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + force
-    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", blocks=0, draws=0).best
     return {one.code: one for one in fit.diagnostics}
 
 
@@ -173,7 +173,7 @@ def test_a_cable_is_not_called_the_gravity_of_a_link(power):
 def test_an_axis_that_moves_along_a_line_has_no_link():
     motion = swinging()
     effort = with_scatter(motion, LEVEL * np.sin(motion.position), share=0.0)
-    fit = identify(log_of(motion, effort, step=1e-6), blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-6), "coulomb_viscous", blocks=0, draws=0).best
     assert causes_in(fit)
     assert "gravity" not in causes_in(fit)
 
@@ -185,13 +185,13 @@ def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed)
 
 def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple"), share=0.06)
-    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
 
 
 def test_a_small_force_is_seen_beside_a_large_one(motion):
     effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"))
-    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
     assert causes_in(fit) == ("position", "ripple")
 
 
@@ -199,7 +199,7 @@ def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
     slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
     noise = np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
-    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
 
 
@@ -208,7 +208,9 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
     turned = np.diff(side, prepend=side[0]) != 0.0
     place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
     building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
-    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), blocks=0, draws=0).best
+    fit = identify(
+        log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", blocks=0, draws=0
+    ).best
     assert causes_in(fit) == ("play",)
 
 

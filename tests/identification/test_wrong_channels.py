@@ -127,7 +127,7 @@ def test_intervals_are_as_much_wider_as_what_is_missing_stands_out_of_chance(mon
     fits = []
     for most in (1.0, 100.0):
         monkeypatch.setattr(uncertainty, "MOST_SCALE", most)
-        fits.append(identify(log, blocks=0, draws=20).best)
+        fits.append(identify(log, "coulomb_viscous", blocks=0, draws=20).best)
     told = next(one.numbers for one in fits[0].diagnostics if one.code == "structure")
     scale = math.hypot(told["missing"], told["chance"]) / told["chance"]
     scale = math.hypot(told["missing"], told["chance"]) / told["chance"]
@@ -135,5 +135,5 @@ def test_intervals_are_as_much_wider_as_what_is_missing_stands_out_of_chance(mon
     for name in ("F_C", "F_v", "offset"):
         plain, wide = (np.ptp(fit.parameters[name].interval) for fit in fits)
         assert wide == pytest.approx(scale * plain, rel=1e-6), name
-    right = identify(log_of(motion, sliding_effort(motion)), blocks=0, draws=20).best
+    right = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", blocks=0, draws=20).best
     assert np.ptp(right.parameters["F_C"].interval) < np.ptp(fits[0].parameters["F_C"].interval)

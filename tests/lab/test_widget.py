@@ -80,7 +80,7 @@ def test_an_identification_shows_its_model_with_its_intervals():
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    found = br.identify({"time": t, "position": position, "effort": effort}, draws=0)
+    found = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
     widget = found.widget()
     assert widget.model == found.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")

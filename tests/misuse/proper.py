@@ -174,7 +174,7 @@ def calls() -> dict[str, Call]:
             "compensator": p["friction"], "controller": p["controller"], "reference": X, "sample_time": 1e-3,
             "resolution": 0.0, "effort_limit": 100.0, "disturbance": None, "name": "axis"}),
         "drive_table": Call(prediction.drive_table, {
-            "fit": br.identify(recorded(), draws=0, blocks=0).best, "entries": 20}),
+            "fit": br.identify(recorded(), "coulomb_viscous", draws=0, blocks=0).best, "entries": 20}),
         "unexplained_force": Call(prediction.unexplained_force, {
             **mechanism, "log": recorded(), "axis": None}),
         "checked": Call(logs.checked, {"log": recorded(), "axis": Axis(mass=12.0)}),

@@ -30,7 +30,8 @@ def loop(verdict="found in part"):
     [
         (("found", "found"), "usable", "2 of 2 claims"),
         (("found", "shown", "refuted"), "with_care", "1 of 2 claims"),
-        (("refuted", "found in part"), "no", "0 of 2 claims"),
+        (("refuted", "found in part"), "with_care", "0 of 2 claims"),
+        (("refuted", "refuted"), "no", "0 of 2 claims"),
         (("found",), "usable", "Its claim holds"),
         (("refuted",), "no", "Its claim does not hold"),
         (("shown",), "with_care", "Nothing was claimed"),

@@ -15,7 +15,7 @@ from bristle.prediction.drive_table import largest_deviation
 
 @pytest.fixture(scope="module")
 def fit():
-    return identify(sliding_log(), blocks=0, draws=0).best
+    return identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0).best
 
 
 @pytest.fixture(scope="module")

@@ -69,7 +69,9 @@ def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitte
 
 def test_a_loop_that_nobody_can_simulate_leaves_the_noise_of_the_position():
     log = foreign_axis.recorded(SLIDE, swings(), jitter=3e-6)
-    unknown = identify(log, axis=replace(LOOP, controller=None), blocks=0, draws=20).best.resampling.bands
+    unknown = identify(
+        log, "coulomb_viscous", axis=replace(LOOP, controller=None), blocks=0, draws=20
+    ).best.resampling.bands
     assert unknown.left_in_closed_loop == pytest.approx(3e-6, rel=0.1)
 
 
@@ -91,7 +93,7 @@ def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts
     log = recorded(5, 1.9)
     law = log.effort.values - log.injected_effort
     assert np.min(law) < -1.1 * limit
-    fit = identify(log, axis=axis, blocks=0, draws=20).best
+    fit = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=20).best
     for unseen in (log, recorded(8, 1.9), recorded(9, 2.2)):
         found = predict(fit.plant, fit.friction, unseen, axis, "closed-loop", bands=fit.resampling.bands)
         assert found.metrics["force_error_percent"] < 3.0

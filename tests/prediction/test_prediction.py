@@ -113,7 +113,7 @@ def test_inverse_is_the_residual_of_the_identification():
 
 def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     log = recorded()
-    found = identify(log, axis=AXIS, cutoff=40.0, decimation=4, draws=0)
+    found = identify(log, "coulomb_viscous", axis=AXIS, cutoff=40.0, decimation=4, draws=0)
     fit = found.best
     own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(found))
     assert own.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
@@ -125,7 +125,7 @@ def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
 @pytest.mark.parametrize("cutoff", [15.0, 30.0, 60.0])
 def test_the_unexplained_force_is_the_residual_of_the_identification(cutoff):
     log = recorded()
-    found = identify(log, axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0)
+    found = identify(log, "coulomb_viscous", axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0)
     fit = found.best
     left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff, **channels_of(found))
     at_rows = left[np.searchsorted(log.time.values, fit.traces.time)]
@@ -182,7 +182,7 @@ def test_the_measured_axis_is_predicted_as_well_as_published():
 
 
 def test_a_prediction_worse_than_nothing_is_told():
-    fit = identify(sliding_log(), blocks=0, draws=0).best
+    fit = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0).best
     stiff = friction.coulomb_viscous(F_C=80.0, F_v=30.0)
     doubted = predict(fit.plant, stiff, sliding_log())
     assert doubted.metrics["force_error_percent"] > 100.0
@@ -194,7 +194,7 @@ def test_a_prediction_worse_than_nothing_is_told():
 
 
 def test_an_open_loop_that_runs_away_is_told():
-    fit = identify(sliding_log(), blocks=0, draws=0).best
+    fit = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0).best
     loose = friction.coulomb_viscous(F_C=0.1, F_v=0.1)
     notes = notes_of(predict(fit.plant, loose, sliding_log(), mode="open-loop"))
     assert notes[0].startswith("warning: a position of zero would be nearer")
@@ -202,7 +202,7 @@ def test_an_open_loop_that_runs_away_is_told():
 
 def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_with_a_lower_cut_off():
     log = sliding_log()
-    fit = identify(log, cutoff=80.0, blocks=0, draws=0).best
+    fit = identify(log, "coulomb_viscous", cutoff=80.0, blocks=0, draws=0).best
     every = 20  # 50 Hz
     channels = {name: replace(one, values=one.values[::every]) for name, one in log.channels()}
     slow = replace(log, **channels, sample_time=every * log.sample_time, segments=())
@@ -217,7 +217,7 @@ def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_wi
 
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
 def test_speeds_beyond_the_fitted_ones_are_told(mode):
-    found = identify(sliding_log(), blocks=0, draws=0)
+    found = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
     plant, fitted = found.best.plant, found.best.friction
     top = found.treatment["velocity_max"]
     assert not any(

@@ -23,7 +23,7 @@ DISTANCE = 8.0 / 1e5 * np.log(20.0)  # of a bristle that slips exponentially, 5 
 
 @pytest.fixture(scope="module")
 def with_memory():
-    identified = identify(sliding_log(), blocks=0, draws=0)
+    identified = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
     return replace(identified, fits=(replace(identified.best, friction=SOFT), *identified.fits[1:]))
 
 

@@ -53,11 +53,11 @@ def test_a_delay_that_was_found_stands_in_the_first_lines(shift, stands):
     log = sliding_log()
     late = np.roll(log.effort.values, shift)[50:-50]
     moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
-    told = " ".join(sentences(identify(moved, draws=0, blocks=0), "axis", None, None))
+    told = " ".join(sentences(identify(moved, "coulomb_viscous", draws=0, blocks=0), "axis", None, None))
     assert re.search(rf"The effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and taken out\.", told)
     # One that hardly shows is not called found, and one that was stated is not told.
-    rough = identify(moved, draws=0, blocks=0, settings={"delay_rough": 0.0})
-    for other in (rough, identify(moved, axis=STATED, draws=0, blocks=0)):
+    rough = identify(moved, "coulomb_viscous", draws=0, blocks=0, settings={"delay_rough": 0.0})
+    for other in (rough, identify(moved, "coulomb_viscous", axis=STATED, draws=0, blocks=0)):
         assert "taken out" not in " ".join(sentences(other, "axis", None, None))
 
 

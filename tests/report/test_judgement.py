@@ -24,7 +24,7 @@ USUAL = Settings()
 
 @pytest.fixture(scope="module")
 def found():
-    return identify(sliding_log(), draws=0, blocks=3)
+    return identify(sliding_log(), "coulomb_viscous", draws=0, blocks=3)
 
 
 def doubted(fit, *diagnostics):

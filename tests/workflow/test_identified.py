@@ -85,7 +85,7 @@ def test_a_data_frame_gives_the_same(columns, found):
 
 
 def test_columns_of_a_rotary_axis_need_no_more_than_its_kind(columns):
-    turned = br.identify(columns, axis=br.Axis(kind="rotational"), draws=0)
+    turned = br.identify(columns, "coulomb_viscous", axis=br.Axis(kind="rotational"), draws=0)
     assert (turned.parameters["M"].unit, turned.model.kind) == ("kg*m^2", "rotational")
 
 
@@ -114,7 +114,7 @@ def test_the_covariance_is_that_of_what_was_identified(columns, found):
     assert np.sqrt(np.diag(covariance)) == pytest.approx([found.parameters[name].std for name in names])
     np.testing.assert_allclose(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() > 0.0
-    held = br.identify(columns, mass=12.0, draws=0)
+    held = br.identify(columns, "coulomb_viscous", mass=12.0, draws=0)
     assert "M" not in held.covariance_names
     assert held.covariance.shape == (len(held.covariance_names),) * 2
 

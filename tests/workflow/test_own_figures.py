@@ -19,7 +19,7 @@ def identified():
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
     velocity = np.gradient(position, t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    return br.identify({"time": t, "position": position, "effort": effort}, draws=0)
+    return br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
 
 
 def figure(draw, **parts):

@@ -59,7 +59,7 @@ def demo(
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:
   1. Copy {out / "axis.toml"} and write into it what your columns are called, in which units.
   2. bristle log YOUR.csv --axis YOUR.toml
-  3. bristle identify YOUR.csv --axis YOUR.toml --model coulomb_viscous,stribeck+asymmetry,lugre+asymmetry --out results
+  3. bristle identify YOUR.csv --axis YOUR.toml --out results
   4. bristle predict results/model.toml ANOTHER.csv --axis YOUR.toml""")
 
 

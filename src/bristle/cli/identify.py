@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "identify"]
 
-DEFAULT = "coulomb_viscous"
+OF_A_FLEET = "coulomb_viscous"  # parameters of several models do not compare
 
 EXAMPLE = """Example:
-  bristle identify axis.mat --axis axis.toml \\
-    --model coulomb_viscous,stribeck+asymmetry,lugre+asymmetry --out results
+  bristle identify axis.mat --axis axis.toml --out results
+  bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
 Thresholds = Annotated[
@@ -66,11 +66,12 @@ Logs = Annotated[
     ),
 ]
 ModelNames = Annotated[
-    str,
+    str | None,
     typer.Option(
         "--model",
         metavar="NAME[+slot][,NAME...]",
-        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. A slot may be a file "
+        help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle. By default "
+        "coulomb_viscous, stribeck+asymmetry and lugre+asymmetry, with --each coulomb_viscous. A slot may be a file "
         "my_slot.py.",
     ),
 ]
@@ -99,7 +100,7 @@ def identify(
     context: typer.Context,
     log: Logs,
     axis: AxisFiles = None,
-    model: ModelNames = DEFAULT,
+    model: ModelNames = None,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
@@ -154,13 +155,13 @@ def identify(
 
         if figure:
             raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
-        named = None if model == DEFAULT else model
-        return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit,
+        return identify_operators(log, axes, model, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                                   figures=(formats, data))  # fmt: skip
     options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere,
              "settings": _thresholds(thresholds or [])}  # fmt: skip
     if separate:
+        options["model"] = _models(OF_A_FLEET if model is None else model)
         return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
                              workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
     return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
@@ -222,9 +223,11 @@ def _next_step(missing: tuple[str, ...], file: Path) -> str:
     )
 
 
-def _models(text: str) -> list[Any]:
+def _models(text: str | None) -> list[Any]:
     """Return the models of a list: names, and models with files of a user's own."""
-    names = [part.strip() for part in text.split(",")]
+    from bristle.friction import DEFAULT_MODELS
+
+    names = [part.strip() for part in (DEFAULT_MODELS if text is None else text).split(",")]
     return [own_model(name, "--model") if holds_own(name) else name for name in names]
 
 

@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation import Prediction, SimulationResult
 
-__all__ = ["BANNER", "MODELS", "Demonstration", "run"]
+__all__ = ["BANNER", "Demonstration", "run"]
 
-MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
 BANNER = (
     "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "
     "structure than every model fitted here, and the loop with and without compensation is run on that axis, not on "
@@ -73,7 +72,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
-    identification = identify(log, MODELS, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text))
+    identification = identify(log, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text))
     best = identification.best
     at(0.6, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")

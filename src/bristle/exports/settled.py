@@ -208,7 +208,7 @@ class _Body:
         left, fact = getattr(self, f"_{type(e).__name__.lower()}")(e)
         if fact is None or e.type not in (INTEGER, TRUTH) or isinstance(left, Constant):
             return left, fact
-        if any(isinstance(part, Call) and part.function.writes for part in walk(left)):
+        if _writes(left):
             return left, fact
         return Constant(e.type, bool(fact) if e.type == TRUTH else int(fact)), fact
 
@@ -274,6 +274,9 @@ class _Body:
     def _call(self, e: Call) -> tuple[Expression, Fact]:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
+        number = _only_constant(function)
+        if number is not None and not any(_writes(argument[0]) for argument in arguments):
+            return number, fact
         return Call(e.type, function, [argument[0] for argument in arguments]), fact
 
     def _intrinsic(self, e: Intrinsic) -> tuple[Expression, Fact]:
@@ -304,6 +307,18 @@ class _Body:
             return self._written(kind, by(*values))
         except (ArithmeticError, ValueError):
             return None
+
+
+def _only_constant(function: Function) -> Constant | None:
+    """Return the number that a function gives whatever it is called with; None where it does anything else."""
+    match function.body:
+        case [Return(Constant() as number)]:
+            return number
+    return None
+
+
+def _writes(e: Expression) -> bool:
+    return any(isinstance(part, Call) and part.function.writes for part in walk(e))
 
 
 def _narrowed(fact: Fact) -> Fact:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 
@@ -22,26 +23,28 @@ __all__ = [
     "whole_literal",
 ]
 
-# Keywords and operators of IEC 61131-3, its standard functions and blocks, and words that TwinCAT, CODESYS, TIA
-# Portal or MATIEC keep for themselves.
+# Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
+# compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
 WORDS = """
 abs abstract access acos action add adr and and_then any any_bit any_date any_int any_num any_real array asin at atan
-atan2 begin bitadr bool by byte bytes cal calc calcn cdt char class concat configuration constant continue cos ct ctd
-ctu ctud cu data data_block date date_and_time db db_specific delay delete dint div do dt dword else elsif end
-end_case end_if enum eq exit exp expt extends f_edge f_trig false fb fc final finally find for from function
-function_block ge get global goto gt if implements in index ini initial_step insert int interface internal interval
-iref is jmp jmpc jmpcn label ld ldate ldn ldt ldword le left len library limit ln log lreal lt ltime ltod lword max
-method mid min mod mode move mul mux namespace ne nil non_retain not null ob object of on or or_else organization out
-output override package parameter persistent pi pointer pou private program property protected pt public pv r_edge
-r_trig read_only read_write real ref ref_to reference region repeat replace res resource ret retain retc retcn return
-right rol ror round rs rtc s1 sel sema set shl shr sign sin single sint sizeof sqrt sr st start step stn stop string
-struct sub sum super sys tan task test then this time timer title to tod tof ton tp transition true trunc tstring type
-type_of udint uint ulint union until using usint value var var_access var_config var_external var_global var_in_out
-var_input var_output var_stat var_temp variant version void wchar while with word wstring xor
+atan2 average begin bitadr bool by byte bytes cal calc calcn cdt char class concat configuration constant continue cos
+ct ctd ctu ctud cu data data_block date date_and_time db db_specific delay delete derivative diffeq dint div do dt
+dword else elsif end end_case end_if enum eq exit exp expt extends f_edge f_trig false fb fc final finally find for
+from function function_block ge get global goto gravel gt hysteresis if implements in index ini initial_step insert
+int integral interface internal interval iref is jmp jmpc jmpcn label lag1 ld ldate ldn ldt ldword le left len library
+limit ln log lreal lt ltime ltod lword max method mid min mod mode move mul mux namespace ne nil non_retain not null
+ob object of on or or_else organization out output override package parameter persistent pi pid pointer pou private
+program property protected pt public pv r_edge r_trig ramp read_only read_write real ref ref_to reference region
+repeat replace res resource ret retain retc retcn return right rol ror round rs rtc s1 sel sema set shl shr sign sin
+single sint sizeof sqrt sr st start step stn stop string struct sub sum super sys tan task test then this time timer
+title to tod tof ton tp transfer transition true trunc tstring type type_of udint uint ulint union until using usint
+value var var_access var_config var_external var_global var_in_out var_input var_output var_stat var_temp variant
+version void wchar weigh while with word wstring xor
 """
 RESERVED = frozenset(WORDS.split())
 LREAL, REAL = "LREAL", "REAL"
 SHORT = 2  # letters: what names of tags, qualifiers of actions and old instructions have
+LARGEST_PRODUCT = 16777215.0 * 2.0**1000  # MATIEC folds constants of single precision: none of more digits fits
 LARGEST_WRITTEN = 1e37  # literals beyond are refused by some compilers, which read them as REAL first
 NO_NUMBER_WRITTEN = 3e37  # stands for what is no number: it is given by what has no answer, and looked for by name
 BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot tell -0.0 from 0.0
@@ -99,7 +102,8 @@ def real_literal(value: float, scalar: str = LREAL) -> str:
     """Return a real number, to the bit; a very large or small one as an exact product of powers of two.
 
     There is neither an infinite number to be written nor what is none: other numbers stand for them, beyond all that
-    the model computes with. One of single precision is written with its type: compilers read others as double.
+    the model computes with. The largest double, which only bounds what is finite, loses its last digits. One of single
+    precision is written with its type: compilers read others as double.
     """
     if value != value:
         return _plain(NO_NUMBER_WRITTEN, scalar)
@@ -107,7 +111,7 @@ def real_literal(value: float, scalar: str = LREAL) -> str:
         return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN, scalar)
     if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:
         return _plain(value, scalar)
-    factors, left = [], value
+    factors, left = [], math.copysign(min(abs(value), LARGEST_PRODUCT), value)
     power = 2.0 ** (STEP if abs(value) > 1.0 else -STEP)
     while not 2.0**-STEP <= abs(left) <= 2.0**STEP:
         left /= power

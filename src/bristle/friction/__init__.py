@@ -51,8 +51,12 @@ MODELS: dict[str, FrictionModel] = {
     )
 }  # fmt: skip
 
+DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
+"""Fitted and compared where nobody names a model: two static ones, and one with friction before sliding."""
+
 __all__ = [
     "CHANNEL_SLOTS",
+    "DEFAULT_MODELS",
     "MODELS",
     "base_of",
     "bouc_wen",

@@ -18,7 +18,7 @@ from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, o
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey, to_the_end
 from bristle.files.arguments import logs_and_axes
-from bristle.friction import find
+from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification.alignment import Alignment
 from bristle.identification.dataset import Dataset
 from bristle.identification.diagnostics.checks import checks_of, with_checks
@@ -70,7 +70,7 @@ Progress = Callable[[float, str], None]
 )  # fmt: skip
 @cores_for_simulations()
 def identify(
-    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
+    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = DEFAULT_MODELS, *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
@@ -84,7 +84,7 @@ def identify(
     log : Log or path-like, or list of either
         Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` with the slots that help.
+        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` with the slots that help.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.

@@ -74,7 +74,8 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     held = [figure for figure in tested if figure.verdict in HOLDS]
     groups = {words: [figure for figure in tested if figure.verdict == verdict] for verdict, words in STANDS.items()}
     reasons = [f"{words}: {len(group)}, {_named(group)}" for words, group in groups.items() if group]
-    level = "usable" if len(held) == len(tested) else "with_care" if held else "no"
+    refuted = all(figure.verdict == "refuted" for figure in tested)
+    level = "usable" if len(held) == len(tested) else "no" if refuted else "with_care"
     if len(tested) > 1:
         words = f"{len(held)} of {len(tested)} claims of the paper hold here with nothing chosen for them"
     else:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from bristle.exports.rendering import version
 from bristle.exports.targets import TARGETS
-from bristle.friction import MODELS
+from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import hash_of, joined
 from bristle.server.limits import Limits
 
@@ -18,8 +18,6 @@ __all__ = ["server_page"]
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
-FIRST = ("coulomb_viscous", "stribeck")
-"""The models that are ticked at first."""
 FIRST_TARGET = "table"
 
 
@@ -58,8 +56,10 @@ def _policy(script: str, style: str) -> str:
 
 
 def _data(limits: Limits) -> str:
+    first = DEFAULT_MODELS.split(",")
     models: list[dict[str, Any]] = [
-        {"name": name, "description": model.description, "first": name in FIRST} for name, model in MODELS.items()
+        {"name": name, "description": find(name).description, "first": name in first}
+        for name in dict.fromkeys([*first, *MODELS])
     ]
     targets = [
         {"name": name, "title": target.title or name, "description": target.description, "first": name == FIRST_TARGET}

@@ -16,6 +16,7 @@ from bristle.files.axis_text import axis_text
 from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
 from bristle.files.user_model import origins_of_code
+from bristle.friction import DEFAULT_MODELS
 from bristle.identification.identify import identify as models_fitted
 from bristle.identification.request import models_of
 from bristle.identification.result import Identification
@@ -199,7 +200,7 @@ def _with_columns(axis: Axis | None, log: Log) -> Axis:
 
 
 def identify(
-    log: Any, model: Any = "coulomb_viscous", *,
+    log: Any, model: Any = DEFAULT_MODELS, *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
@@ -215,7 +216,8 @@ def identify(
         ``position`` and ``effort``, and where there are any ``velocity`` and ``reference``, in SI: it needs no axis.
         Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` for every one of bristle.
+        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every one of bristle. By
+        default Coulomb, Stribeck and LuGre friction.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.

@@ -121,7 +121,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
 
 def test_white_noise_alone_gives_what_least_squares_does():
     effort = sliding_effort(sines(10.0), noise=0.3)
-    fit = identify(log_of(sines(10.0), effort), axis=STATED, blocks=0, draws=150).best
+    fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
     for name, truth in TRUTH.items():
         one = fit.parameters[name]
         half = 0.5 * (one.interval[1] - one.interval[0])
@@ -223,7 +223,7 @@ def test_what_depends_on_nothing_leaves_draws_finite():
 
 def test_too_few_draws_are_refused():
     with pytest.raises(InputError, match="draws"):
-        identify(log_of(sines(), sliding_effort(sines())), draws=5)
+        identify(log_of(sines(), sliding_effort(sines())), "coulomb_viscous", draws=5)
 
 
 def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):

@@ -13,7 +13,7 @@ from bristle.report.messages import warnings_of
 
 def test_everything_is_seen_in_a_log_that_shows_everything():
     motion = sines(8.0)
-    fit = identify(log_of(motion, sliding_effort(motion)), blocks=0, draws=20).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", blocks=0, draws=20).best
     assert {one.status for one in fit.estimates} == {"identified"}
     for one in fit.estimates:
         assert one.interval is not None
@@ -24,7 +24,7 @@ def test_everything_is_seen_in_a_log_that_shows_everything():
 def test_an_inertia_that_hardly_matters_is_not_seen():
     motion = sines(20.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
     effort = sliding_effort(motion, noise=0.3, M=0.4)
-    fit = identify(log_of(motion, effort), blocks=0, draws=20).best
+    fit = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
     assert any("M cannot be identified" in one for one in warnings_of(fit))

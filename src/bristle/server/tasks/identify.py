@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from bristle.friction import DEFAULT_MODELS
 from bristle.server.tasks.errand import Answer, Errand, command, zipped
 from bristle.server.tasks.thinned import thinned
 
@@ -15,7 +16,6 @@ __all__ = ["ARCHIVE", "RESULTS", "identify"]
 
 RESULTS, ARCHIVE = "results", "results.zip"
 DRAWS = 100
-DEFAULT = "coulomb_viscous"
 
 
 def identify(errand: Errand) -> Answer:
@@ -40,7 +40,7 @@ def identify(errand: Errand) -> Answer:
 
 
 def _options(errand: Errand) -> tuple[list[str], dict[str, Any]]:
-    models = [name.strip() for name in errand.text("models", DEFAULT).split(",")]
+    models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     return models, {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
 
 
