@@ -93,6 +93,39 @@ def test_the_self_test_knows_the_bits_and_the_example_runs(written, name, compil
     assert built(written / name, "example_main.c").returncode == 0
 
 
+BEYOND = """
+#include "axis_x.h"
+#include <math.h>
+#include <stdio.h>
+int main(void)
+{
+    axis_x axis;
+    axis_x_start(&axis);
+    axis_x_force(&axis, 0.0, 1e-3);
+    const double before = axis_x_force(&axis, 1e-5, 1e-3);
+    const double wrong[3] = {-1.0, 0.0, NAN};
+    int held = 0;
+    for (int i = 0; i < 3; ++i) {
+        axis.parameters.F_S_pos = wrong[i];
+        axis.flags = 0;
+        held += axis_x_force(&axis, 2e-5 + i * 1e-5, 1e-3) == before && axis.flags == AXIS_X_REFUSED;
+    }
+    axis.parameters.F_S_pos = 30.0;
+    axis.parameters.offset = INFINITY;
+    held += axis_x_force(&axis, 2e-5, 1e-3) == before;
+    axis.parameters.offset = 0.0;
+    axis.flags = 0;
+    printf("%d %d\\n", held, axis_x_force(&axis, 2e-5, 1e-3) != before && axis.flags == 0);
+    return 0;
+}
+"""
+
+
+def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(written):
+    (written / "gms" / "beyond.c").write_text(BEYOND)
+    assert built(written / "gms", "beyond.c").stdout == "4 1\n"
+
+
 @pytest.mark.parametrize(
     ("seen", "instead", "said"),
     [

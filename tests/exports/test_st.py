@@ -281,6 +281,17 @@ def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, v
     assert not flags.any()
 
 
+@pytest.mark.parametrize(
+    ("kind", "beyond"), [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})]
+)
+def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(otherwise, kind, beyond):
+    written, blocks, _ = otherwise
+    name = f"{kind}_sided_lugre"
+    force, flags = blocks.run(name, walk(50), DT, **usual(written[name][0]) | beyond)
+    assert not force.any()
+    assert flags[1:].all()
+
+
 @pytest.mark.parametrize("name", SINGLE)
 def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name):
     _, blocks, native = otherwise

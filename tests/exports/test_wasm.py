@@ -125,10 +125,12 @@ axis.force(NaN, 5e-4);
 const held = [axis.force(Infinity, 5e-4), axis.refused];
 axis.start();
 const cleared = axis.refused;
+let beyond = "";
+try { axis.set("F_S_neg", -1); } catch (error) { beyond = error instanceof RangeError ? error.message : "" }
 axis.set("k_i", [5e6, 3e6, 1e6]);
 axis.set("F_S_neg", 26);
 const changed = run();
-console.log(JSON.stringify({ first, again, held, cleared, changed, k_i: axis.get("k_i"), names: axis.parameters }));
+console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i: axis.get("k_i"), names: axis.parameters }));
 """
 
 
@@ -143,6 +145,7 @@ def test_it_begins_anew_holds_and_takes_other_parameters(tmp_path):
     assert told["cleared"] is False
     assert told["changed"] == br.response(model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0), x, DT).tolist()
     assert told["k_i"] == [5e6, 3e6, 1e6]
+    assert told["beyond"].startswith("F_S_neg: -1 is not allowed; from 1e-12")
     assert set(told["names"]) == set(model.values)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.described import plain, told
-from bristle.exports.tunable import Tunable
+from bristle.exports.tunable import Tunable, bounds_of
 from bristle.exports.types import REAL, Array, Struct, Type
 
 __all__ = ["CONSTANT", "array_text", "assembled", "declared", "initial_value", "literal", "parameters_text", "started"]
@@ -20,7 +21,8 @@ CONSTANT = "parameters"
 def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
     """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it."""
     if tuned is not None:
-        return assembled(tuned, printer, kind, f"{name}_parameters")
+        given = f"{name}_parameters"
+        return f"{assembled(tuned, printer, kind, given)}\n{within_ranges(tuned, printer, given)}"
     arrays: list[str] = []
     text = initial_value(p, kind, printer, arrays)
     declared_text = f"{printer.constant} {printer.named(kind, CONSTANT)} = {text};"
@@ -99,6 +101,19 @@ class _Assembly(NamedTuple):
             else:
                 parts.append(literal(self.tuned.fixed[inner], part, self.printer.scalar))
         return self.printer.structure_text(kind, ", ".join(parts) or "0")
+
+
+def within_ranges(tuned: Tunable, printer: Printer, given: str) -> str:
+    """Return the function that tells whether each parameter of the structure `given` is in its range."""
+    largest = {"double": "DBL_MAX", "float": "FLT_MAX"}[printer.scalar]
+    tests = []
+    for name, place, compared in bounds_of(tuned):
+        field = f"given->{name}{'' if place is None else f'[{place}]'}"
+        for operator, bound in compared:
+            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{largest}"
+            tests.append(f"{field} {operator} {text}")
+    head = f"{printer.inline} bool within_ranges(const {given} *given)"
+    return "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
 
 
 def assembled(tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:

@@ -133,6 +133,7 @@ class StFiles:
         facts = {
             "input": IN[operator], "output": OUT[operator], "operator": operator,
             "start": self._start(printer, needed, tuned), "zero": printer.real(0.0),
+            "ranges": [*tuned.ranges(printer)] if tuned else [],
             "tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else [],
             "memory": subject.memory_size if "memory" in needed else 0,
             "motion": self._motion(printer, signals) if "motion" in trial else [],

@@ -92,6 +92,7 @@ class StLawFiles:
         body = body_lines("st/law.st", facts | {
             "divisor": "" if units is None else real_literal(units.effort.si),
             "start": start, "memory": memory, "within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0),
+            "ranges": [*tuned.ranges(printer)] if tuned else [],
             "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
             "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
             "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],

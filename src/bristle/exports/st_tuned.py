@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from bristle.exports.described import plain, told
 from bristle.exports.st_code import Printer
-from bristle.exports.st_names import Names
+from bristle.exports.st_names import LREAL, REAL, Names
 from bristle.exports.st_parts import Variable
-from bristle.exports.tunable import Tunable
+from bristle.exports.tunable import Tunable, bounds_of
 from bristle.exports.types import Array, Struct
 
 __all__ = ["Tuned"]
@@ -51,6 +51,14 @@ class Tuned:
                 Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value))
             )
         return declared
+
+    def ranges(self, printer: Printer) -> Iterator[str]:
+        """Give a condition for each number: that it is in its range."""
+        farthest = {LREAL: 1e30, REAL: 1e15}[printer.scalar]
+        for name, place, compared in bounds_of(self.tunable):
+            tests = [f"({self.names[name, place]} {operator} {printer.real(min(max(bound, -farthest), farthest))})"
+                     for operator, bound in compared]  # fmt: skip
+            yield " AND ".join(tests)
 
     def lines(self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()) -> Iterator[str]:
         """Give the lines that hand the inputs on to where kernels look for them."""

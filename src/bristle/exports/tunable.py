@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from bristle.exports.settled import fact_of, settled
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
-__all__ = ["Tunable", "settled_law", "tunable_law", "tunable_of"]
+__all__ = ["Tunable", "bounds_of", "settled_law", "tunable_law", "tunable_of"]
 
 MARK = 1024.0  # numbers that stand for parameters, to be leaves again in what kernels receive
 FED = "feedforward"
@@ -54,6 +55,18 @@ class Tunable:
                 yield from ((name, place, number) for place, number in enumerate(value.tolist()))
             else:
                 yield name, None, value
+
+
+def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str, float]]]]:
+    """Give the name and the place of each number that may be changed, and what it is compared with.
+
+    A number that is unbounded is compared with the largest of its type, so that it is finite.
+    """
+    for name, place, _ in tuned.numbers():
+        variable = tuned.variables[name]
+        low, high = float(variable.min), float(variable.max)
+        found = [(">=", low)] * math.isfinite(low) + [("<=", high)] * math.isfinite(high)
+        yield name, place, found or [(">=", -math.inf), ("<=", math.inf)]
 
 
 def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:

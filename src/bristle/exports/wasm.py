@@ -8,6 +8,7 @@ friction under an effort, with a contact of its own and the same parameters of f
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -268,7 +269,7 @@ def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | b
         "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
         "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,
         "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
-        "facts": source.lines, "rest": rest_rule(subject.model),
+        "facts": source.lines, "rest": rest_rule(subject.model), "ranges": json.dumps(_ranges(subject.model)),
     }  # fmt: skip
     return {f"{name}.wasm": module.binary, f"{name}.mjs": rendered("wasm/module.mjs", facts)}
 
@@ -299,6 +300,12 @@ def _places(
             if path not in tuned.places and (variable := model.component.variables.get(path[-1])) and variable.choices:
                 places.setdefault(path[-1], []).append([address])
     return places
+
+
+def _ranges(model: Model) -> dict[str, list[float | None]]:
+    """Return the least and the largest value of each parameter; None where there is none."""
+    bounds = {name: (variable.min, variable.max) for name, variable in model.component.variables.items()}
+    return {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
 
 
 def _section(number: int, parts: list[bytes]) -> bytes:

@@ -16,7 +16,7 @@ double {{ name }}_effort({{ name }} *axis, const {{ name }}_inputs *inputs)
         finite = finite && is_finite(inputs->{{ input.name }}[i]);
     }
 {% else %}    finite = finite && is_finite(inputs->{{ input.name }});
-{% endif %}{% endfor %}    if (!finite) {
+{% endif %}{% endfor %}    if (!finite{% if parameters %} || !within_ranges(&axis->parameters){% endif %}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->effort;
     }

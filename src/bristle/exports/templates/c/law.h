@@ -26,7 +26,7 @@ extern "C" {
 #endif
 
 /* What may be in `flags`; each stays until you clear it. */
-#define {{ guard }}_REFUSED 1  /* what came in was no finite number: the last effort was held, the sample left out */
+#define {{ guard }}_REFUSED 1  /* what came in was no finite number{% if parameters %}, or a parameter left its range{% endif %}: the last effort was held, the sample left out */
 #define {{ guard }}_OVERFLOW 2 /* what was to go out was no finite number: the last effort was held; start anew */
 
 /* What the law is told in every cycle. */

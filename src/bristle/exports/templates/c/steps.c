@@ -1,4 +1,4 @@
-{{ device }}void {{ name }}_start({{ name }} *axis)
+{% set also = " || !within_ranges(&axis->parameters)" if parameters else "" %}{{ device }}void {{ name }}_start({{ name }} *axis)
 {
     axis->position = 0.0;
     axis->force = 0.0;
@@ -12,7 +12,7 @@
 
 {% if operator %}{{ device }}double {{ name }}_output({{ name }} *axis, double x)
 {
-    if (!is_finite(x)) {
+    if (!is_finite(x){{ also }}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->force;
     }
@@ -29,7 +29,7 @@
         return axis->force;
     }
     const {{ scalar }} velocity = {{ velocity }};
-    if (!(velocity - velocity == {{ zero }}) || !(dt > 0.0) || dt > DBL_MAX{% for signal in signals %} || !is_finite({{ signal }}){% endfor %}) {
+    if (!(velocity - velocity == {{ zero }}) || !(dt > 0.0) || dt > DBL_MAX{% for signal in signals %} || !is_finite({{ signal }}){% endfor %}{{ also }}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->force;
     }

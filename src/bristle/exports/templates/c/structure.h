@@ -1,5 +1,5 @@
 /* What may be in `flags`; each stays until you clear it. */
-#define {{ guard }}_REFUSED 1  /* what came in was no finite number: the last output was held */
+#define {{ guard }}_REFUSED 1  /* what came in was no finite number{% if parameters %}, or a parameter left its range{% endif %}: the last output was held */
 #define {{ guard }}_OVERFLOW 2 /* what was to go out was no finite number: the last output was held */
 {% include "c/parameters.h" %}typedef struct {{ name }} {
     double position; /* last {% if operator %}input{% else %}position{% endif %} taken [{{ unit_x }}] */

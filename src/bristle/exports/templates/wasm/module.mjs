@@ -10,6 +10,7 @@
 
 const LASTING = {{ lasting }};
 const PLACES = {{ places }};
+const RANGES = {{ ranges }};
 
 async function bytesBeside() {
   const url = new URL("./{{ name }}.wasm", import.meta.url);
@@ -33,6 +34,10 @@ export async function load(bytes) {
     // Change a parameter: a number, or as many as it has.
     set(name, value) {
       const values = typeof value === "number" ? [value] : value;
+      const [least, most] = RANGES[name];
+      if (!values.every((each) => each >= (least ?? -Number.MAX_VALUE) && each <= (most ?? Infinity))) {
+        throw new RangeError(`${name}: ${value} is not allowed; from ${least ?? "any"} to ${most ?? "any"}`);
+      }
       for (const place of PLACES[name]) place.forEach((at, i) => { numbers[at / 8] = values[i]; });
     },
     get(name) {
