@@ -12,8 +12,7 @@ from bristle.plants import PLANTS
 ROOT = Path(bristle.__file__).parent / "identification"
 # Where names are meant: the models of elements and their lists, and the one model that is fitted to every log first.
 ALLOWED = {
-    # What is fitted where nothing is asked for, and what tells a filtered position from a command that acts late.
-    "identify.py": {"coulomb_viscous", "lugre"},
+    "identify.py": {"lugre"},  # tells a filtered position from a command that acts late
     "request.py": {"offset"},  # an argument of identify
     "sliding_friction.py": {"coulomb_viscous", "F_C", "F_v"},
     "fixed_shape.py": {"k_i", "nu_i", "s"},

@@ -130,7 +130,8 @@ try { axis.set("F_S_neg", -1); } catch (error) { beyond = error instanceof Range
 axis.set("k_i", [5e6, 3e6, 1e6]);
 axis.set("F_S_neg", 26);
 const changed = run();
-console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i: axis.get("k_i"), names: axis.parameters }));
+const k_i = axis.get("k_i");
+console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i, names: axis.parameters }));
 """
 
 

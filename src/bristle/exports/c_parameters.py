@@ -21,8 +21,8 @@ CONSTANT = "parameters"
 def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
     """Return what kernels receive: a constant; or, where parameters may be changed, the function that makes it."""
     if tuned is not None:
-        given = f"{name}_parameters"
-        return f"{assembled(tuned, printer, kind, given)}\n{within_ranges(tuned, printer, given)}"
+        structure = f"{name}_parameters"
+        return f"{assembled(tuned, printer, kind, structure)}\n{within_ranges(tuned, printer, structure)}"
     arrays: list[str] = []
     text = initial_value(p, kind, printer, arrays)
     declared_text = f"{printer.constant} {printer.named(kind, CONSTANT)} = {text};"
@@ -103,8 +103,8 @@ class _Assembly(NamedTuple):
         return self.printer.structure_text(kind, ", ".join(parts) or "0")
 
 
-def within_ranges(tuned: Tunable, printer: Printer, given: str) -> str:
-    """Return the function that tells whether each parameter of the structure `given` is in its range."""
+def within_ranges(tuned: Tunable, printer: Printer, structure: str) -> str:
+    """Return the function that tells whether each parameter of a structure is in its range."""
     largest = {"double": "DBL_MAX", "float": "FLT_MAX"}[printer.scalar]
     tests = []
     for name, place, compared in bounds_of(tuned):
@@ -112,7 +112,7 @@ def within_ranges(tuned: Tunable, printer: Printer, given: str) -> str:
         for operator, bound in compared:
             text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{largest}"
             tests.append(f"{field} {operator} {text}")
-    head = f"{printer.inline} bool within_ranges(const {given} *given)"
+    head = f"{printer.inline} bool within_ranges(const {structure} *given)"
     return "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
 
 

@@ -65,8 +65,8 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
     for name, place, _ in tuned.numbers():
         variable = tuned.variables[name]
         low, high = float(variable.min), float(variable.max)
-        found = [(">=", low)] * math.isfinite(low) + [("<=", high)] * math.isfinite(high)
-        yield name, place, found or [(">=", -math.inf), ("<=", math.inf)]
+        compared = [(">=", low)] * math.isfinite(low) + [("<=", high)] * math.isfinite(high)
+        yield name, place, compared or [(">=", -math.inf), ("<=", math.inf)]
 
 
 def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:

@@ -6,15 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
-from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_commit
+from bristle.core.enclosing import Enclosing, relations_of
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
-from bristle.core.read_only import ReadOnly
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["CoefficientsModel", "EnclosingModel", "enclosed", "relations_of"]
+__all__ = ["CoefficientsModel", "EnclosingModel", "enclosed"]
 
 
 @kernel
@@ -23,17 +22,8 @@ def commit(state, memory, move, p):
     return friction_commit(state, memory, move, p.inner)
 
 
-def relations_of(model: FrictionModel) -> tuple[Relation, ...]:
-    """Return the relations of a model for the one around it, whose parameters hold those of the model."""
-    return tuple(_of_inner(relation) for relation in model.relations)
-
-
-def _of_inner(relation: Relation) -> Relation:
-    return relation._replace(holds=lambda p: relation.holds(p.inner))
-
-
 @dataclass(frozen=True, kw_only=True)
-class EnclosingModel(FrictionModel):
+class EnclosingModel(Enclosing, FrictionModel):
     """A friction model around another one.
 
     Parameters
@@ -43,37 +33,6 @@ class EnclosingModel(FrictionModel):
     """
 
     inner: FrictionModel
-
-    @property
-    def beside(self) -> Mapping[str, Variable]:
-        """Its parameters beside those of the model inside, of which there need be none."""
-        return {}
-
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets: those of the model inside, then those beside."""
-        return ReadOnly(self.inner.variables | dict(self.beside))
-
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self.inner.defaults
-
-    def initial_state(self, parameters: Any) -> Any:
-        """Return the virgin state of the model inside."""
-        return self.inner.initial_state(parameters.inner)
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return name in self.inner.variables and self.inner.is_array(name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return name in self.inner.variables and self.inner.is_integer(name)
-
-    def inside(self, values: Mapping[str, Any]) -> Any:
-        """Return what kernels of the model inside receive, from the values that a person sets."""
-        return self.inner.assemble({name: values[name] for name in self.inner.variables})
 
 
 @dataclass(frozen=True, kw_only=True)

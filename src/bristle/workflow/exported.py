@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bristle.core.content import content_of
+from bristle.core.content import Content, content_of
 from bristle.core.edge import among, amount
 from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS
@@ -40,7 +40,7 @@ class ExportedModel(NamedTuple):
     provenance : dict
         Versions, files, checksums.
     beside : tuple of str
-        What was left out of the model file.
+        What could not be read beside the model file.
     """
 
     target: str
@@ -118,26 +118,16 @@ def export_model_file(
     from bristle.exports.target import Request
     from bristle.exports.writing import files_for
     from bristle.files.arrays import read_arrays
-    from bristle.files.model import read_model
-    from bristle.files.operator import holds_operator, read_operator
     from bristle.files.provenance import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.logs import read_log
-    from bristle.testing import admit
 
     target, file = target_named(to), content_of(model, limit=TOML_LIMIT)
+    plant, exported, facts = _read(file, allow_code=allow_code)
+    code = origins_of_code([exported.component]) if exported.component.family == "friction" else ()
     drawn: Mapping[str, Any] = {}
-    if holds_operator(file):
-        exported, offset, _ = read_operator(file)
-        plant = None
-        facts, code = {"uncertainty": {}, "treatment": {}}, ()
-        beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
-    else:
-        plant, exported, facts = read_model(file, allow_code=allow_code)
-        admit(exported)
-        code, beside = origins_of_code([exported.component]), ()
-        if target.takes_draws:
-            drawn = read_arrays(model.parent, "draws") or (facts["bands"] or {}).get("draws", {})
+    if target.takes_draws:
+        drawn = read_arrays(model.parent, "draws") or (facts.get("bands") or {}).get("draws", {})
     described = _described(axis, model.parent)
     recorded = None if log is None else read_log(log, described)
     source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
@@ -149,7 +139,22 @@ def export_model_file(
         facts, draws, drawn, "" if rest is None else among(*RESTS)(rest, "--rest", None), loop,
     )  # fmt: skip
     product = files_for(target, request, accept_harm=accept_harm)
-    return ExportedModel(target.name, product, exported.name, source, (*beside, *said))
+    return ExportedModel(target.name, product, exported.name, source, said)
+
+
+def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
+    """Return plant, friction model or operator, and what a model file knows of them."""
+    from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
+    from bristle.hysteresis.beside_constant import with_constant
+    from bristle.testing import admit
+
+    if holds_operator(file):
+        operator, offset, _ = read_operator(file)
+        return None, with_constant(operator, offset), {"uncertainty": {}, "treatment": {}}
+    plant, exported, facts = read_model(file, allow_code=allow_code)
+    admit(exported)
+    return plant, exported, facts
 
 
 def _described(axis: Any, folder: Path) -> Axis | None:

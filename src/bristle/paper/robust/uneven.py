@@ -21,6 +21,7 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.enclosing import relations_of
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction, sin
@@ -28,7 +29,6 @@ from bristle.core.once import once
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
-from bristle.friction.enclosing import relations_of
 
 __all__ = ["Uneven", "UnevenModel", "uneven"]
 

@@ -1,0 +1,102 @@
+r"""A hysteresis operator with a constant output beside it.
+
+.. math:: w = H[u] + w_0
+
+Loops that were recorded with a bias, such as those of a torque sensor, are the operator and this constant together.
+Operators that have an ``offset`` of their own need none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, NamedTuple
+
+from bristle.core.contracts import HysteresisOperator, Model
+from bristle.core.dispatch import operator_commit, operator_trial
+from bristle.core.enclosing import Enclosing, relations_of
+from bristle.core.kernel import kernel
+from bristle.core.once import once
+from bristle.core.variable import Variable
+
+__all__ = ["with_constant"]
+
+CONSTANT = "offset"
+VARIABLE = Variable("force", "constant output beside the operator")
+
+
+class Parameters(NamedTuple):
+    """Parameters of an operator with a constant beside it."""
+
+    inner: Any
+    constant: Annotated[float, VARIABLE]
+
+
+@kernel
+def trial(state, memory, u, p):
+    """Return the output at the input `u`, and the move there."""
+    w, move = operator_trial(state, memory, u, p.inner)
+    return w + p.constant, move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Commit the move of the operator inside."""
+    return operator_commit(state, memory, move, p.inner)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BesideConstant(Enclosing, HysteresisOperator):
+    """An operator around another one, with a constant output beside that.
+
+    Parameters
+    ----------
+    inner : HysteresisOperator
+        The operator inside.
+    """
+
+    inner: HysteresisOperator
+
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return beside_constant, (self.inner,)
+
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """The constant, in the unit of the output."""
+        return {CONSTANT: replace(VARIABLE, quantity=self.output)}
+
+    def assemble(self, values: Mapping[str, Any]) -> Parameters:
+        """Return what kernels receive, from the values that a person sets."""
+        return Parameters(self.inside(values), values[CONSTANT])
+
+    def values(self, parameters: Parameters) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return self.inner.values(parameters.inner) | {CONSTANT: parameters.constant}
+
+
+@once
+def beside_constant(operator: HysteresisOperator) -> BesideConstant:
+    """Return the descriptor of an operator with a constant beside it."""
+    return BesideConstant(
+        name=operator.name, description=operator.description, Parameters=Parameters, State=operator.State,
+        trial=trial, commit=commit, memory_size=lambda p: operator.memory_size(p.inner), input=operator.input,
+        output=operator.output, reference=operator.reference, relations=relations_of(operator),
+        module=operator.module, example=dict(operator.example) | {CONSTANT: 0.0}, inner=operator,
+    )  # fmt: skip
+
+
+def with_constant(operator: Model, constant: float) -> Model:
+    """Return an operator whose output is larger by a constant, in the unit of the output.
+
+    Parameters
+    ----------
+    operator : Model
+        A hysteresis operator with parameters.
+    constant : float
+        The constant; 0 returns the operator as it is.
+    """
+    if not constant:
+        return operator
+    if CONSTANT in operator.values:
+        return operator.with_values(**{CONSTANT: operator.values[CONSTANT] + constant})
+    return Model(beside_constant(operator.component), Parameters(operator.parameters, float(constant)), operator.kind)
