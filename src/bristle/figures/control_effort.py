@@ -52,11 +52,11 @@ def control_effort(
         and close up to one scale.
     """
     scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
-    shown = {name: _averaged(arm * result.effort, result.time, mean_over) for name, result in results.items()}
+    averaged = {name: _averaged(arm * result.effort, result.time, mean_over) for name, result in results.items()}
     peaks = [
         1.06 * scale.factor * max(float(np.max(np.abs(effort[result.time >= settle])))
                                   for effort, result in zip(efforts, results.values(), strict=True))
-        for efforts in (shown.values(), [arm * result.effort for result in results.values()])
+        for efforts in (averaged.values(), [arm * result.effort for result in results.values()])
     ]  # fmt: skip
     top = 0.56 if friction else 0.32
     figure, grid = style.panels(
@@ -69,8 +69,8 @@ def control_effort(
     )
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
         inside = (result.time >= close[0]) & (result.time <= close[1])
-        whole = (full, result.time >= settle, shown[name], peaks[0])
-        for axes, part, effort_shown, peak in (whole, (near, inside, arm * result.effort, peaks[1])):
+        overview = (full, result.time >= settle, averaged[name], peaks[0])
+        for axes, part, effort_shown, peak in (overview, (near, inside, arm * result.effort, peaks[1])):
             span = time_scale(result.time[part])
             x, y = line(result.time[part], effort_shown[part])
             axes.plot(x * span.factor, y * scale.factor, label=f"driving {word.lower()}", **style.PREDICTED)

@@ -216,8 +216,7 @@ def identify(
         ``position`` and ``effort``, and where there are any ``velocity`` and ``reference``, in SI: it needs no axis.
         Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every one of bristle. By
-        default Coulomb, Stribeck and LuGre friction.
+        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every model of bristle.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.
