@@ -17,14 +17,18 @@ def friction():
 
 
 def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
-    told = []
-    found = br.identify_operator(friction, cells=12, progress=lambda share, text: told.append(text))
+    told, shares = [], []
+    found = br.identify_operator(
+        friction, "all", cells=12, progress=lambda share, text: (told.append(text), shares.append(share))
+    )
     assert [fit.rank for fit in found.fits] == [1, 2, 3]
     assert found.best.name == "preisach"
     held_out = [fit.held_out.mean_percent for fit in found.fits]
     assert held_out == sorted(held_out)
     assert found.best.operator.values["s"] == pytest.approx(1.0, rel=0.02)
-    assert told == ["fitting prandtl_ishlinskii", "fitting preisach", "fitting preisach_grid"]
+    assert list(dict.fromkeys(told)) == ["fitting prandtl_ishlinskii", "fitting preisach", "fitting preisach_grid"]
+    assert len(shares) == 3 * 6
+    assert shares == sorted(shares)
     for fit in found.fits:
         assert predict_operator(fit.operator, friction, fit.offset).rmse == pytest.approx(fit.prediction.rmse)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from bristle.logs.curves import Curves
 
 __all__ = ["FITTED", "identify_operator"]
 
+ALL = "all"
 FOLDS = 5
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
@@ -104,8 +106,8 @@ def identify_operator(
     model : str or sequence of str
         ``"prandtl_ishlinskii"``, stops with non-negative weights; ``"preisach"``, the best closed form;
         ``"preisach_grid"``, the measure of each cell, its sign off the diagonal chosen by the data;
-        ``"reversal_table"``, the Everett function along the recorded curves. Several separated by commas; all that
-        the data allow by default.
+        ``"reversal_table"``, the Everett function along the recorded curves. Several separated by commas; ``"all"``
+        that the data allow by default.
     stops, cells : int
         Number of stops, and of cells along a side of the grid.
     folds : int
@@ -127,10 +129,9 @@ def identify_operator(
     names = _names(model, recorded)
     size, fits = Size(stops, cells), []
     for number, name in enumerate(names):
-        if progress is not None:
-            progress(number / len(names), f"fitting {name}")
+        report = partial(_of_model, progress, number / len(names), 1.0 / len(names), name)
         try:
-            fits.append(_fit(name, recorded, size, folds))
+            fits.append(_fit(name, recorded, size, folds, report))
         except KeyboardInterrupt as error:
             obey(error, anything=bool(fits))
             break
@@ -145,12 +146,20 @@ def identify_operator(
     return OperatorIdentification(ranked, recorded, congruency, unfinished)
 
 
+def _of_model(progress: Progress | None, before: float, share: float, name: str, progressed: float) -> None:
+    """Report the share of the work, from that on one model."""
+    if progress is not None:
+        progress(before + share * progressed, f"fitting {name}")
+
+
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    names = list(model)
+    names = list(FITTED) if list(model) == [ALL] else list(model)
     for name in names:
         if name not in FITTED:
-            raise InputError("is no operator that can be identified", path="model", value=name,
-                             allowed=", ".join(FITTED), mend=did_you_mean(str(name), FITTED))  # fmt: skip
+            raise InputError(
+                "is no operator that can be identified", path="model", value=name,
+                allowed=f"{', '.join(FITTED)}, or {ALL}", mend=did_you_mean(str(name), FITTED),
+            )  # fmt: skip
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
@@ -158,7 +167,8 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
     return names
 
 
-def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
+def _fit(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> OperatorFit:
+    report(0.0)
     fitted = FITTED[name](recorded, None, size)
     prediction = predict_operator(fitted.operator, recorded, fitted.offset)
     fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
@@ -167,15 +177,18 @@ def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
     by_curve = len(recorded.curves) >= 2 * folds
     if name == "reversal_table" and not by_curve:
         return fit
-    errors = (_without_curves if by_curve else _without_blocks)(name, recorded, size, folds)
+    errors = (_without_curves if by_curve else _without_blocks)(name, recorded, size, folds, report)
     return replace(fit, held_out=HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1))))
 
 
-def _without_curves(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
+def _without_curves(
+    name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]
+) -> list[float]:  # fmt: skip
     """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     errors = []
     for fold in range(folds):
+        report((fold + 1) / (folds + 1))
         out = [k for k in range(1, len(order) - 1) if k % folds == fold]
         held = replace(recorded, curves=tuple(order[k] for k in out))
         fitted = replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out))
@@ -184,7 +197,9 @@ def _without_curves(name: str, recorded: Curves, size: Size, folds: int) -> list
     return errors
 
 
-def _without_blocks(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
+def _without_blocks(
+    name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]
+) -> list[float]:  # fmt: skip
     """Return the error over full scale [%] on blocks of samples, fitted to all others; the memory runs through."""
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
@@ -194,6 +209,7 @@ def _without_blocks(name: str, recorded: Curves, size: Size, folds: int) -> list
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     errors = []
     for fold in range(folds):
+        report((fold + 1) / (folds + 1))
         fit = FITTED[name](recorded, [np.flatnonzero(part != fold) for part in parts], size)
         predicted = np.concatenate(predict_operator(fit.operator, recorded, fit.offset).outputs)
         measured = np.concatenate([curve.f for curve in recorded.curves])
