@@ -20,10 +20,10 @@ HEADING = "The source paper, rebuilt figure by figure"
 HOLDS, UNTESTED = ("found",), ("shown",)
 STANDS = {
     "found": "nothing chosen",
-    "found in part": "nothing chosen, holds in part",
-    "built in in part": "nothing chosen for one half, the other built into the rig",
     "built in": "built into the rig",
     "calibrated": "calibrated",
+    "found in part": "nothing chosen, holds in part",
+    "built in in part": "nothing chosen for one half, the other built into the rig",
     "refuted": "does not hold",
 }
 """How claims stand."""
