@@ -31,6 +31,7 @@ from benchmarks.open_loop import open_loop
 from benchmarks.population import population
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
+from benchmarks.pushes import pushes
 from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
 from benchmarks.strange_logs import strange_logs
@@ -190,6 +191,7 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
         watch,
         one_loop,
         unstated_lag,
+        pushes,
         last_digits,
     )
 }

@@ -51,7 +51,7 @@ class Rig:
     scale: np.ndarray = field(default_factory=lambda: np.ones(2))
 
     def run(self, gains: Gains, reference: np.ndarray, fed: np.ndarray | None = None) -> Recorded:
-        """Follow a reference; `fed` is added to the command of each sample."""
+        """Follow a reference; `fed` is added to the command of each sample. The axis begins at rest, in balance."""
         fed = np.zeros(reference.size) if fed is None else fed
         q, u = _run(
             reference, fed, self.dt, np.array([gains.k_p, gains.k_v, gains.k_i, gains.k_ff]), self._numbers, self.delay,
@@ -135,7 +135,7 @@ def _run(reference, fed, dt, gains, rig, delay, scale, sliders, substeps):
     commands = np.zeros(n + delay + 1)
     commands[:delay] = gravity
     moving = np.array([reference[0], 0.0, gravity])
-    q_last, r_last, integral = reference[0], reference[0], gravity
+    q_last, r_last, integral = reference[0], reference[0], gravity - fed[0]
     for k in range(n):
         q = count * math.floor(moving[0] / count + 0.5) if count > 0.0 else moving[0]
         wanted = k_p * (reference[k] - q) + k_ff * (reference[k] - r_last) / dt

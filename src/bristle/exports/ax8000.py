@@ -99,7 +99,7 @@ def drive_of_objects(text: str, axis: Axis | None) -> Drive:
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         steps = np.diff(x, prepend=x[:1])
         if not spring:
-            return static * last_direction(steps) + dynamic * steps / dt
+            return static * last_direction(steps / dt) + dynamic * steps / dt
         force = np.zeros(x.size)
         for k in range(1, x.size):
             force[k] = min(static, max(-static, force[k - 1] + spring * steps[k]))

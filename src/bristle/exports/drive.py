@@ -19,6 +19,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import plain
+from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import LevelValues
@@ -261,13 +262,17 @@ def drive_of_sides(sides: Mapping[float, np.ndarray], rest: str) -> Drive:
 
 def last_direction(velocity: np.ndarray) -> np.ndarray:
     """Return the direction of motion at each sample, through rests that of the last motion; 0 before any."""
-    last = np.maximum.accumulate(np.where(velocity != 0.0, np.arange(velocity.size), 0))
-    return np.sign(velocity[last])
+    direction = _direction(velocity)
+    return direction[np.maximum.accumulate(np.where(direction != 0.0, np.arange(velocity.size), 0))]
 
 
 def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
     """Return the direction whose force a drive outputs at each sample: 0, the mean of both, at rest in the middle."""
-    return last_direction(velocity) if rest == "held" else np.sign(velocity)
+    return last_direction(velocity) if rest == "held" else _direction(velocity)
+
+
+def _direction(velocity: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
 def values_text(

@@ -96,6 +96,16 @@ class Along(NamedTuple):
         """Whether the export makes the error larger; a loop that diverges with it does."""
         return not self.with_it <= WORSE * self.without
 
+    @property
+    def is_no_better(self) -> bool:
+        """Whether the export does not clearly make the error smaller: on the real axis it may make it larger.
+
+        So it is of a gain of less than half that is gone where a tenth more friction is fed than acts.
+        """
+        clearly = self.without / WORSE
+        gone = self.too_much > clearly and self.with_it > 0.5 * self.without
+        return gone or not self.with_it <= clearly
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -143,16 +153,16 @@ class Effect:
 
     @property
     def least_distance(self) -> float:
-        """The shortest of these moves from which on no one is worse [m or rad]; 0 where none is, inf where all are."""
+        """The shortest of these moves from which on all are better [m or rad]; 0 where all are, inf where none is."""
         moves = [path for path in self.along if path.motion == MOVES]
-        below = [path.distance for path in moves if path.is_worse]
+        below = [path.distance for path in moves if path.is_no_better]
         above = [path.distance for path in moves if not below or path.distance > max(below)]
         return 0.0 if not below else min(above, default=math.inf)
 
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
         moves = [path for path in self.along if path.motion == MOVES]
-        better, worse = ([path for path in moves if path.is_worse == is_worse] for is_worse in (False, True))
+        better, worse = ([path for path in moves if path.is_no_better == no_better] for no_better in (False, True))
         worst = max(worse, key=_ratio, default=None)
         chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
         sizes = "; ".join(f"{self._change(path)} at {self._length(path.distance)}" for path in chosen if path)
@@ -190,7 +200,7 @@ class Effect:
         if self.least_distance == 0.0:
             return ""
         if math.isinf(self.least_distance):
-            return ": worse than no compensation"
+            return f": {'worse' if any(path.is_worse for path in self.along) else 'no better'} than no compensation"
         limit = f": switch off below {self._length(self.least_distance)}"
         if not self.assumed:
             return limit

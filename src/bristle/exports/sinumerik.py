@@ -81,7 +81,7 @@ def drive_of_data(text: str, axis: Axis, kind: Kind) -> Drive | None:
     k_v, k_i = (axis.controller.values[name] for name in ("k_v", "k_i"))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
-        way, time = last_direction(np.diff(x, prepend=x[:1])), dt * np.arange(x.size)
+        way, time = last_direction(np.diff(x, prepend=x[:1]) / dt), dt * np.arange(x.size)
         force = np.zeros(x.size)
         for turn in np.flatnonzero(way[1:] * way[:-1] < 0.0) + 1:
             decay = np.exp(-(time[turn:] - time[turn]) / lasts)

@@ -127,8 +127,8 @@ def _said_of_use(request: Request, target: Target) -> tuple[str, ...]:
     """Return how the files are to be used: the samples that the motion is fed ahead, and the rule at rest."""
     from bristle.exports.effect_of import ahead_text, loop_for
 
-    pushes = target.pushes and not target.of_cogging and request.model.component.family == "friction"
-    return (*((ahead_text(loop_for(request)),) if pushes else ()), *_said_of_rest(request))
+    feeds = (target.pushes or target.rest) and not target.of_cogging and request.model.component.family == "friction"
+    return (*((ahead_text(loop_for(request)),) if feeds else ()), *_said_of_rest(request))
 
 
 def _said_of_rest(request: Request) -> tuple[str, ...]:

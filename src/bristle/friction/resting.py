@@ -7,7 +7,8 @@ At :math:`v = 0` a static map has no single force, but an interval between its o
 
 ``held``, :math:`h = 1`, keeps the force of the side that the axis came from; ``middle``, :math:`h = 0`, drops to the
 mean of both sides. The map itself stays without memory: the model around it stores the direction. Models with a state
-have one force at rest and need neither rule.
+have one force at rest and need neither rule. What is slower than 0.1 nm/s is at rest: the rounding of positions makes
+such steps, and one of them at the end of a move would turn the force around.
 """
 
 from __future__ import annotations
@@ -28,11 +29,13 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 from bristle.friction.presliding import is_static
 
-__all__ = ["HELD", "rest_rule", "with_rest"]
+__all__ = ["HELD", "STILL", "rest_rule", "with_rest"]
 
 HELD = "rest_held"
 """The parameter that the rule adds."""
 VISCOUS = canonical("force*time/length")
+STILL = 1e-10
+"""Velocity up to which an axis is at rest [m/s or rad/s]."""
 SHARE = Variable("1", "at rest: 1 holds the force of the last direction, 0 gives the middle", min=0.0, max=1.0)
 
 
@@ -59,7 +62,7 @@ class Move(NamedTuple):
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, by the rule where that is zero."""
     v = motion.v
-    if v == 0.0:
+    if abs(v) <= STILL:
         forward, _ = friction_trial(state, memory, on_side(0.0, motion), dt, p.inner)
         backward, _ = friction_trial(state, memory, on_side(-0.0, motion), dt, p.inner)
         share = p.held * state.side
