@@ -21,7 +21,7 @@ from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
 from bristle.files import owned, renaming, results
-from bristle.files.owned import NOTE
+from bristle.files.owned import NOTE, Folder, note_in
 from bristle.files.results import SUMMARY, results_folder
 
 resource = pytest.importorskip("resource", reason="signals and limits of POSIX")
@@ -695,7 +695,8 @@ def test_only_whole_results_of_ones_own_get_their_name_back(tmp_path, monkeypatc
 
 
 def test_what_another_user_left_is_not_removed(out, monkeypatch):
-    left = out.with_name(UNFINISHED)
+    with Folder(out) as folder:
+        left = out.with_name(f"bristle-{note_in(folder).token}.partial")
     shutil.copytree(out, left)
     monkeypatch.setattr(results.os, "getuid", lambda: 12345)
     write_results(out)
@@ -703,6 +704,32 @@ def test_what_another_user_left_is_not_removed(out, monkeypatch):
     monkeypatch.undo()
     write_results(out)
     assert not left.exists()
+
+
+@pytest.mark.parametrize("suffix", [".partial", ".replaced"])
+def test_a_folder_that_a_person_named_as_ours_are_is_left_alone(out, suffix):
+    left = out.with_name(UNFINISHED).with_suffix(suffix)
+    shutil.copytree(out, left)  # a copy: its note has the token of another folder
+    before = {path.name: path.read_bytes() for path in left.iterdir()}
+    long_ago(out.parent)
+    write_results(out)
+    shutil.rmtree(out)
+    write_results(out, "again")
+    assert mark_of(out) == "again"
+    assert {path.name: path.read_bytes() for path in left.iterdir()} == before
+
+
+def test_results_that_were_put_aside_by_a_killed_process_are_known_by_their_note(out, monkeypatch):
+    put = []
+    monkeypatch.setattr(results, "exchange", lambda first, second: False)
+    monkeypatch.setattr(results, "rename_new", lambda old, new: put.append((old, new)) or os.rename(old, new))
+    write_results(out)
+    assert [new.suffix for _, new in put] == [".replaced", ""]  # the old results aside, the new ones in their place
+    with (out / NOTE).open("a") as note:
+        note.write(json.dumps({"aside": "a" * 32}) + "\n")
+    out.rename(out.with_name(f"bristle-{'a' * 32}.replaced"))  # and a process that ended between both names
+    refused(out, "exists already", force=False)
+    assert mark_of(out) == "new"
 
 
 def test_many_at_once_never_mix(tmp_path):

@@ -15,6 +15,7 @@ from tests.report.pages import Page
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.core.content import content_of
+from bristle.core.errors import InputWarning
 from bristle.core.motion import Motion
 from bristle.files.axis import read_axis
 from bristle.logs.log import Log
@@ -249,7 +250,8 @@ def test_a_part_that_is_broken_or_of_something_else_is_made_again(quick, tmp_pat
     part = tmp_path / "out" / "parts" / "set_a-lugre-nominal-none.json"
     part.write_text(part.read_text()[:-20])
     quick.update(runs=0)
-    with opened(tmp_path / "out") as store:
+    told = pytest.warns(InputWarning, match=r"parts/set_a-lugre-nominal-none\.json is damaged")
+    with told, opened(tmp_path / "out") as store:
         run_trial(plan(2), store)
     assert quick["runs"] == 2
     monkeypatch.setitem(CONDITIONS, "level_1.6", lambda truth: {"level": 1.61})
@@ -298,7 +300,7 @@ def test_progress_tells_the_share_and_the_time_left(quick, tmp_path):
 def test_a_folder_of_something_else_is_left_alone(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("a year of work")
-    with pytest.raises(InputError, match="holds no trial"), opened(tmp_path / "mine"):
+    with pytest.raises(InputError, match="holds something else than a robust trial"), opened(tmp_path / "mine"):
         pass
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
     with pytest.raises(InputError, match="does not exist"), opened(tmp_path / "no" / "where"):

@@ -40,7 +40,11 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     assert ran.before >= before
     assert numbers(out) == list(range(160))
     assert content(out) == content(bench.folder / "undisturbed")
-    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [".lock", "runs", "study.json"]
+    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [
+        ".bristle-results",
+        "runs",
+        "study.json",
+    ]
     assert not (out / ".partial").exists()
 
 

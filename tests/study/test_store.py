@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import subprocess
 import sys
 
@@ -9,10 +10,11 @@ import pyarrow.parquet
 import pytest
 from tests.study.conftest import content
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
+from bristle.files.owned import NOTE, Folder
 from bristle.study import run_study
-from bristle.study import store as store_module
 from bristle.study.block import Simulator
+from bristle.study.dataset import runs_in
 
 
 def test_a_study_is_gone_on_with_where_it_was_left(bench, monkeypatch):
@@ -35,7 +37,8 @@ def test_a_block_with_fewer_runs_is_simulated_again(bench):
     run_study(study, out, workers=1)
     before, file = content(out), out / "runs" / "0000000004.parquet"
     pyarrow.parquet.write_table(pyarrow.parquet.read_table(file).slice(0, 3), file)
-    assert run_study(study, out, workers=1).before == 2
+    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*kept as .*\.damaged"):
+        assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
 
 
@@ -59,8 +62,69 @@ def test_a_damaged_file_is_simulated_again(bench):
     before = content(bench.folder / "out")
     file = bench.folder / "out" / "runs" / "0000000000.parquet"
     file.write_bytes(file.read_bytes()[:-100])
-    assert run_study(study, bench.folder / "out", workers=1).before == 2
+    with pytest.raises(InputError, match=r"is damaged, or was not written here: runs/0000000000\.parquet"):
+        runs_in(bench.folder / "out")
+    with pytest.warns(InputWarning, match="is damaged"):
+        assert run_study(study, bench.folder / "out", workers=1).before == 2
     assert content(bench.folder / "out") == before
+    assert runs_in(bench.folder / "out").count == study.count
+
+
+def test_every_bit_of_a_block_is_guarded(bench):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    file = out / "runs" / "0000000004.parquet"
+    whole = file.read_bytes()
+    for bit in range(0, 8 * len(whole), 997):
+        data = bytearray(whole)
+        data[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(data)
+        with pytest.raises(InputError, match=r"damaged.*0000000004"):
+            runs_in(out)
+    file.write_bytes((out / "runs" / "0000000000.parquet").read_bytes())  # a whole block, but another one
+    with pytest.raises(InputError, match=r"damaged.*0000000004"):
+        runs_in(out)
+
+
+@pytest.mark.parametrize("name", ["study.json", "runs/0000000008.parquet", "traces/0000000001.parquet", "report.html"])
+def test_a_persons_own_file_of_a_name_that_the_study_uses_is_left_alone(bench, name):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    file = out / name
+    file.parent.mkdir(exist_ok=True)
+    file.unlink(missing_ok=True)
+    file.write_text("a year of work")
+    if name.startswith("runs"):  # it stands where a block was: it is kept beside the new one
+        with pytest.warns(InputWarning, match="is damaged"):
+            run_study(study, out, workers=1)
+        file = file.with_name(f"{file.name}.damaged")
+    else:
+        before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+        with pytest.raises(InputError, match=rf"(changed since|not written here): {re.escape(name)}"):
+            run_study(study, out, workers=1)
+        assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+    assert file.read_text() == "a year of work"
+
+
+def test_nothing_is_written_through_a_link(bench):
+    study, out, mine = bench.study(), bench.folder / "out", bench.folder / "mine"
+    mine.mkdir()
+    (mine / "thesis.tex").write_text("years")
+    run_study(study, out, workers=1)
+    for path in (out / "runs").iterdir():
+        path.unlink()
+    (out / "runs").rmdir()
+    (out / "runs").symlink_to(mine)
+    with pytest.raises(InputError, match="not written here: runs"):
+        run_study(study, out, workers=1)
+    assert [path.name for path in mine.iterdir()] == ["thesis.tex"]
+
+
+def test_the_folder_may_be_a_link(bench):
+    (bench.folder / "disk").mkdir()
+    (bench.folder / "out").symlink_to(bench.folder / "disk")
+    assert run_study(bench.study(), bench.folder / "out", workers=1).is_whole
+    assert (bench.folder / "disk" / "study.json").is_file()
 
 
 @pytest.mark.parametrize(
@@ -101,7 +165,7 @@ def test_a_folder_of_a_persons_own_is_left_alone(bench):
     assert [file.name for file in (bench.folder / "mine").iterdir()] == ["thesis.tex"]
 
 
-@pytest.mark.parametrize("own", ["report.html", "runs/2024.csv", ".partial/draft.txt"])
+@pytest.mark.parametrize("own", ["report.html", "runs/2024.csv", "figures/draft.txt"])
 def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench, own):
     file = bench.folder / "mine" / own
     file.parent.mkdir(parents=True)
@@ -112,40 +176,32 @@ def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench
 
 
 def test_what_a_study_left_that_ended_before_it_began_is_no_hindrance(bench):
-    (bench.folder / "out" / ".partial").mkdir(parents=True)
-    (bench.folder / "out" / ".partial" / "study.json").write_text("{")
+    (bench.folder / "out").mkdir()
+    (bench.folder / "out" / NOTE).write_bytes(b"")
     assert run_study(bench.study(), bench.folder / "out", workers=1).is_whole
 
 
 def test_a_foreign_file_among_the_runs_is_told(bench):
     run_study(bench.study(), bench.folder / "out", workers=1)
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
-    with pytest.raises(InputError, match="is none of the files of this study"):
+    with pytest.raises(InputError, match=r"not written here: runs/more\.parquet"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
 def test_a_full_disk_ends_it_in_good_order_and_room_lets_it_go_on(bench, monkeypatch):
-    study, put = bench.study(), store_module.Store.write_file
+    study, rename = bench.study(), Folder.rename
     room = iter([True, True, False])
 
-    def put_where_there_is_room(self, name, data):
-        replace = os.replace
+    def put_where_there_is_room(self, old, new):
         if not next(room):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        rename(self, old, new)
 
-            def full(*_):
-                raise OSError(errno.ENOSPC, "No space left on device")
-
-            monkeypatch.setattr(os, "replace", full)
-        try:
-            put(self, name, data)
-        finally:
-            monkeypatch.setattr(os, "replace", replace)
-
-    monkeypatch.setattr(store_module.Store, "write_file", put_where_there_is_room)
+    monkeypatch.setattr(Folder, "rename", put_where_there_is_room)
     with pytest.raises(InputError, match=r"no space left on device.*Make room"):
         run_study(study, bench.folder / "out", workers=1)
     assert sorted(content(bench.folder / "out")) == ["0000000000.parquet"]
-    assert list((bench.folder / "out" / ".partial").iterdir()) == []
+    assert not list(bench.folder.rglob("*.partial"))
     monkeypatch.undo()
     assert run_study(study, bench.folder / "out", workers=1).before == 1
 
@@ -171,5 +227,4 @@ def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
         with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) writes there"):
             run_study(study, out, workers=1)
         holder.kill()
-    assert (out / ".lock").exists()
     assert run_study(study, out, workers=1).is_whole

@@ -130,6 +130,6 @@ def _write(store: FleetStore, command: str) -> dict[str, Any]:
 
     runs = runs_in(store.folder)
     summary = fleet_summary(runs, provenance=runs.described["provenance"])
-    store.write_file(SUMMARY, json_text(summary).encode())
-    store.write_file(REPORT, fleet_report(runs, summary, command=command).encode("utf-8", "backslashreplace"))
+    store.grown.write(SUMMARY, json_text(summary))
+    store.grown.write(REPORT, fleet_report(runs, summary, command=command))
     return summary

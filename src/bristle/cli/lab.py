@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -68,6 +67,7 @@ def lab(
     out = _page_named(out, port=port, no_open=no_open)
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
+    from bristle.files.single import write_whole
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
@@ -96,7 +96,7 @@ def lab(
                 inputs["replay"] = _replay_of_results(model)
         source = provenance(context.obj, model=content, code=code, **recorded)
         page = lab_page(**inputs, provenance=source)
-    _write(out, page)
+    write_whole(out, page, new=not force)
     if as_json:
         sys.stdout.write(json_text(_summary(out, page, inputs) | {"provenance": source}))
     complain(f"wrote {out}; open it in a browser")
@@ -208,21 +208,3 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
                 return
             raise InputError("is there already", path=str(out), mend="Add --force to replace it, or name another file")
     raise InputError("holds something else than a page of the lab", path=str(out), mend="Name another file")
-
-
-def _write(out: Path, page: str) -> None:
-    """Write a page so that it appears whole or not at all."""
-    from bristle.core import InputError
-
-    unfinished = out.with_name(f".{out.name}.{secrets.token_hex(8)}")
-    try:
-        with unfinished.open("x", encoding="utf-8", newline="\n") as target:
-            target.write(page)
-            target.flush()
-            os.fsync(target.fileno())
-        unfinished.replace(out)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        raise InputError(f"cannot be written: {error.strerror or error}", path=str(out),
-                         mend="Name a file in a folder that can be written to") from None  # fmt: skip

@@ -109,8 +109,9 @@ def _write_proposal(write: Path, proposal: Proposal | None) -> None:
         used = write.exists()
         complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
         return
-    with write.open("x", encoding="utf-8") as file:
-        file.write(proposal.text)
+    from bristle.files.single import write_whole
+
+    write_whole(write, proposal.text, new=True)
     complain(f"wrote {write}")
     for key in proposal.missing:
         complain(f"to be filled in: {key}")

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-import re
-import secrets
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -44,9 +40,6 @@ EXAMPLE = """Example:
   bristle study study.toml --out tolerances
   bristle study study.toml --out tolerances --scheduler tcp://big-machine:8786
   bristle study study.toml --run 4711 --out run_4711"""
-
-OF_REPORT = r"captions\.tex|({names})(-panel-\d+)?\.(svg|pdf|png|csv)"
-NAMES = ("spread", "influence")
 
 
 def study(
@@ -218,15 +211,16 @@ def _run(
 
     command = command_told(["study", str(file), "--out", str(out)])
     with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
-        folder = _Figures(store, [*NAMES, *(figure.name for figure in further.figures)])
         try:
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         except KeyboardInterrupt:
             complain(f"{out} keeps the runs that are done; the same command goes on")
             raise
         report(1.0, "writing the report")
-        folder.clear()
-        with figure_files(folder, *figures):
+        for name in store.grown.names:
+            if name.startswith("figures/"):
+                store.grown.remove(name)  # those of an earlier report, whose numbers were others
+        with figure_files(store.grown, *figures):
             summary = _write(store, ran, command, command_told(["study", str(file)]), further)
     if as_json:
         sys.stdout.write(json_text(summary))
@@ -238,49 +232,6 @@ def _run(
     tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if ran.is_whole else NO
-
-
-class _Figures:
-    """The figures in the folder of a study: those of an earlier report go before those of the one that is written.
-
-    Raises
-    ------
-    InputError
-        If one of them was changed, or made, by someone else: it would be replaced.
-    """
-
-    def __init__(self, store: Store, names: Iterable[str]) -> None:
-        from bristle.core import InputError
-        from bristle.files.owned import Folder, note_in
-
-        self.store, of_report = store, OF_REPORT.format(names="|".join(names))
-        with Folder(store.folder) as folder:
-            note = note_in(folder)
-            for figure in store.folder.glob("figures/*"):
-                name = f"figures/{figure.name}"
-                noted = note.files.get(name) if note is not None else None
-                is_own = noted == "" or (folder.is_file(name) and noted == folder.checksum(name))
-                if re.fullmatch(of_report, figure.name) and not is_own:
-                    raise InputError("was changed since, or is no figure of this study", path=str(figure),
-                                     mend="Move it elsewhere: the report writes its figures again")  # fmt: skip
-
-    def clear(self) -> None:
-        """Remove the figures of an earlier report, and begin the note of those of the next one."""
-        from bristle.files.owned import NOTE, new_note, remove_own
-
-        remove_own(self.store.folder, half_written=True)
-        (self.store.folder / NOTE).unlink(missing_ok=True)
-        os.close(new_note(self.store.folder, secrets.token_hex(16), self.store.folder.name))
-
-    def write(self, name: str, content: str | bytes) -> None:
-        """Write one of them."""
-        from bristle.files.owned import NOTE, write_line
-
-        data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
-        with open(self.store.folder / NOTE, "ab", buffering=0) as note:
-            write_line(note.fileno(), {"file": name})
-            self.store.write_file(name, data)
-            write_line(note.fileno(), {"file": name, "sha256": hashlib.sha256(data).hexdigest()})
 
 
 def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigures) -> dict[str, Any]:
@@ -299,7 +250,7 @@ def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigure
     origins = provenance(command, figure=further.origins)
     source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
     summary = study_summary(runs, command=repeat, provenance=source, worst=worst, traces=traces)
-    store.write_file(SUMMARY, json_text(summary).encode())
+    store.grown.write(SUMMARY, json_text(summary))
     page = study_report(runs, summary, command=command, figures=further.figures)
-    store.write_file(REPORT, page.encode("utf-8", "backslashreplace"))
+    store.grown.write(REPORT, page)
     return summary

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from importlib.resources import files
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from bristle.core.status import Status
 from bristle.demo import truth
 from bristle.engine import Trace, run_closed_loop
 from bristle.files import read_axis
+from bristle.files.single import write_whole
 from bristle.plants import inertia
 from bristle.sensors import encoder
 from bristle.testing import example_of
@@ -78,7 +80,9 @@ def write_log(path: Path, seed: int) -> None:
     current = trace.command / constant + CURRENT_NOISE * generator.standard_normal(trace.command.size)
     table = np.column_stack((trace.time, 1e3 * trace.measured, 1e3 * reference, current))
     header = "# simulated axis, not a measurement\ntime [s],position [mm],reference [mm],motor_current [A]"
-    np.savetxt(path, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments="")
+    out = io.StringIO()
+    np.savetxt(out, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments="")
+    write_whole(path, out.getvalue())
 
 
 def _run(reference: np.ndarray) -> Trace:

@@ -27,6 +27,7 @@ from bristle.files.components import (
 )
 from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
+from bristle.files.single import write_whole
 from bristle.files.toml import read_toml
 from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
 from bristle.plants import PLANTS
@@ -142,7 +143,7 @@ def write_model(
     text = tomlkit.dumps(document)
     for mark, numbers in tables.items():
         text = text.replace(f'"{mark}"', numbers, 1)
-    target.write_bytes(text.encode("utf-8", "backslashreplace"))
+    write_whole(target, text)
 
 
 def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
@@ -218,7 +219,7 @@ def _put_beside(code: Content, folder: Path) -> None:
             raise InputError("is there already, with another content", path=str(target),
                              mend="Write the model file elsewhere, or move that file")  # fmt: skip
         return
-    target.write_bytes(code.data)
+    write_whole(target, code.data, new=True)
 
 
 def read_model(path: Readable, *, related: bool = True, allow_code: bool = False) -> ModelFile:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,6 +13,7 @@ from bristle.core import units
 from bristle.core.axis import Axis, Column
 from bristle.core.content import Readable
 from bristle.core.variable import unit_of
+from bristle.files.single import write_whole
 from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
 from bristle.logs.table import split_unit
@@ -131,4 +133,6 @@ def _write(
 ) -> None:
     table = np.column_stack([signals[name] / factor for name, (_, factor) in columns.items()])
     header = ",".join(head for head, _ in columns.values())
-    np.savetxt(path, table, fmt=DIGITS, delimiter=",", header=header, comments="", encoding="utf-8")
+    out = io.StringIO()
+    np.savetxt(out, table, fmt=DIGITS, delimiter=",", header=header, comments="")
+    write_whole(path, out.getvalue())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from bristle.core.content import Readable
@@ -12,6 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Variable
 from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, table_at
+from bristle.files.single import write_whole
 from bristle.files.toml import read_toml
 from bristle.hysteresis import OPERATORS
 
@@ -54,7 +54,7 @@ def write_operator(
         lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {_written(value)}"]
     unit = OFFSET.unit(operator.kind)
     lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {_written(float(offset))}", ""]
-    Path(path).write_bytes("\n".join(lines).encode("utf-8", "backslashreplace"))
+    write_whole(path, "\n".join(lines))
 
 
 def _written(value: Any) -> str:

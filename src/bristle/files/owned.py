@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import hashlib
 import json
 import os
 import re
-import stat
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+
+from bristle.files.folder import Folder
 
 __all__ = [
     "NOTE",
@@ -28,6 +28,7 @@ __all__ = [
     "is_plain",
     "lock",
     "new_note",
+    "note_aside",
     "note_in",
     "remove_own",
     "strangers_in",
@@ -36,11 +37,8 @@ __all__ = [
 ]
 
 NOTE = ".bristle-results"
-LARGEST_NOTE = 2**20  # [byte]
-CHUNK = 2**20
+LARGEST_NOTE = 2**26  # [byte]
 DEEPEST = 2  # names in the path of a file
-_NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
-_BINARY = getattr(os, "O_BINARY", 0)
 _LOCKED_BYTE = 2**30  # far behind the end of a note: where locks keep others from reading, they keep nobody from it
 
 
@@ -58,12 +56,24 @@ class Note:
         When it was made [ns since 1970].
     files : mapping of str to str
         SHA-256 by name; empty for a file that may be half written.
+    sums : mapping of str to set of str
+        Every SHA-256 that was noted of a file: it may hold the content before the last one where a process was killed.
+    kind : str
+        What a folder holds that grows over many starts; empty for results that appear at once.
+    aside : str
+        The token of the folder whose content takes the place of this one; empty where none does.
+    process : str
+        The process that wrote last into a folder that grows.
     """
 
     token: str
     target: str
     began: int
     files: Mapping[str, str]
+    sums: Mapping[str, frozenset[str]]
+    kind: str = ""
+    aside: str = ""
+    process: str = ""
 
     @property
     def folders(self) -> list[str]:
@@ -71,95 +81,7 @@ class Note:
         return sorted({name.partition("/")[0] for name in self.files if "/" in name})
 
 
-class Folder:
-    """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now.
-
-    Files of it are named as they stand in it, those in a folder below with that folder: ``figures/time.svg``.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    above : Folder, optional
-        The folder that holds it, held open.
-
-    Raises
-    ------
-    OSError
-        If it cannot be opened, or is a link.
-    """
-
-    def __init__(self, path: Path, above: Folder | None = None) -> None:
-        self.path = path
-        self._above = above
-        self._opened: int | None = None
-
-    def __enter__(self) -> Folder:
-        if os.stat in os.supports_dir_fd and hasattr(os, "O_DIRECTORY"):
-            location, above = (self.path, None) if self._above is None else (self.path.name, self._above._opened)
-            self._opened = os.open(location, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS, dir_fd=above)
-        elif not stat.S_ISDIR(os.lstat(self.path).st_mode):
-            raise OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path))
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._opened is not None:
-            os.close(self._opened)
-
-    def names(self) -> list[str]:
-        """Return what is in it."""
-        return sorted(os.listdir(self.path if self._opened is None else self._opened))
-
-    def below(self, name: str) -> Folder:
-        """Return a folder in it, to be held open."""
-        return Folder(self.path / name, above=self)
-
-    def is_file(self, name: str) -> bool:
-        """Return whether this is a regular file, and no link to one."""
-        try:
-            with self._holder(name) as (holder, last):
-                status = os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
-        except OSError:
-            return False
-        return stat.S_ISREG(status.st_mode)
-
-    def open(self, name: str, flags: int = os.O_RDONLY) -> int:
-        """Return a file opened; a link is not followed."""
-        with self._holder(name) as (holder, last):
-            return os.open(holder._at(last), flags | _NO_LINKS | _BINARY, 0o666, dir_fd=holder._opened)
-
-    def checksum(self, name: str) -> str:
-        """Return the SHA-256 of a file."""
-        digest = hashlib.sha256()
-        with os.fdopen(self.open(name), "rb") as file:
-            while chunk := file.read(CHUNK):
-                digest.update(chunk)
-        return digest.hexdigest()
-
-    def remove(self, name: str) -> None:
-        """Remove a file."""
-        with self._holder(name) as (holder, last):
-            os.unlink(holder._at(last), dir_fd=holder._opened)
-
-    def remove_empty(self, name: str) -> None:
-        """Remove a folder in it, which must be empty."""
-        os.rmdir(self._at(name), dir_fd=self._opened)
-
-    @contextlib.contextmanager
-    def _holder(self, name: str) -> Iterator[tuple[Folder, str]]:
-        """Give the folder that holds a file, and what the file is called in it."""
-        above, _, last = name.rpartition("/")
-        if not above:
-            yield self, last
-            return
-        with self.below(above) as holder:
-            yield holder, last
-
-    def _at(self, name: str) -> str:
-        return name if self._opened is not None else os.path.join(self.path, name)
-
-
-def new_note(folder: Path, token: str, target: str) -> int:
+def new_note(folder: Path, token: str, target: str, kind: str = "") -> int:
     """Write the note into a folder that was just made; return it opened and locked.
 
     Raises
@@ -168,13 +90,12 @@ def new_note(folder: Path, token: str, target: str) -> int:
         If there is one already, or it cannot be written.
     """
     with Folder(folder) as inside:
-        opened = inside.open(NOTE, os.O_RDWR | os.O_CREAT | os.O_EXCL)
+        opened = inside.open(NOTE, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND)
     try:
         # Locked before anything stands in it: a note that can be read and is not locked is that of a dead process.
         lock(opened)
-        write_line(
-            opened, {"bristle": version("bristle"), "folder": token, "target": target, "began": str(time.time_ns())}
-        )
+        head = {"bristle": version("bristle"), "folder": token, "target": target, "began": str(time.time_ns())}
+        write_line(opened, head | ({"kind": kind} if kind else {}))
     except BaseException:
         os.close(opened)
         raise
@@ -186,6 +107,16 @@ def write_line(opened: int, line: Mapping[str, str]) -> None:
     text = json.dumps(line).encode() + b"\n"
     while text:
         text = text[os.write(opened, text) :]
+
+
+def note_aside(path: Path, token: str) -> None:
+    """Note in a folder that another one, of this token, takes its place; nothing where it cannot be written."""
+    with contextlib.suppress(OSError), Folder(path) as folder:
+        opened = folder.open(NOTE, os.O_WRONLY | os.O_APPEND)
+        try:
+            write_line(opened, {"aside": token})
+        finally:
+            os.close(opened)
 
 
 def lock(opened: int) -> bool:
@@ -243,12 +174,20 @@ def _note_of(text: bytes) -> Note | None:
     if not re.fullmatch(r"\d{1,20}", began):
         return None
     files: dict[str, str] = {}
+    sums: dict[str, set[str]] = {}
+    beside = {"aside": "", "process": ""}
     for line in lines:
+        if keys := beside.keys() & line.keys():
+            beside |= {key: str(line[key]) for key in keys}
+            continue
         name, checksum = line.get("file"), line.get("sha256", "")
         if not isinstance(name, str) or not isinstance(checksum, str) or not is_own_name(name):
             return None
         files[name] = checksum
-    return Note(token, target, int(began), files)
+        sums.setdefault(name, set()).add(checksum)
+    held = {name: frozenset(all_sums - {""}) for name, all_sums in sums.items()}
+    kind = head.get("kind", "")
+    return Note(token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside)
 
 
 def _objects_in(text: bytes) -> Iterator[dict[str, object]]:
@@ -292,7 +231,7 @@ def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
     present = list(_names_in(folder, note.folders))
     foreign = [name for name in present if name not in note.files]
     own = [name for name in present if name in note.files]
-    changed = [name for name in own if not folder.is_file(name) or folder.checksum(name) != note.files[name]]
+    changed = [name for name in own if not folder.is_file(name) or folder.checksum(name) not in note.sums[name]]
     return foreign, changed
 
 
@@ -331,7 +270,9 @@ def remove_own(path: Path, *, half_written: bool = False) -> bool:
                 return False
             for name, checksum in note.files.items():
                 with contextlib.suppress(OSError):
-                    is_own = folder.is_file(name) and (folder.checksum(name) == checksum if checksum else half_written)
+                    is_own = folder.is_file(name) and (
+                        folder.checksum(name) in note.sums[name] if checksum else half_written
+                    )
                     if is_own:
                         folder.remove(name)
             for name in note.folders:

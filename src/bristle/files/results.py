@@ -32,6 +32,7 @@ from bristle.files.owned import (
     is_own_name,
     lock,
     new_note,
+    note_aside,
     note_in,
     remove_own,
     strangers_in,
@@ -47,7 +48,7 @@ SUMMARY = "summary.json"
 
 NAMES_SHOWN = 5
 BEGUN_LONG_AGO = 60.0  # [s]
-_UNFINISHED = re.compile(r"bristle-[0-9a-f]{32}\.(?:partial|replaced)")
+_UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
 PATIENCE = 2.0  # [s]
 PAUSES_OF_REMOVAL = (0.0, 0.02, 0.2)  # [s]
@@ -259,18 +260,18 @@ def _begin(target: Path) -> Results:
         results = Results(path, new_note(path, token, target.name))
         _open.add(results)
     except BaseException as error:
-        _remove_begun(path)
+        _remove_begun(path, own=True)
         if isinstance(error, OSError):
             raise _unwritable(target, error) from error
         raise
     return results
 
 
-def _remove_begun(path: Path) -> None:
-    """Remove a folder in which nothing stands but, perhaps, a note."""
+def _remove_begun(path: Path, *, own: bool = False) -> None:
+    """Remove a folder in which nothing stands but, perhaps, a note; an empty note where the folder may be another's."""
     with suppress(OSError):
         with Folder(path) as folder:
-            if folder.names() == [NOTE]:
+            if folder.names() == [NOTE] and (own or not folder.size(NOTE)):
                 folder.remove(NOTE)
         os.rmdir(path)
 
@@ -292,7 +293,7 @@ def _abandon(results: Results) -> None:
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
     """Yield folders that programs write into, or wrote into as they were killed."""
     for name in sorted(os.listdir(parent)):
-        if not _UNFINISHED.fullmatch(name):
+        if (match := _UNFINISHED.fullmatch(name)) is None:
             continue
         with suppress(OSError), Folder(parent / name) as folder:
             note = note_in(folder)
@@ -300,6 +301,8 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
                 if os.lstat(parent / name).st_mtime < time.time() - BEGUN_LONG_AGO:
                     _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
                 continue
+            if match[1] not in (note.token, note.aside):
+                continue  # a person's own: a copy, or a folder that was renamed
             yield parent / name, note, _state_of(folder)
 
 
@@ -362,7 +365,8 @@ def _removed(old: Path) -> bool:
 
 
 def _replace(new: Path, target: Path) -> Path:
-    """Put a folder in the place of another one; return where that one is now."""
+    """Put a folder in the place of another one; return where that one is now, which its note says before."""
+    note_aside(target, new.stem.removeprefix("bristle-"))
     if exchange(new, target):
         return new
     aside = new.with_suffix(".replaced")

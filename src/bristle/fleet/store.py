@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from bristle.files.summary import as_json, plain
 from bristle.fleet.columns import described_columns, schema_of
 from bristle.fleet.plan import Fleet, LogFile
-from bristle.study.store import SCHEMA, STUDY, Store, refuse_another, study_in
+from bristle.study.store import RUNS, SCHEMA, STUDY, Store, refuse_another, study_in
 
 __all__ = ["FleetStore"]
 
@@ -18,15 +18,17 @@ class FleetStore(Store):
     """The folder of a fleet while this process writes into it; `study` is the fleet with all logs that are there."""
 
     study: Fleet
+    kind: ClassVar[str] = "fleet"
 
     def begin(self, provenance: Mapping[str, str]) -> None:
         """List the logs of this command behind those that the folder has, each once; refuse another fleet."""
-        if (self.folder / STUDY).is_file():
+        if self.grown.is_whole(STUDY):
             past = study_in(self.folder)
             refuse_another(past["described"], plain(self.study.described), self.folder)
             self.study = self.study.following(past["logs"])
             provenance = past["provenance"]
         self._say(self._content(provenance))
+        self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:
         """Return the logs that need nothing: those with a row, and those that this command does not name."""
@@ -34,9 +36,9 @@ class FleetStore(Store):
         return super().blocks_present() | unnamed
 
     def _say(self, content: Mapping[str, Any]) -> None:
-        file, text = self.folder / STUDY, as_json(content)
-        if not file.is_file() or json.loads(file.read_text(encoding="utf-8")) != json.loads(text):
-            self.write_file(STUDY, text.encode())
+        text, past = as_json(content), self.grown.read(STUDY)
+        if past is None or json.loads(past) != json.loads(text):
+            self.grown.write(STUDY, text)
 
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
         fleet = self.study

@@ -12,6 +12,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.tabular import library
+from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, study_in
 
 __all__ = ["Runs", "read_study", "runs_in"]
@@ -55,7 +56,12 @@ def runs_in(folder: str | Path) -> Runs:
     place = Path(folder)
     described = study_in(place)
     pyarrow, parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-    files = sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet"))
+    files = (
+        sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet"))
+        if (place / RUNS).is_dir()
+        else []
+    )
+    verified(place, [f"{RUNS}/{name}" for name in files])
     try:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:

@@ -69,6 +69,6 @@ def write_traces(store: Store, numbers: list[int]) -> list[str]:
             columns[signal] = np.concatenate([getattr(variant, signal) for variant in result.variants.values()])
         name, sink = f"{TRACES}/{number:010d}.parquet", io.BytesIO()
         store.parquet.write_table(store.pyarrow.table(columns), sink)
-        store.write_file(name, sink.getvalue())
+        store.grown.write(name, sink.getvalue())
         names.append(name)
     return names

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.tabular import library
-from bristle.files.owned import lock, sync_folder
+from bristle.files.growing import Growing, growing_folder
 from bristle.files.summary import as_json, plain
 from bristle.study.plan import Block
 
@@ -22,9 +20,8 @@ __all__ = ["OF_STUDIES", "RUNS", "SCHEMA", "STUDY", "Store", "opened", "refuse_a
 
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
-LOCK, PARTIAL = ".lock", ".partial"
+WRITTEN, FOLDERS = (STUDY, "summary.json", "report.html"), ("traces", "figures")
 SCHEMA = 1
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO}
 LONGEST = 60
 
 
@@ -33,46 +30,40 @@ class Store:
 
     Parameters
     ----------
-    folder : Path
+    folder : Growing
         The folder.
     study : Study
         The study.
+    damaged : sequence of str
+        Files of it whose content is not the one that was written.
     """
 
-    def __init__(self, folder: Path, study: Any) -> None:
-        self.folder, self.study = folder, study
+    kind: ClassVar[str] = "study"
+
+    def __init__(self, folder: Growing, study: Any, damaged: Sequence[str] = ()) -> None:
+        self.grown, self.folder, self.study = folder, folder.path, study
+        self.damaged = list(damaged)
         self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
         self.schema = self._schema()
 
     def begin(self, provenance: Mapping[str, str]) -> None:
-        """Say in the folder what it holds, once it is this process's own; refuse what holds something else."""
-        if (self.folder / STUDY).is_file():
+        """Say in the folder what it holds; refuse a folder that holds another study."""
+        if self.grown.is_whole(STUDY):
             refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
         else:
-            self.write_file(STUDY, as_json(_described(self, provenance)).encode())
+            self.grown.write(STUDY, as_json(_described(self, provenance)))
+        self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:
-        """Return the first runs of the blocks that are there, whole; one that cannot be read is removed."""
-        blocks = {block.file: block for block in self.study.blocks}
-        present = set()
-        for name in sorted(os.listdir(self.folder / RUNS)):
-            if name not in blocks:
-                raise InputError("is none of the files of this study", path=str(self.folder / RUNS / name),
-                                 mend="Move it elsewhere: whoever reads the folder would read it, too")  # fmt: skip
-            if self._is_whole(self.folder / RUNS / name, blocks[name]):
-                present.add(blocks[name].first)
-            else:
-                (self.folder / RUNS / name).unlink()
-        return present
-
-    def _is_whole(self, file: Path, block: Block) -> bool:
-        """Return whether a file holds the runs of its block: a disk that failed may have left less."""
-        try:
-            with self.parquet.ParquetFile(file) as opened_file:
-                metadata = opened_file.metadata
-                return metadata.num_rows == block.count and opened_file.schema_arrow.names == self.schema.names
-        except (self.pyarrow.ArrowException, OSError):
-            return False
+        """Return the first runs of the blocks that are there, whole; a damaged one is set aside and told."""
+        blocks = {f"{RUNS}/{block.file}": block for block in self.study.blocks}
+        self.grown.set_all_aside(self.damaged)
+        self.damaged = []
+        names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
+        if unknown := sorted(set(names) - set(blocks)):
+            raise InputError("is none of the files of this study", path=str(self.folder / unknown[0]),
+                             mend="Move it elsewhere: whoever reads the folder would read it, too")  # fmt: skip
+        return {blocks[name].first for name in names}
 
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
         """Write a block; it appears whole under its name.
@@ -86,28 +77,7 @@ class Store:
         table = self.pyarrow.Table.from_arrays(arrays, schema=self.schema)
         sink = self.pyarrow.BufferOutputStream()
         self.parquet.write_table(table, sink)
-        self.write_file(f"{RUNS}/{block.file}", sink.getvalue().to_pybytes())
-
-    def write_file(self, name: str, content: bytes) -> None:
-        """Write a file of the folder; it appears whole under its name, in the place of an earlier one."""
-        target, partial = self.folder / name, self.folder / PARTIAL / name.replace("/", "-")
-        try:
-            target.parent.mkdir(exist_ok=True)
-            with open(partial, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(partial, target)
-            sync_folder(target.parent)
-        except OSError as error:
-            with suppress(OSError):
-                partial.unlink()
-            if error.errno not in _FULL:
-                raise
-            raise InputError(
-                f"cannot be written: {os.strerror(error.errno or 0).lower()}", path=str(target),
-                mend="What is there stays. Make room and give the same command again",
-            ) from error  # fmt: skip
+        self.grown.write(f"{RUNS}/{block.file}", sink.getvalue().to_pybytes())
 
     def _array(self, values: Any, field: Any) -> Any:
         if field.name == "reason":
@@ -150,7 +120,9 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 
 
 @contextmanager
-def opened(folder: Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
+def opened(
+    folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store
+) -> Iterator[AnyStore]:  # fmt: skip
     """Give the folder of a study to write into, new or that of the same study, to this process alone.
 
     Raises
@@ -158,21 +130,19 @@ def opened(folder: Path, study: Any, provenance: Mapping[str, str], kind: type[A
     InputError
         If another process writes there, or the folder holds something else: another study is told by what differs.
     """
-    store = kind(folder, study)
-    _refuse_foreign(folder)
-    folder.mkdir(exist_ok=True)
-    descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-    try:
-        _lock(descriptor, folder)
-        (folder / RUNS).mkdir(exist_ok=True)
-        (folder / PARTIAL).mkdir(exist_ok=True)
-        for name in os.listdir(folder / PARTIAL):  # of a process that was killed: the lock says that none writes
-            (folder / PARTIAL / name).unlink()
+    with growing_folder(folder, kind.kind, made_anew=_is_block, used=_is_used) as (grown, damaged):
+        store = kind(grown, study, damaged)
         store.begin(provenance)
         yield store
-        (folder / PARTIAL).rmdir()
-    finally:
-        os.close(descriptor)
+
+
+def _is_block(name: str) -> bool:
+    return name.startswith(f"{RUNS}/")
+
+
+def _is_used(name: str) -> bool:
+    """Return whether a study writes or reads files of this name."""
+    return name in WRITTEN or name.partition("/")[0] in (RUNS, *FOLDERS)
 
 
 def study_in(folder: Path) -> dict[str, Any]:
@@ -206,39 +176,6 @@ def _described(store: Store, provenance: Mapping[str, str]) -> dict[str, Any]:
         "metrics": [metric.column for metric in study.metrics], "columns": store.columns,
         "described": study.described, "provenance": provenance,
     }  # fmt: skip
-
-
-def _refuse_foreign(folder: Path) -> None:
-    if not folder.parent.is_dir():
-        raise InputError("the folder that is to hold it does not exist", path=str(folder),
-                         mend=f"Make {folder.parent} first")  # fmt: skip
-    if not os.path.lexists(folder):
-        return
-    if not folder.is_dir():
-        raise InputError("is a file, not a folder", path=str(folder), mend="Name another folder")
-    if (folder / STUDY).is_file():
-        return
-    # A study that was killed before it said what it is has left no more than these, and its first file half written.
-    foreign = sorted({*os.listdir(folder)} - {LOCK, RUNS, PARTIAL}) + [
-        f"{inner}/{name}" for inner in (RUNS, PARTIAL) if (folder / inner).is_dir()
-        for name in sorted(os.listdir(folder / inner)) if (inner, name) != (PARTIAL, STUDY)
-    ]  # fmt: skip
-    if foreign:
-        raise InputError(f"holds something else than a study: {', '.join(foreign[:5])}", path=str(folder),
-                         mend="Name another folder")  # fmt: skip
-
-
-def _lock(descriptor: int, folder: Path) -> None:
-    """Take the lock of a folder, which ends with the process that has it: one that was left behind is none."""
-    try:
-        lock(descriptor)
-    except BlockingIOError:
-        holder = os.pread(descriptor, LONGEST, 0).decode(errors="replace") if hasattr(os, "pread") else ""
-        raise InputError(f"another process{f' ({holder})' if holder else ''} writes there", path=str(folder),
-                         mend="Wait for it to end, or name another folder") from None  # fmt: skip
-    if hasattr(os, "pwrite"):
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, f"process {os.getpid()}".encode(), 0)
 
 
 def refuse_another(before: Any, now: Any, folder: Path) -> None:

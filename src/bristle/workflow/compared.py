@@ -20,6 +20,7 @@ from bristle.core.variable import Variable
 from bristle.files.arguments import axes_for, log_and_axis
 from bristle.files.provenance import provenance
 from bristle.files.results import Results, results_folder
+from bristle.files.single import write_whole
 from bristle.logs.log import Log
 
 if TYPE_CHECKING:
@@ -126,13 +127,12 @@ class Compared(WithCard, Comparison):
         Path
             The file.
         """
-        file, comparison = Path(path), self
+        comparison = self
         if figures:
             from bristle.figures.own import figures_named
 
             comparison = replace(self, figures=figures_named(figures, "compare"))
-        file.write_text(comparison.page, encoding="utf-8")
-        return file
+        return write_whole(path, comparison.page)
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write ``summary.json`` and ``report.html`` into a folder.

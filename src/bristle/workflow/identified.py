@@ -15,6 +15,7 @@ from bristle.files.arguments import logs_and_axes
 from bristle.files.axis_text import axis_text
 from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
+from bristle.files.single import write_whole
 from bristle.files.user_model import origins_of_code
 from bristle.friction import DEFAULT_MODELS
 from bristle.identification.identify import identify as models_fitted
@@ -135,13 +136,12 @@ class Identified(ModelInHand, Identification):
         Path
             The file.
         """
-        file, outcome = Path(path), self.outcome
+        outcome = self.outcome
         if figures:
             from bristle.figures.own import figures_named
 
             outcome = replace(outcome, figures=figures_named(figures, "identify"))
-        file.write_text(outcome.page, encoding="utf-8")
-        return file
+        return write_whole(path, outcome.page)
 
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write everything into a folder that `bristle.load` reads.

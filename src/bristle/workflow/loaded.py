@@ -21,6 +21,7 @@ from bristle.files.axis import read_axis
 from bristle.files.bands import NUMBERS
 from bristle.files.model import read_model
 from bristle.files.results import SUMMARY
+from bristle.files.single import write_whole
 from bristle.identification.prediction_interval import Bands
 from bristle.identification.result import Estimate, Fit, Resampling, Scatter, Traces
 from bristle.report.results import REPORT
@@ -81,9 +82,7 @@ class Loaded(ModelInHand):
         path : path-like
             The file; one that is there is replaced.
         """
-        file = Path(path)
-        file.write_text(self.page, encoding="utf-8")
-        return file
+        return write_whole(path, self.page)
 
     def _source(self) -> str:
         name = self.summary.get("provenance", {}).get("log")

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
-import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError
-from bristle.files.owned import lock
+from bristle.files.growing import Growing, growing_folder
 
 __all__ = ["Store", "opened"]
 
-MARK, PARTS, LOCK, PARTIAL = "robust.json", "parts", ".lock", ".partial"
-CONTENT = json.dumps({"schema": 1, "written by": "bristle paper --robust"}) + "\n"
+PARTS, FIGURES = "parts", "figures"
+WRITTEN = ("summary.json", "report.html")
 
 
 class Store:
@@ -24,41 +21,25 @@ class Store:
 
     Parameters
     ----------
-    path : Path
+    grown : Growing
         The folder.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path, self._lock = path, threading.Lock()
-
-    def __truediv__(self, name: str) -> Path:
-        """Return where a file of the results is to be written."""
-        target = self.path / name
-        target.parent.mkdir(exist_ok=True)
-        return target
+    def __init__(self, grown: Growing) -> None:
+        self.grown, self.path = grown, grown.path
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file; it appears whole under its name, in the place of an earlier one.
+        """Write a file; it appears whole under its name, in the place of one that was written before.
 
         Raises
         ------
         InputError
-            If the disk does not take it: what is there stays.
+            If a person changed it, or the disk does not take it: what is there stays.
         """
-        target, partial = self / name, self.path / PARTIAL
-        try:
-            with self._lock:
-                partial.write_bytes(
-                    content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
-                )
-                os.replace(partial, target)
-        except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror}", path=str(target),
-                             mend="What is there stays. Give the same command again") from error  # fmt: skip
-        return target
+        return self.grown.write(name, content)
 
     def take(self, name: str, source: Mapping[str, Any]) -> Any:
-        """Return what a part holds; None where it is not there, or was made from something else.
+        """Return what a part holds; None where it is not there or was made from something else.
 
         Parameters
         ----------
@@ -67,11 +48,9 @@ class Store:
         source : mapping
             What it is to be made from.
         """
-        try:
-            part = json.loads((self.path / PARTS / f"{name}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return part["content"] if isinstance(part, dict) and part.get("made_from") == dict(source) else None
+        content = self.grown.read(f"{PARTS}/{name}.json")
+        part = None if content is None else json.loads(content)
+        return part["content"] if part and part["made_from"] == dict(source) else None
 
     def keep(self, name: str, source: Mapping[str, Any], content: Any) -> None:
         """Write a part.
@@ -89,44 +68,22 @@ class Store:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Store]:
+def opened(path: str | Path) -> Iterator[Store]:
     """Give a folder to write into, new or begun by an earlier trial, to this process alone.
-
-    Parameters
-    ----------
-    path : Path
-        The folder. Its parent must exist.
 
     Raises
     ------
     InputError
         If another process writes there, or it holds something else.
     """
-    if not path.parent.is_dir():
-        raise InputError("the folder that is to hold it does not exist", path=str(path),
-                         mend=f"Make {path.parent} first")  # fmt: skip
-    if os.path.lexists(path) and not (path.is_dir() and (path / MARK).is_file()):
-        raise InputError("is there already, and holds no trial of bristle paper --robust", path=str(path),
-                         mend="Name another folder")  # fmt: skip
-    try:
-        path.mkdir(exist_ok=True)
-        descriptor = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", path=str(path)) from error
-    try:
-        _lock(descriptor, path)
-        store = Store(path)
-        store.write(MARK, CONTENT)
-        yield store
-    finally:
-        os.close(descriptor)
-        with suppress(OSError):
-            (path / PARTIAL).unlink()
+    with growing_folder(path, "robust trial", made_anew=_is_part, used=_is_used) as (grown, damaged):
+        grown.set_all_aside(damaged)
+        yield Store(grown)
 
 
-def _lock(descriptor: int, path: Path) -> None:
-    try:
-        lock(descriptor)
-    except BlockingIOError:
-        raise InputError("another process writes there", path=str(path),
-                         mend="Wait for it to end, or name another folder") from None  # fmt: skip
+def _is_part(name: str) -> bool:
+    return name.startswith(f"{PARTS}/")
+
+
+def _is_used(name: str) -> bool:
+    return name in WRITTEN or name.partition("/")[0] in (PARTS, FIGURES)

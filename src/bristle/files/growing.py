@@ -1,0 +1,304 @@
+"""A folder that grows over many starts of a command: each file of it appears whole, or not at all.
+
+Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears. So what a command finds again
+is verified, what a disk damaged is told by name and made anew, and what a person made or changed is never replaced.
+The folder is looked through before anything in it is touched, and one process writes at a time.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import re
+import secrets
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from bristle.core.errors import InputError, InputWarning
+from bristle.files.owned import (
+    NOTE,
+    Folder,
+    Note,
+    is_own_name,
+    lock,
+    new_note,
+    note_in,
+    strangers_in,
+    sync_folder,
+    write_line,
+)
+
+__all__ = ["DAMAGED", "Growing", "growing_folder", "verified"]
+
+DAMAGED = ".damaged"
+"""What stands behind the name of a file whose content is not the one that was written: it is kept."""
+MOST_LISTED = 5
+_UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EACCES, errno.EPERM}
+
+
+class Growing:
+    """A folder while this process alone writes into it.
+
+    Parameters
+    ----------
+    folder : Folder
+        The folder, held open.
+    opened : int
+        Its note, opened and locked.
+    note : Note or None
+        What the note says; None for a new folder.
+    """
+
+    def __init__(self, folder: Folder, opened: int, note: Note | None) -> None:
+        self.path, self._folder, self._opened = folder.path, folder, opened
+        self._sums: dict[str, set[str]] = {name: set(sums) for name, sums in (note.sums if note else {}).items()}
+        self._writing = threading.Lock()
+
+    def __truediv__(self, name: str) -> Path:
+        """Return where a file of the folder stands."""
+        return self.path / name
+
+    @property
+    def names(self) -> list[str]:
+        """The files that were written and are there."""
+        return [name for name, sums in self._sums.items() if any(sums) and self._folder.is_file(name)]
+
+    def is_whole(self, name: str) -> bool:
+        """Return whether a file is there with a content that was written."""
+        return name in self.names and self._folder.checksum(name) in self._sums[name]
+
+    def read(self, name: str) -> bytes | None:
+        """Return what a file holds; None where it is not there, or holds something else than was written."""
+        if name not in self.names:
+            return None
+        with os.fdopen(self._folder.open(name), "rb") as file:
+            content = file.read()
+        return content if hashlib.sha256(content).hexdigest() in self._sums[name] else None
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file; it appears whole under its name, in the place of one that was written before.
+
+        Raises
+        ------
+        InputError
+            If a file is there that was not written here or was changed since, or the disk does not take it: what is
+            there stays.
+        """
+        if not is_own_name(name):
+            raise ValueError(f"{name!r} is not the name of a file")
+        data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+        with self._writing:
+            try:
+                self._place_file(name, data)
+            except OSError as error:
+                if error.errno not in _FULL:
+                    raise
+                raise InputError(
+                    f"cannot be written: {os.strerror(error.errno or 0).lower()}", path=str(self.path / name),
+                    mend="What is there stays. Make room and give the same command again",
+                ) from error  # fmt: skip
+        return self.path / name
+
+    def make(self, name: str) -> None:
+        """Make a folder in it, unless it is there."""
+        self._folder.make(name)
+
+    def remove(self, name: str) -> None:
+        """Remove a file that was written here, unless its content is another one by now."""
+        if self.is_whole(name):
+            self._folder.remove(name)
+
+    def set_aside(self, name: str) -> str:
+        """Give a damaged file another name, which is returned: it may be a person's."""
+        aside, count = f"{name}{DAMAGED}", 1
+        while self._folder.is_there(aside):
+            count += 1
+            aside = f"{name}{DAMAGED}-{count}"
+        self._folder.rename(name, aside)
+        return aside
+
+    def set_all_aside(self, names: Iterable[str]) -> None:
+        """Give damaged files other names, and say so: they are made anew."""
+        for name in names:
+            warnings.warn(
+                f"{name} is damaged: it is made anew, and kept as {self.set_aside(name)}", InputWarning, stacklevel=2
+            )
+
+    def _place_file(self, name: str, data: bytes) -> None:
+        holder = name.rpartition("/")[0]
+        if holder:
+            self._folder.make(holder)
+        present = self._folder.is_there(name)
+        if present and not self.is_whole(name):
+            raise InputError("was changed since, or was not written here", path=str(self.path / name),
+                             mend="Move it elsewhere: it would be replaced")  # fmt: skip
+        partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
+        write_line(self._opened, {"file": partial})
+        try:
+            with os.fdopen(self._folder.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            checksum = hashlib.sha256(data).hexdigest()
+            write_line(self._opened, {"file": name, "sha256": checksum})
+            os.fsync(self._opened)
+            self._sums.setdefault(name, set()).add(checksum)
+            (self._folder.replace if present else self._folder.rename)(partial, name)
+        except BaseException:
+            with suppress(OSError):
+                self._folder.remove(partial)
+            raise
+        sync_folder((self.path / name).parent)
+
+
+@contextmanager
+def growing_folder(
+    out: str | os.PathLike[str], kind: str, *, made_anew: Callable[[str], bool] = lambda name: False,
+    used: Callable[[str], bool] = lambda name: True,
+) -> Iterator[tuple[Growing, list[str]]]:  # fmt: skip
+    """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it.
+
+    Parameters
+    ----------
+    out : path
+        The folder, or a link to one. The folder that holds it must exist.
+    kind : str
+        What the folder is to hold, "study": one of another kind is refused.
+    made_anew : callable
+        Whether a file of this name, where its content is not the one that was written, is made anew; a changed file of
+        any other name is refused.
+    used : callable
+        Whether a file of this name may be written or read: one that was not written here is refused.
+
+    Raises
+    ------
+    InputError
+        If another process writes there, or the folder holds what was not written here. Nothing was touched then.
+    """
+    path = _place(out)
+    is_new = not os.path.lexists(path)
+    try:
+        if is_new:
+            os.mkdir(path)
+        with Folder(path) as folder:
+            note, opened = _noted(folder, path, kind)
+            try:
+                _lock(opened, path, note)
+                damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
+                write_line(opened, {"process": str(os.getpid())})
+                _clear(folder, note)
+                yield Growing(folder, opened, note), damaged
+            finally:
+                os.close(opened)
+    except OSError as error:
+        if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(str(path)):
+            raise
+        raise InputError(f"cannot be written: {(error.strerror or str(error)).lower()}", path=str(path),
+                         mend="Name another folder, or give the same command again") from error  # fmt: skip
+
+
+def verified(path: Path, names: list[str]) -> None:
+    """Refuse files of a folder whose content is not the one that was written.
+
+    Raises
+    ------
+    InputError
+        With their names.
+    """
+    with Folder(path) as folder:
+        note = note_in(folder)
+        if note is None:
+            return
+        damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())]
+    if damaged:
+        raise InputError(
+            f"{'is' if len(damaged) == 1 else 'are'} damaged, or {'was' if len(damaged) == 1 else 'were'} not written "
+            f"here: {_listed(damaged)}", path=str(path),
+            mend="Give the command that wrote the folder again: it makes damaged files anew, and keeps them beside",
+        )  # fmt: skip
+
+
+def _place(out: str | os.PathLike[str]) -> Path:
+    text = os.fspath(out)
+    if "\0" in text:
+        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a folder")
+    try:
+        path = Path(text).resolve()
+        if not path.parent.is_dir():
+            raise InputError("the folder that is to hold it does not exist", path=str(path),
+                             mend=f"Make {path.parent} first")  # fmt: skip
+        if os.path.lexists(path) and not path.is_dir():
+            raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"names no folder: {error}", path=text, mend="Name another one") from None
+    return path
+
+
+def _noted(folder: Folder, path: Path, kind: str) -> tuple[Note | None, int]:
+    """Return the note of a folder and the note opened; an empty folder gets one."""
+    note = note_in(folder)
+    if note is not None:
+        return note, folder.open(NOTE, os.O_RDWR | os.O_APPEND)
+    if folder.names() == [NOTE] and not folder.size(NOTE):
+        folder.remove(NOTE)  # of a process that was killed before it wrote a line
+    if present := folder.names():
+        present = [inside for name in present for inside in _opened(folder, name)] or present
+        raise InputError(f"holds something else than a {kind}: {_listed(present)}", path=str(path),
+                         mend="Name another folder")  # fmt: skip
+    return None, new_note(path, secrets.token_hex(16), path.name, kind)
+
+
+def _lock(opened: int, path: Path, note: Note | None) -> None:
+    try:
+        lock(opened)
+    except BlockingIOError:
+        holder = f" (process {note.process})" if note is not None and note.process else ""
+        raise InputError(f"another process{holder} writes there", path=str(path),
+                         mend="Wait for it to end, or name another folder") from None  # fmt: skip
+
+
+def _looked_through(
+    folder: Folder, note: Note, path: Path, kind: str, made_anew: Callable[[str], bool], used: Callable[[str], bool]
+) -> list[str]:  # fmt: skip
+    """Return the damaged files that are to be made anew; refuse what a person made or changed."""
+    if note.kind != kind:
+        raise InputError(f"holds something else than a {kind}: {note.kind or 'results of another command'}",
+                         path=str(path), mend="Name another folder")  # fmt: skip
+    foreign, changed = strangers_in(folder, note)
+    foreign = [inside for name in foreign for inside in _opened(folder, name)]
+    foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
+    if foreign:
+        raise InputError(f"holds what was not written here: {_listed(foreign)}", path=str(path),
+                         mend="Move it elsewhere: it would be replaced, or read as if it were")  # fmt: skip
+    unfinished = {name for name in changed if _UNFINISHED.fullmatch(name)}
+    if altered := [name for name in changed if name not in unfinished and not made_anew(name)]:
+        raise InputError(f"holds files that were changed since: {_listed(altered)}", path=str(path),
+                         mend="Move them elsewhere: they would be replaced")  # fmt: skip
+    return [name for name in changed if name not in unfinished]
+
+
+def _opened(folder: Folder, name: str) -> list[str]:
+    """Return what is in a folder below, of any other thing its own name; an empty folder is nobody's."""
+    try:
+        with folder.below(name) as inside:
+            return [f"{name}/{child}" for child in inside.names()]
+    except OSError:
+        return [name]
+
+
+def _clear(folder: Folder, note: Note | None) -> None:
+    """Remove what a process left half written that was killed: the lock says that none writes."""
+    for name in note.files if note is not None else ():
+        if _UNFINISHED.fullmatch(name) and folder.is_file(name):
+            with suppress(OSError):
+                folder.remove(name)
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return f"{', '.join(names[:MOST_LISTED])}{more}"

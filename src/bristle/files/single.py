@@ -1,0 +1,60 @@
+"""One file that a person named: a new one is written as it is, another one is replaced whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from contextlib import suppress
+from pathlib import Path
+
+from bristle.core.errors import InputError
+
+__all__ = ["write_whole"]
+
+_NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+
+
+def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool = False) -> Path:
+    """Write a file, text in UTF-8 with plain line ends; what cannot be encoded is escaped.
+
+    Parameters
+    ----------
+    path : path-like
+        The file. A link is replaced, not followed.
+    content : str or bytes
+        What it holds.
+    new : bool
+        Whether a file that is there already is refused.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written: what was there stays.
+    """
+    file = Path(path)
+    data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+    replaces = os.path.lexists(file) and not new
+    place = file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file
+    try:
+        opened = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
+    except OSError as error:
+        raise _unwritable(file, error) from None
+    try:
+        with os.fdopen(opened, "wb") as target:
+            target.write(data)
+            target.flush()
+            os.fsync(target.fileno())
+        if replaces:
+            os.replace(place, file)
+    except BaseException as error:
+        with suppress(OSError):
+            os.unlink(place)
+        if isinstance(error, OSError):
+            raise _unwritable(file, error) from None
+        raise
+    return file
+
+
+def _unwritable(file: Path, error: OSError) -> InputError:
+    return InputError(f"cannot be written: {(error.strerror or str(error)).lower()}", path=str(file),
+                      mend="Name a file in a folder that can be written to")  # fmt: skip
