@@ -233,7 +233,7 @@ def test_a_name_with_an_accent_is_found_however_it_is_spelt(tmp_path, axis, reco
 def test_a_row_with_the_stamp_of_the_one_before_is_left_out(write, axis, recording):
     kept = np.insert(np.arange(recording["t"].size), 600, 599)
     log = read_log(write(**{name: values[kept] for name, values in recording.items()}), axis)
-    assert log.notes[0] == "1 row has the stamp of the row before: left out"
+    assert log.notes[0] == "1 row repeats the row before: left out"
     np.testing.assert_array_equal(log.position.values, recording["q"])
     assert len(log.segments) == 1
 

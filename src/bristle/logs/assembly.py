@@ -51,7 +51,10 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     if time is not None:
         place = f"{table.source}: column {time.column!r}"
         position = gathered.channels["position"].values
-        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position)
+        return clock_of(
+            time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position,
+            repeats=_repeats(gathered),
+        )  # fmt: skip
     period = axis.sample_time or table.sample_time
     if period is None:
         raise InputError(
@@ -65,6 +68,12 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
         )  # fmt: skip
     stamps = period * np.arange(gathered.channels["position"].values.size)
     return clock_of(stamps, str(table.source), delay=axis.delay)
+
+
+def _repeats(gathered: Gathered) -> np.ndarray:
+    """Return which rows hold in all channels what the row before holds."""
+    values = [channel.values for name, channel in gathered.named() if name != "time"]
+    return np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
 
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:

@@ -19,6 +19,10 @@ GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
 RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
 GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
 UNEVEN_GAP = 10.0  # sample times that split a log of uneven samples
+BRIDGED = 3  # rows lost on end that are interpolated: a longer pause splits the log
+HALF = 0.5  # of the sample time: what the stamps behind a step are later by where a row was lost
+AROUND = 15  # rows before a step, and behind it
+PASSES = 8  # rows that were lost close together are found one after the other
 SHORTEST_SEGMENT = 10  # samples
 SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
 WINDOW = 101  # samples over which a clock may drift and be no jitter
@@ -140,7 +144,7 @@ class Clock:
 
 def clock_of(
     stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time: float | None = None,
-    position: np.ndarray | None = None,
+    position: np.ndarray | None = None, repeats: np.ndarray | None = None,
 ) -> Clock:  # fmt: skip
     """Return the uniform grid of time that recorded time stamps lie on or near.
 
@@ -156,6 +160,8 @@ def clock_of(
         What the axis file says it is [s].
     position : ndarray, optional
         What moves: where the stamps jitter it may tell whether the samples do.
+    repeats : ndarray of bool, optional
+        Whether all channels of a row hold what the row before holds: a row that a stamp repeats is the same row then.
 
     Raises
     ------
@@ -168,11 +174,14 @@ def clock_of(
         raise InputError(f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
                          mend="Mend the unit of the time column")  # fmt: skip
     even, step = _rounded(order.stamps, usual)
-    order = order if step else _without_repeats(order, usual, place)
+    order = order if step else _without_repeats(order, repeats, place)
     stamps = order.stamps
     steps = np.diff(stamps)
     gaps, uneven = (np.zeros(steps.size, dtype=bool), False) if step else _gaps(stamps, steps, usual)
-    period = _period(np.diff(even) if step else steps[~gaps])
+    counts = np.ones(steps.size)
+    if not step and not uneven:
+        gaps, counts = _samples_between(stamps, usual)
+    period = _period(np.diff(even)) if step else _period(steps[~gaps], counts[~gaps])
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         raise InputError(
             f"steps by {period:.6g} s and the axis file says otherwise",
@@ -183,13 +192,14 @@ def clock_of(
     bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
     raws = [slice(a, b) for a, b in pairwise(bounds)]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
-    notes = [*order.notes, *_gap_notes(stamps, raws, usable)]
+    notes = [*order.notes, *_gap_notes(stamps, raws, usable), *_bridge_notes(counts)]
     jitter = None
     if step:
         stamps = even
         notes.append(f"time stamps are rounded to {step:.6g} s: the samples are taken as even, {period:.6g} s apart")
     else:
-        stamps, jitter, remarks = _deviation(stamps, usable, period, uneven, _sorted(position, order))
+        places = np.concatenate([[0.0], np.cumsum(counts)])
+        stamps, jitter, remarks = _deviation(stamps, places, usable, period, uneven, _sorted(position, order))
         notes += remarks
     pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in usable]
     pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
@@ -199,11 +209,51 @@ def clock_of(
             path=place,
             mend="Mend the delay in [timing] of the axis file, or record without gaps",
         )
-    return Clock(period, tuple(pieces), stamps, jitter is None, tuple(notes), order.rows, jitter)
+    is_uniform = jitter is None and not np.any(counts > 1.0)
+    return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
 
 
-def _period(steps: np.ndarray) -> float:
-    return float(f"{float(steps.mean()):.{DIGITS}g}")
+def _period(steps: np.ndarray, counts: np.ndarray | None = None) -> float:
+    """Return the time between samples, from steps over one sample or over as many as `counts` says."""
+    mean = float(steps.mean()) if counts is None else float(steps.sum() / counts.sum())
+    return float(f"{mean:.{DIGITS}g}")
+
+
+def _samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return which steps are pauses that split the log, and over how many samples each other step is.
+
+    A row that was lost moves all stamps behind it, a late one only itself: the medians of the stamps before and behind
+    a step, against even ones, tell them apart. Few rows that were lost on end are bridged.
+    """
+    counts = np.ones(stamps.size - 1)
+    for _ in range(PASSES):
+        off = (stamps - usual * np.concatenate([[0.0], np.cumsum(counts)])) / usual
+        rise = _medians(off[::-1])[::-1][1:] - _medians(off)[:-1]
+        found = np.flatnonzero(rise > HALF)
+        if not found.size:
+            break
+        jumps = np.diff(off)
+        for near in np.split(found, np.flatnonzero(np.diff(found) > 1) + 1):
+            at = near[np.argmax(jumps[near])]
+            counts[at] += max(round(float(min(rise[near].max(), jumps[at]))), 1)
+    gaps = counts > BRIDGED + 1.0
+    return gaps, np.where(gaps, 1.0, counts)
+
+
+def _medians(off: np.ndarray) -> np.ndarray:
+    """Return the median of the values up to each one."""
+    from scipy.ndimage import median_filter
+
+    reach = min(AROUND, off.size)
+    return median_filter(off, size=reach, origin=(reach - 1) // 2, mode="nearest")
+
+
+def _bridge_notes(counts: np.ndarray) -> list[str]:
+    lost = int(np.sum(counts - 1.0))
+    if not lost:
+        return []
+    rows = "1 row is" if lost == 1 else f"{lost} rows are"
+    return [f"{rows} missing, {BRIDGED} on end at most: interpolated between those around"]
 
 
 def _sorted(values: np.ndarray | None, order: Order) -> np.ndarray | None:
@@ -234,29 +284,48 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
     return slope * index + 0.5 * float(error.max() + error.min()), step
 
 
-def _without_repeats(order: Order, usual: float, place: str) -> Order:
-    """Leave out rows that have the stamp of the row before them; a late stamp, with time left behind it, is mended."""
+def _without_repeats(order: Order, same: np.ndarray | None, place: str) -> Order:
+    """Mend stamps that repeat that of the row before, and leave out rows that repeat all of it.
+
+    A row with a reading of its own is a sample, whatever its stamp: it was stamped when a burst arrived, and lies
+    between the stamps around the burst.
+    """
     stamps, notes = order.stamps.copy(), list(order.notes)
     repeated = np.append(False, np.diff(stamps) <= 0)
     if not repeated.any():
         return order
-    alone = np.flatnonzero(repeated[1:-1] & ~repeated[2:]) + 1
-    alone = alone[stamps[alone + 1] - stamps[alone] > GAP * usual]
-    stamps[alone] = 0.5 * (stamps[alone - 1] + stamps[alone + 1])
-    repeated[alone] = False
-    rows = np.arange(stamps.size) if order.rows is None else order.rows
-    count = int(repeated.sum())
-    if alone.size:
-        sentence = "1 stamp was repeated and is" if alone.size == 1 else f"{alone.size} stamps were repeated and are"
-        notes.append(f"{sentence} taken as between those around")
-    if count:
-        notes.append(f"{count} {'row has' if count == 1 else 'rows have'} the stamp of the row before: left out")
-    if stamps.size - count < SHORTEST_SEGMENT:
+    if stamps.size - int(repeated.sum()) < SHORTEST_SEGMENT:
         raise InputError(
-            f"has {stamps.size - count} different stamps in {stamps.size} rows", path=place,
+            f"has {stamps.size - int(repeated.sum())} different stamps in {stamps.size} rows", path=place,
             mend="Leave the column of time out of the axis file and write sample_time in [timing]",
         )  # fmt: skip
-    return Order(rows[~repeated] if count else order.rows, stamps[~repeated], tuple(notes))
+    rows = np.arange(stamps.size) if order.rows is None else order.rows
+    twice = repeated & (np.ones(stamps.size, dtype=bool) if same is None else same[rows])
+    if count := int(twice.sum()):
+        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the row before: left out")
+        stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
+    if late := int(repeated.sum()):
+        stamps = _spread(stamps, repeated)
+        sentence = "1 stamp is repeated and is" if late == 1 else f"{late} stamps are repeated and are"
+        notes.append(f"{sentence} taken as between those around")
+    return Order(rows if count else order.rows, stamps, tuple(notes))
+
+
+def _spread(stamps: np.ndarray, repeated: np.ndarray) -> np.ndarray:
+    """Return stamps of which those of one burst lie evenly on the side of it where time is left."""
+    spread = stamps.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], repeated, [False]]).astype(np.int8)))
+    usual = median_step(stamps)
+    for first, last in zip(edges[::2] - 1, edges[1::2] - 1, strict=True):  # rows of one stamp
+        count = last - first + 1
+        before = spread[first - 1] if first else stamps[first] - count * usual
+        after = stamps[last + 1] if last + 1 < stamps.size else stamps[last] + usual
+        room = stamps[first] - before, after - stamps[first]
+        if room[0] >= room[1]:  # stamped as the burst arrived
+            spread[first : last + 1] = before + room[0] * np.arange(1, count + 1) / count
+        else:
+            spread[first : last + 1] = stamps[first] + room[1] * np.arange(count) / count
+    return spread
 
 
 def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:
@@ -285,10 +354,14 @@ def _gap_notes(stamps: np.ndarray, raws: list[slice], usable: list[slice]) -> li
 
 
 def _deviation(
-    stamps: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
-) -> tuple[np.ndarray, Jitter | None, list[str]]:
-    """Return the time of the samples, how far it is from even, and what is to be said of it."""
-    errors = [stamps[raw] - period * np.arange(raw.stop - raw.start) for raw in raws]
+    stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool,
+    position: np.ndarray | None,
+) -> tuple[np.ndarray, Jitter | None, list[str]]:  # fmt: skip
+    """Return the time of the samples, how far it is from even, and what is to be said of it.
+
+    `places` are the samples counted, those that were lost and are bridged among them.
+    """
+    errors = [stamps[raw] - period * (places[raw] - places[raw.start]) for raw in raws]
     errors = [(error - error.mean()) / period for error in errors]
     if max((float(np.ptp(error)) for error in errors), default=0.0) <= 2 * UNIFORM:
         return stamps, None, []
@@ -297,10 +370,12 @@ def _deviation(
     local = [error - uniform_filter1d(error, min(WINDOW, error.size)) for error in errors]
     sizes = np.abs(np.concatenate(local))
     jitter = Jitter(float(np.quantile(sizes, 0.95)), float(np.max(sizes)))
-    if not uneven and position is not None and _samples_are_even(stamps, raws, local, position):
+    if not uneven and position is not None and _samples_are_even(stamps, places, raws, local, position):
         even = stamps.copy()
-        for raw, error in zip(raws, errors, strict=True):
-            even[raw] = stamps[raw].mean() - period * error.size / 2 + period * (np.arange(error.size) + 0.5)
+        for raw, error, off in zip(raws, errors, local, strict=True):
+            # Where rows are bridged, what lasts in the stamps is kept: a row that was miscounted moves few others.
+            is_bridged = places[raw][-1] - places[raw.start] >= raw.stop - raw.start
+            even[raw] = stamps[raw] - period * (off if is_bridged else error)
         note = (f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken "
                 f"as even, {period:.6g} s apart")  # fmt: skip
         return even, None, [note]
@@ -310,7 +385,9 @@ def _deviation(
     ]  # fmt: skip
 
 
-def _samples_are_even(stamps: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray) -> bool:
+def _samples_are_even(
+    stamps: np.ndarray, places: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray
+) -> bool:
     """Return whether the position moves evenly from row to row where it does not from stamp to stamp."""
     by_row, by_stamp, count = 0.0, 0.0, 0
     for raw, error in zip(raws, local, strict=True):
@@ -318,6 +395,7 @@ def _samples_are_even(stamps: np.ndarray, raws: list[slice], local: list[np.ndar
         share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
         middle = x[1:-1]
         off = (np.abs(share - 0.5) > DEVIATES) & (np.abs(error[1:-1]) > DEVIATES)
+        off &= places[raw][2:] - places[raw][:-2] == 2.0  # no row was lost between them
         by_row += float(np.sum((middle - 0.5 * (x[:-2] + x[2:]))[off] ** 2))
         by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
         count += int(off.sum())

@@ -29,7 +29,7 @@ class Following:
     time, error : ndarray, shape (sample,)
         Reference less position of the longest stretch of the log [s, m or rad], the time from its start.
     measured : Statistics
-        Of this error, after the settling time.
+        Of the error in all stretches of the log, after the settling time of the first.
     simulated, compensated : Statistics or None
         Of the simulated loop as recorded and with all that is fed forward; None where there is none, or it diverged.
     contradiction : Diagnostic or None
@@ -74,18 +74,26 @@ def following_of(
     """
     if log.reference is None:
         return None
-    part = longest_of(log)
-    error = log.reference.values[part] - log.position.values[part]
+    everywhere, part = log.reference.values - log.position.values, longest_of(log)
+    error = everywhere[part]
     time = log.sample_time * np.arange(error.size)
-    judged = time >= settling(log.sample_time * error.size) - 0.5 * log.sample_time
-    measured = statistics_of(error[judged])
+    simulable = statistics_of(error[_settled(error.size, log.sample_time)])
+    first = log.segments[0]
+    judged = np.ones(everywhere.size, dtype=bool)
+    judged[first] = _settled(first.stop - first.start, log.sample_time)
+    measured = statistics_of(everywhere[judged])
     if simulation is None:
         return Following(time, error, measured)
     simulated, compensated = (_completed(simulation, name) for name in (AS_RECORDED, COMPENSATED))
-    differs = simulated is None or apart(measured, simulated) > settings.loop_differs
+    differs = simulated is None or apart(simulable, simulated) > settings.loop_differs
     recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
-    contradiction = _contradiction(recorded, error, measured, simulated, settings) if differs else None
+    contradiction = _contradiction(recorded, error, simulable, simulated, settings) if differs else None
     return Following(time, error, measured, simulated, compensated, contradiction)
+
+
+def _settled(count: int, dt: float) -> np.ndarray:
+    """Return which samples of a stretch are behind the time in which its loop settles."""
+    return dt * np.arange(count) >= settling(dt * count) - 0.5 * dt
 
 
 def _completed(simulation: SimulationResult, name: str) -> Statistics | None:

@@ -1,0 +1,91 @@
+"""Rows that a recorder lost, and stamps that a host repeats: no row is dropped, no clock runs otherwise."""
+
+import numpy as np
+import pytest
+
+from bristle.logs.clock import clock_of
+
+DT, COUNT = 1e-3, 12_000
+TIME = DT * np.arange(COUNT)
+
+
+def place(t):
+    return 0.02 * np.sin(3.0 * t) + 0.004 * np.sin(17.0 * t)
+
+
+def kept(seed, share):
+    keep = np.random.default_rng(seed).random(COUNT) > share
+    keep[[0, -1]] = True
+    return keep
+
+
+def burst(seed, jitter=0.0, share=0.02):
+    """Return stamps of a host: late by chance, and those of a burst all as it arrives."""
+    rng, k = np.random.default_rng(seed), 0
+    stamps = TIME + jitter * DT * rng.standard_normal(COUNT)
+    while k < COUNT - 5:
+        count = int(rng.integers(2, 5)) if rng.random() < share else 1
+        if count > 1:
+            stamps[k : k + count] = TIME[k + count - 1] + 0.1 * DT * rng.random()
+        k += count
+    return np.maximum.accumulate(np.round(stamps, 6))
+
+
+def found(stamps, x):
+    return clock_of(stamps, "log.csv", position=x, repeats=np.append(False, np.diff(x) == 0.0))
+
+
+@pytest.mark.parametrize("share", [0.002, 0.02])
+def test_rows_that_were_lost_one_by_one_are_bridged_and_told(share):
+    keep = kept(1, share)
+    clock = found(TIME[keep], place(TIME[keep]))
+    (segment,) = clock.segments
+    assert (segment.stop, clock.sample_time) == (COUNT, DT)
+    np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
+    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, 3 on end at most: interpolated")
+
+
+def test_a_longer_pause_still_splits_the_log():
+    keep = np.ones(COUNT, dtype=bool)
+    keep[4000:4004] = keep[8000:8003] = False
+    clock = found(TIME[keep], place(TIME[keep]))
+    assert [segment.stop - segment.start for segment in clock.segments] == [4000, COUNT - 4004]
+    assert any("1 gap (the first after 3.999 s)" in note for note in clock.notes)
+    assert any("3 rows are missing" in note for note in clock.notes)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.12])
+@pytest.mark.parametrize("share", [0.002, 0.02])
+def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share):
+    keep, stamps = kept(3, share), burst(4, jitter)
+    clock = found(stamps[keep], place(TIME[keep]))
+    assert len(clock.segments) == 1
+    assert clock.stamps.size == keep.sum()
+    assert clock.sample_time == pytest.approx(DT, rel=2e-4)  # 1.2e-3 off where such rows were dropped
+    shifts = np.linspace(-0.5 * DT, 0.5 * DT, 101)
+    error = min(
+        np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2)) for shift in shifts
+    )
+    assert error < 2e-5
+
+
+def test_a_late_stamp_is_no_lost_row():
+    stamps = TIME.copy()
+    stamps[[700, 2500, 2501]] += [0.9 * DT, 1.9 * DT, 0.95 * DT]
+    clock = found(stamps, place(TIME))
+    assert clock.sample_time == pytest.approx(DT, rel=1e-9)
+    assert clock.time.size == COUNT
+    assert not any("missing" in note for note in clock.notes)
+
+
+def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept():
+    x = place(TIME)
+    twice = np.insert(np.arange(COUNT), 600, 599)
+    clock = found(TIME[twice], x[twice])
+    assert clock.notes[0] == "1 row repeats the row before: left out"
+    np.testing.assert_array_equal(clock.sampled(x[twice]), x)
+    stamps = TIME.copy()
+    stamps[600] = stamps[599]
+    clock = found(stamps, x)
+    assert clock.notes[0] == "1 stamp is repeated and is taken as between those around"
+    assert clock.time.size == COUNT
