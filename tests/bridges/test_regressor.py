@@ -200,3 +200,11 @@ CHECKS = (
 def test_it_passes_the_checks_of_scikit_learn(name):
     checks = pytest.importorskip("sklearn.utils.estimator_checks")
     getattr(checks, f"check_{name}")("FrictionRegressor", FrictionRegressor())
+
+
+@pytest.mark.parametrize("rows", [slice(None, None, -1), [*range(5000, 6000), *range(1000)]])
+def test_rows_that_run_backward_are_refused(log, fitted, rows):
+    X, y = log
+    for call in (FrictionRegressor(cutoff=60.0).fit, fitted.score):
+        with pytest.raises(InputError, match="X: has rows that run backward in time"):
+            call(X[rows], y[rows])

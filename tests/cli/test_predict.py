@@ -46,3 +46,36 @@ def test_a_loop_that_diverges_is_a_no(bristle, place):
     assert ended.code == 1
     assert ended.data["completed"] is False
     assert ended.data["metrics"]["force_error_percent"] is None
+
+
+def test_a_model_is_doubted_on_the_very_log_that_it_was_fitted_to_and_on_no_other_part_of_the_file(bristle, place):
+    rows = [line.split(",") for line in Path("log.csv").read_text().splitlines()]
+    head, body = rows[0], rows[1:]
+    Path("both.csv").write_text(
+        "\n".join(",".join([*row, *row[1:]]) for row in [[*head[:1], *head[1:]], *body]).replace(
+            ",".join([*head, *head[1:]]), ",".join([*head, *(f"{n}_b" for n in head[1:])])
+        )
+    )
+    axis = Path("axis.toml").read_text()
+    other = axis
+    for name in head[1:]:
+        other = other.replace(f'column = "{name}"', f'column = "{name}_b"')
+    Path("other.toml").write_text(other)
+    asked = (
+        "identify",
+        "both.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "coulomb_viscous",
+        "--draws",
+        "0",
+        "--out",
+        "fit",
+    )
+    assert bristle(*asked).code == 0
+    told = {}
+    for name in ("axis.toml", "other.toml"):
+        found = bristle("predict", "fit/model.toml", "both.csv", "--axis", name, "--json")
+        told[name] = "this very log" in " ".join(found.data["verdict"]["reasons"])
+    assert told == {"axis.toml": True, "other.toml": False}

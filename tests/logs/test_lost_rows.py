@@ -69,6 +69,14 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
     assert error < 2e-5
 
 
+@pytest.mark.parametrize("share", [0.15, 0.33])
+def test_where_many_rows_are_missing_none_counts_as_lost(share):
+    keep = kept(5, share)
+    clock = found(TIME[keep], place(TIME[keep]))
+    assert not any("missing" in note for note in clock.notes)
+    assert any("gaps" in note or "uneven" in note for note in clock.notes)
+
+
 def test_a_late_stamp_is_no_lost_row():
     stamps = TIME.copy()
     stamps[[700, 2500, 2501]] += [0.9 * DT, 1.9 * DT, 0.95 * DT]

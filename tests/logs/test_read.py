@@ -16,6 +16,7 @@ from bristle.core.axis import Column, Injected
 from bristle.core.errors import InputError
 from bristle.identification.preprocessing import smallest_step
 from bristle.logs import checked, read_log
+from bristle.report.messages import message
 
 SAMPLE_TIME = 1e-3
 
@@ -154,9 +155,18 @@ def clipped_at(log, axis):
     return next((found.numbers["level"] for found in checked(log, axis) if found.code == "clipped"), None)
 
 
-def test_an_effort_beyond_its_limit_points_at_the_unit(write, axis):
-    with pytest.raises(InputError, match=r"exceeds the limit of the drive .* up to 10 N.*limit under \[effort\]"):
-        read_log(write(), dataclasses.replace(axis, effort_limit=10.0))
+def exceeded(log):
+    return [(found.code, found.numbers.get("key")) for found in log.findings if found.code.startswith("beyond")]
+
+
+def test_an_effort_beyond_its_limit_is_read_and_told(write, axis):
+    limited = dataclasses.replace(axis, effort_limit=10.0)
+    log = read_log(write(), limited)
+    assert exceeded(log) == [("beyond_limit", "[effort] limit")]
+    (found,) = [found for found in checked(log, limited) if found.code == "beyond_limit"]
+    assert message(found).startswith("the effort reaches 75")
+    assert "[effort] limit of the axis file says 10 N" in message(found)
+    assert exceeded(read_log(write(), dataclasses.replace(axis, effort_limit=100.0))) == []
 
 
 def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_that_of_the_drive(write, axis, recording):
@@ -164,11 +174,11 @@ def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_th
     both = write(u=recording["u"] + 20.0 * pulses, pulses=pulses)  # up to 75 N of its own and 100 N of pulses
     axis = dataclasses.replace(axis, injected=(Injected("pulses", 20.0),))
     within, without = (cascade(k_p=1.0, k_v=1.0, limit=limit) for limit in (90.0, 40.0))
-    assert read_log(both, dataclasses.replace(axis, controller=within)).effort is not None
-    with pytest.raises(InputError, match="exceeds the limit of the drive"):
-        read_log(both, dataclasses.replace(axis, controller=within, effort_limit=90.0))
-    with pytest.raises(InputError, match=r"exceeds, without the known inputs, the limit of the controller .* 40 N"):
-        read_log(both, dataclasses.replace(axis, controller=without, effort_limit=300.0))
+    assert exceeded(read_log(both, dataclasses.replace(axis, controller=within))) == []
+    of_drive = dataclasses.replace(axis, controller=within, effort_limit=90.0)
+    assert exceeded(read_log(both, of_drive)) == [("beyond_limit", "[effort] limit")]
+    of_law = dataclasses.replace(axis, controller=without, effort_limit=300.0)
+    assert exceeded(read_log(both, of_law)) == [("beyond_limit", "[controller] limit")]
     clipped = write(u=np.clip(recording["u"], -40.0, 40.0) + 20.0 * pulses, pulses=pulses)
     told = dataclasses.replace(axis, controller=without)
     assert abs(clipped_at(read_log(clipped, told), told)) == pytest.approx(40.0)
@@ -191,10 +201,20 @@ def test_a_drive_that_was_off_is_not_taken_for_a_clipped_effort(write, axis, rec
     assert clipped_at(read_log(write(u=effort), axis), axis) is None
 
 
-def test_a_position_beyond_the_stroke_points_at_the_unit(write, axis):
-    with pytest.raises(InputError, match="travels further than the stroke"):
-        read_log(write(), dataclasses.replace(axis, stroke=(0.0, 0.05)))
-    assert read_log(write(), dataclasses.replace(axis, stroke=(-0.1, 0.45))).position is not None
+def test_a_position_beyond_the_stroke_is_read_and_told(write, axis):
+    assert exceeded(read_log(write(), dataclasses.replace(axis, stroke=(0.0, 0.05)))) == [("beyond_stroke", None)]
+    assert exceeded(read_log(write(), dataclasses.replace(axis, stroke=(-0.1, 0.45)))) == []
+
+
+@pytest.mark.parametrize(("times", "told"), [(57.29578, True), (1 / 57.29578, True), (4.0, False), (1.0, False)])
+def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, axis, recording, times, told):
+    step = 1e-4
+    described = dataclasses.replace(axis, resolution=step / times)
+    log = read_log(write(q=step * np.round(recording["q"] / step)), described)
+    found = [one for one in checked(log, described) if one.code == "resolution_contradicts"]
+    assert bool(found) == told
+    if told:
+        assert "57.3 is degrees in a radian" in message(found[0])
 
 
 @pytest.mark.parametrize("with_reference", [True, False])
@@ -213,6 +233,17 @@ def test_a_position_that_rests_at_its_extreme_is_legitimate(write, axis, recordi
     effort = np.gradient(np.gradient(position, t), t) + np.random.default_rng(3).normal(0, 0.1, t.size)
     log = read_log(write(q=position, r=position, u=effort), axis)
     assert np.mean(log.position.values == log.position.values.max()) > 0.3
+
+
+def test_an_axis_that_brakes_and_sticks_is_not_saturated(write, axis, recording):
+    """Steps of the position as recorded on an axis with friction: the last one before rest is no small one."""
+    speed = 453.0 * np.ones(recording["t"].size)
+    speed[400:412] = [450, 440, 420, 390, 350, 300, 258, 218, 163, 58, 0, 0]
+    speed[412:700] = 0.0
+    speed[700:] = -453.0 * np.minimum(np.arange(speed.size - 700) / 40.0, 1.0)
+    position = 1e-7 * np.cumsum(speed)
+    log = read_log(write(t=recording["t"], q=position, u=recording["u"]), axis)
+    np.testing.assert_array_equal(log.position.values, position)
 
 
 @pytest.mark.parametrize("form", ["NFC", "NFD"])

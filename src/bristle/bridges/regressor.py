@@ -236,12 +236,23 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
         if names[:2] != list(COLUMNS[:2]):
             raise InputError("lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS),
                              mend="Call its columns time and position, in SI")  # fmt: skip
-        return {name: np.asarray(X[name], dtype=float) for name in names}
+        return _in_order({name: np.asarray(X[name], dtype=float) for name in names})
     values = array(ndim=2, least=1)(X, "X", None)
     if values.shape[1] not in (2, 3):
         raise InputError("must have the columns time and position, and velocity where there is one", path="X",
                          value=values.shape, allowed="shape (sample, 2) or (sample, 3)")  # fmt: skip
-    return dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False))
+    return _in_order(dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False)))
+
+
+def _in_order(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the columns, whose rows must not run backward in time."""
+    backward = np.flatnonzero(np.diff(columns["time"]) < 0.0)
+    if backward.size:
+        raise InputError(
+            "has rows that run backward in time", path="X", value=f"row {int(backward[0]) + 1}",
+            allowed="rows in order of time", mend="Sort X and y by the time; leave shuffle=False in splits",
+        )  # fmt: skip
+    return columns
 
 
 def _refuse_other_length(columns: Mapping[str, np.ndarray], effort: np.ndarray) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -31,6 +32,7 @@ from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
+    from bristle.logs import Log
     from bristle.simulation import Prediction
 
 __all__ = ["EXAMPLE", "predict"]
@@ -127,12 +129,7 @@ def _predict_friction(
             code=origins_of_code([friction.component]),
             figure=code,
         )
-        # A file of several tables has one checksum for all of them.
-        own_log = (
-            "::" not in str(log)
-            and bool(recorded.origin.checksum)
-            and recorded.origin.checksum in facts["provenance"].values()
-        )
+        own_log = "::" not in str(log) and _was_fitted_to(facts["provenance"], recorded)
         summary = prediction_summary(
             prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log
         )  # fmt: skip
@@ -153,6 +150,13 @@ def _predict_friction(
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if summary["completed"] else NO
+
+
+def _was_fitted_to(provenance: Mapping[str, str], recorded: Log) -> bool:
+    """Return whether a model was fitted to a log: to the same columns of the same file, at a time that both have."""
+    checksum, end = recorded.origin.checksum, "_sha256"
+    keys = [key.removesuffix(end) for key, value in provenance.items() if key.endswith(end) and value == checksum]
+    return bool(checksum) and any(recorded.is_part(provenance.get(f"{key}_part", "")) for key in keys)
 
 
 def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:

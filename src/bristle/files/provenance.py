@@ -42,4 +42,6 @@ def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None)
             key = kind if number == 1 else f"{kind}_{number}"
             origin = source if isinstance(source, Origin) else source.origin
             record |= {key: printable(origin.name), f"{key}_sha256": origin.checksum}
+            if part := getattr(source, "part", ""):
+                record[f"{key}_part"] = printable(part)
     return record | {"command": command}

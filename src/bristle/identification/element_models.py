@@ -26,7 +26,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.engine.motion import along
@@ -58,6 +57,7 @@ DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
 COVERED = 0.9  # of the range of a segment: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
+NO_FRICTION = 1e-9  # of the effort: what an element takes where nothing opposes the motion
 SMALL = 2.0**-12  # factor of a slot, with which friction stays far above the least that a slot leaves of it
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
@@ -148,17 +148,17 @@ class Elements:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
         best = self._best(rows)
         pressed = np.flatnonzero(best.stiffness > 0.0)
-        if pressed.size == 0:
-            raise InputError(
-                "shows no friction that opposes the motion", path="log.effort",
-                mend="Check the sign of the effort and the mass in the axis file",
-            )  # fmt: skip
+        if pressed.size == 0:  # nothing opposes the motion: an element of next to no force, which is told
+            pressed = np.array([self.thresholds.size // 2])
+            best.stiffness[pressed] = NO_FRICTION * float(np.std(self.dataset.effort)) / self.thresholds[pressed]
         stiffness, r = best.stiffness[pressed], self.thresholds[pressed]
         level, difference = float(stiffness @ r), best.single.get(DIFFERENCE, 0.0)
         values = best.single | {name: level + sign * difference for name, sign in self._levels.items()}
         values |= {TOTAL: float(np.sum(stiffness))} | dict(zip(self._factors, best.factors.tolist(), strict=True))
         values = {name: values[name] for name in self.parameters.free}
         at_edge = self._at_zero(best)
+        if level < 2.0 * NO_FRICTION * float(np.std(self.dataset.effort)):
+            at_edge |= dict.fromkeys(self._levels, "smallest")
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"

@@ -11,7 +11,7 @@ from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel
-from bristle.logs.checks import problems_of
+from bristle.logs.checks import limits_exceeded, problems_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
 from bristle.logs.log_data import LogData
@@ -33,7 +33,7 @@ def record_of(table: Table, axis: Axis) -> LogData:
         If a column is missing, of the wrong unit, not finite, constant or saturated, or time makes no order.
     """
     gathered = gather(table, axis)
-    for problem in (*gathered.problems, *problems_of(gathered, axis, str(table.source))):
+    for problem in (*gathered.problems, *problems_of(gathered, str(table.source))):
         raise problem
     record = assembled(table, axis, gathered, clock_for(table, axis, gathered))
     return within(record, axis.span) if axis.span else record
@@ -126,6 +126,6 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         origin=table.origin,
         notes=tuple(notes),
         kind=axis.kind,
-        findings=(*gathered.findings, *_of_clock(clock, gathered, axis)),
+        findings=(*gathered.findings, *_of_clock(clock, gathered, axis), *limits_exceeded(gathered, axis)),
     )
     return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))

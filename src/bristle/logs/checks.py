@@ -13,12 +13,13 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
 from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
-__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of"]
+__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "limits_exceeded", "longest_run", "problems_of"]
 
 FEWEST_SAMPLES = 100
 MOVES = ("position", "velocity", "effort", "reference")  # what tells nothing where it is constant
@@ -29,9 +30,10 @@ FEW_LEVELS = 16  # a commanded effort of few levels is no clipped one
 PILE_UP = 5  # times as many samples at the extreme as at the next level
 ENTRY_SPEED = 0.05  # of the largest speed: nothing stops from it within one sample
 ENTRY_STEPS = 5  # quantisation steps
+BRAKING, BRAKED = 7, 0.7  # samples before a stop, and the share of their largest speed below which the axis brakes
 
 
-def problems_of(gathered: Gathered, axis: Axis, source: str) -> Iterator[InputError]:
+def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
     """Yield what makes the channels of a log unfit for use, the gravest first."""
     channels = list(gathered.named())
     for name, channel in channels:
@@ -57,10 +59,7 @@ def problems_of(gathered: Gathered, axis: Axis, source: str) -> Iterator[InputEr
                 path=f"{source}: column {channel.column!r}",
                 mend="Is it the right column, did the axis move? Leave out of [columns] what is not needed",
             )
-        elif name == "effort":
-            yield from _saturated_effort(gathered, axis, f"{source}: column {channel.column!r}")
         elif name == "position":
-            yield from _beyond_stroke(gathered, axis, f"{source}: column {channel.column!r}")
             yield from _saturated_position(gathered, f"{source}: column {channel.column!r}")
             yield from _lost_readings(gathered, f"{source}: column {channel.column!r}")
 
@@ -119,38 +118,30 @@ def _moment(gathered: Gathered, at: int) -> str:
     return f"sample {at}" + (f" (t = {time.values[at]:.6g} s)" if time is not None and has_time else "")
 
 
-def _saturated_effort(gathered: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
-    """Refuse an effort beyond a limit that is told.
+def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
+    """Yield the limits of an axis file that its log exceeds.
 
     The drive bounds the whole effort, the controller its own part of it: known inputs are added behind its limit.
     """
-    channel = gathered.channels["effort"]
-    own = channel.values
-    if all(injected.values.size == own.size for injected in gathered.injected):
-        own = own - sum((injected.values for injected in gathered.injected), np.zeros(own.size))
-    law = axis.controller.values if isinstance(axis.controller, Model) else {}
-    by_controller = "" if own is channel.values else ", without the known inputs,"
-    for values, limit, subject, key in (
-        (own, law.get("limit"), f"exceeds{by_controller} the limit of the controller", "limit under [controller]"),
-        (channel.values, axis.effort_limit, "exceeds the limit of the drive", "limit under [effort]"),
-    ):
-        problem = _beyond_limit(gathered, values, limit, place, subject, key)
-        if problem is not None:
-            yield problem
-            return
-
-
-def _beyond_limit(
-    gathered: Gathered, values: np.ndarray, limit: float | None, place: str, subject: str, key: str
-) -> InputError | None:
-    if limit is None or np.max(np.abs(values)) <= (1 + LIMIT_TOLERANCE) * limit:
-        return None
-    at = int(np.argmax(np.abs(values)))
-    return InputError(
-        f"{subject} at {_moment(gathered, at)}", path=place, value=float(f"{values[at]:.6g}"),
-        allowed=f"up to {limit:.6g} {gathered.channels['effort'].unit}",
-        mend=f"Mend the unit or the constant of the effort, the gain of known inputs, or {key}, in the axis file",
-    )  # fmt: skip
+    channel = gathered.channels.get("effort")
+    if channel is not None:
+        own = channel.values
+        if all(injected.values.size == own.size for injected in gathered.injected):
+            own = own - sum((injected.values for injected in gathered.injected), np.zeros(own.size))
+        law = axis.controller.values if isinstance(axis.controller, Model) else {}
+        limits = ((own, law.get("limit"), "[controller] limit"), (channel.values, axis.effort_limit, "[effort] limit"))
+        for values, limit, key in limits:
+            if limit is not None and np.max(np.abs(values)) > (1 + LIMIT_TOLERANCE) * limit:
+                numbers: dict[str, Number] = {
+                    "value": float(np.max(np.abs(values))), "limit": float(limit), "key": key,
+                }  # fmt: skip
+                yield Diagnostic("beyond_limit", "", "warning", numbers, axis.kind)
+                break
+    position = gathered.channels.get("position")
+    if position is not None and axis.stroke is not None:
+        travelled, allowed = float(np.ptp(position.values)), axis.stroke[1] - axis.stroke[0]
+        if travelled > (1 + LIMIT_TOLERANCE) * allowed:
+            yield Diagnostic("beyond_stroke", "", "warning", {"value": travelled, "limit": float(allowed)}, axis.kind)
 
 
 class Cut(NamedTuple):
@@ -191,23 +182,11 @@ def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: 
     return bool(at_extreme.sum() >= PILE_UP * next_level) and longest_run(still)[1] < length / 2
 
 
-def _beyond_stroke(gathered: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
-    channel = gathered.channels["position"]
-    if axis.stroke is None:
-        return
-    travelled, allowed = float(np.ptp(channel.values)), axis.stroke[1] - axis.stroke[0]
-    if travelled > (1 + LIMIT_TOLERANCE) * allowed:
-        yield InputError(
-            "travels further than the stroke of the axis", path=place, value=float(f"{travelled:.6g}"),
-            allowed=f"up to {allowed:.6g} {channel.unit}",
-            mend="Mend the unit of the position, or the stroke, in the axis file",
-        )  # fmt: skip
-
-
 def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
     """Refuse a position that stops at its extreme within one sample out of full motion.
 
-    An axis that rests there arrives slowly; a reading that is cut off does not, while the reference goes on.
+    An axis that rests there arrives slowly, or brakes; a reading that is cut off does neither, while the reference goes
+    on.
     """
     channel = gathered.channels["position"]
     values = channel.values
@@ -230,5 +209,6 @@ def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
 
 
 def _full_motion(speeds: np.ndarray, start: int, abrupt: float) -> bool:
-    """Return whether the sample before `start` was still in motion, not slowing down."""
-    return bool(speeds[start - 2] > abrupt)
+    """Return whether the sample before `start` was still in motion, and not braking: an axis that brakes may stick."""
+    before = speeds[max(start - BRAKING, 0) : start - 1]
+    return bool(before[-1] > abrupt and before[-1] > BRAKED * before.max())

@@ -20,6 +20,8 @@ RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are i
 GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
 UNEVEN_GAP = 10.0  # sample times that split a log of uneven samples
 BRIDGED = 3  # rows lost on end that are interpolated: a longer pause splits the log
+LIKE_USUAL = 0.1  # how far the median step may be off the usual one: else more is missing than a few rows
+MOST_LOST = 0.1  # of the rows: where more are missing none is bridged
 HALF = 0.5  # of the sample time: what the stamps behind a step are later by where a row was lost
 AROUND = 15  # rows before a step, and behind it
 PASSES = 8  # rows that were lost close together are found one after the other
@@ -179,7 +181,7 @@ def clock_of(
     steps = np.diff(stamps)
     gaps, uneven = (np.zeros(steps.size, dtype=bool), False) if step else _gaps(stamps, steps, usual)
     counts = np.ones(steps.size)
-    if not step and not uneven:
+    if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < LIKE_USUAL:
         gaps, counts = _samples_between(stamps, usual)
     period = _period(np.diff(even)) if step else _period(steps[~gaps], counts[~gaps])
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
@@ -236,7 +238,7 @@ def _samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.n
         for near in np.split(found, np.flatnonzero(np.diff(found) > 1) + 1):
             at = near[np.argmax(jumps[near])]
             counts[at] += max(round(float(min(rise[near].max(), jumps[at]))), 1)
-    gaps = counts > BRIDGED + 1.0
+    gaps = counts > (BRIDGED + 1.0 if np.sum(counts > 1.0) <= MOST_LOST * counts.size else 1.0)
     return gaps, np.where(gaps, 1.0, counts)
 
 

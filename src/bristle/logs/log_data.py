@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,9 @@ from bristle.core.variable import Kind
 from bristle.logs.channel import CHANNELS, Channel
 
 __all__ = ["LogData"]
+
+
+_PART = re.compile(r"columns (.*), (\S+) to (\S+) s", re.DOTALL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,21 @@ class LogData(Tabular):
     def duration(self) -> float:
         """Time covered by samples, gaps left out [s]."""
         return len(self) * self.sample_time
+
+    @property
+    def part(self) -> str:
+        """Which columns of its file it is, and from when to when: two parts of one file are two logs."""
+        columns = ", ".join(channel.column for channel in (self.position, self.effort) if channel is not None)
+        return f"columns {columns}, {self.time.values[0]:.6g} to {self.time.values[-1]:.6g} s"
+
+    def is_part(self, part: str) -> bool:
+        """Return whether another part of its file, as `part` tells it, has columns and a time in common with it."""
+        found, own = (_PART.fullmatch(text) for text in (part, self.part))
+        if found is None or own is None:
+            return True
+        (columns, *ends), (own_columns, *own_ends) = found.groups(), own.groups()
+        (first, last), (own_first, own_last) = (map(float, pair) for pair in (ends, own_ends))
+        return columns == own_columns and first <= own_last and own_first <= last
 
     @property
     def injected_effort(self) -> np.ndarray:

@@ -97,7 +97,7 @@ def summary_of(table: Table, axis: Axis | None = None) -> Summary:
 
 def _as_log(table: Table, axis: Axis) -> Summary:
     gathered = gather(table, axis)
-    problems = [*gathered.problems, *problems_of(gathered, axis, str(table.source))]
+    problems = [*gathered.problems, *problems_of(gathered, str(table.source))]
     part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
     part["channels"] = [
         {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}

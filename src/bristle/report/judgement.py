@@ -18,7 +18,8 @@ LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Me
 """The words of each level."""
 DOUBTS = (
     "structure", "stages_differ", "filter_suspect", "delay_or_filter", "delay_unknown", "delay_rough", "rows_lost",
-    "clock_suspect", "unit_suspect", "weight_guessed", "velocity_contradicts", "clipped", "saturates",
+    "clock_suspect", "unit_suspect", "weight_guessed", "velocity_contradicts", "clipped", "saturates", "beyond_limit",
+    "beyond_stroke", "resolution_contradicts",
     "mass_contradicts", "gear_suspect", "sign_reversed", "effort_unsigned", "level_drifts", "level_over_position",
     "one_direction", "one_speed", "never_slides", "below_resolution", "half_cycles_differ",
 )  # fmt: skip

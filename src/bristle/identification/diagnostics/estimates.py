@@ -174,6 +174,8 @@ class Judgement:
         numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
         if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
             return Diagnostic("edge_no_fall", name, "warning", numbers, self._kind)
+        if edge == "smallest" and Role.LEVEL.fits(variable):
+            return Diagnostic("no_friction", name, "warning", numbers, self._kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
         bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)

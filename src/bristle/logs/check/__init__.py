@@ -26,6 +26,7 @@ __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 RECORDED = (
     "rows_lost", "sign_reversed", "clock_suspect", "unit_suspect", "velocity_contradicts", "gear_suspect", "clipped",
     "saturates", "effort_unsigned", "stamps_jitter", "rates_differ", "unit_contradicts",
+    "beyond_limit", "beyond_stroke", "resolution_contradicts",
 )  # fmt: skip
 """Codes of what is wrong with a recording, whatever it is used for."""
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.logs.channel import clear_step
 from bristle.logs.check.rows import Rows
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.log_data import LogData
@@ -20,6 +22,8 @@ LENGTHS = {
     "m": "m", "mm": "mm", "um": "um", "µm": "um", "μm": "um", "nm": "nm", "rad": "rad", "mrad": "mrad", "deg": "deg",
     "degree": "deg", "degrees": "deg", "°": "deg", "rev": "rev", "turn": "rev", "turns": "rev",
 }  # fmt: skip
+OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
+DEGREES = 180.0 / math.pi  # in a radian
 ALMOST_ALL = 0.999  # of the rows: faster ones may be noise
 
 
@@ -31,6 +35,7 @@ def about_units(log: LogData, rows: Rows, axis: Axis, settings: CheckThresholds)
         column, declared, called = named or (log.time.column, "", "")
         numbers = {"sample_time": dt, "column": column, "declared": declared, "called": called}
         yield Diagnostic("clock_suspect", "", "warning", numbers, log.kind)
+    yield from _about_steps(log, axis)
     named = _named_otherwise("position", LENGTHS, axis)
     speed = float(np.quantile(np.abs(rows.velocity), ALMOST_ALL)) if rows.velocity.size else 0.0
     most = settings.fastest if log.kind == "translational" else settings.fastest_turning
@@ -38,6 +43,25 @@ def about_units(log: LogData, rows: Rows, axis: Axis, settings: CheckThresholds)
         column, declared, called = named or (log.position.column, "", "")
         numbers = {"speed": speed, "column": column, "declared": declared, "called": called}
         yield Diagnostic("unit_suspect", "", "warning", numbers, log.kind)
+
+
+def _about_steps(log: LogData, axis: Axis) -> Iterator[Diagnostic]:
+    """Yield that the position steps by something else than the resolution of the axis file."""
+    recorded = log.position.recorded_step
+    step = clear_step(log.position.values) if recorded is None else recorded
+    if not step or not axis.resolution:
+        return
+    times = step / axis.resolution
+    if 1.0 / OTHER_STEP < times < OTHER_STEP:
+        return
+    degrees = any(abs(ratio / DEGREES - 1.0) < 0.02 for ratio in (times, 1.0 / times))
+    numbers: dict[str, Number] = {
+        "step": step,
+        "resolution": axis.resolution,
+        "times": times,
+        "degrees": float(degrees),
+    }
+    yield Diagnostic("resolution_contradicts", "", "warning", numbers, log.kind)
 
 
 def unit_in_name(name: str, units: dict[str, str]) -> str:

@@ -132,6 +132,29 @@ CHECKS: dict[str, Sentence] = {
         "the effort is cut off at an extreme",
         "lower the acceleration, or widen the range of the channel",
     ),
+    "beyond_limit": says(
+        "the effort reaches {value:force}, and {key} of the axis file says {limit:force}: the limit, the unit or the "
+        "constant of the effort, or the gain of a known input is wrong. The limit of the controller is compared "
+        "without known inputs, which are added behind it; a limit on their sum stands under [effort]",
+        "the effort exceeds a limit of the axis file",
+        "mend the limit, the unit or the constant of the effort, or the gain of a known input",
+    ),
+    "beyond_stroke": says(
+        "the position travels {value:length}, and the stroke of the axis file is {limit:length}: the unit of the "
+        "position or the stroke is wrong",
+        "the position travels further than the stroke of the axis file",
+        "mend the unit of the position, or the stroke",
+    ),
+    "resolution_contradicts": Sentence(
+        (
+            "the position steps by {step:length}, {times:.3g} times the resolution of {resolution:length} that the "
+            "axis file states: its unit or the resolution is wrong",
+            ". 57.3 is degrees in a radian: is the position in the other unit?",
+        ),
+        "the steps of the position are not those of the encoder that the axis file describes",
+        "mend the unit of the position, or the resolution under [encoder]",
+        choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["degrees"] else ""),
+    ),
     "saturates": _with_names(
         "the effort bends over: its largest values read {percent:.0f} % too little for the motion that they make. "
         "Widen the range of the sensor, or lower the acceleration",

@@ -151,6 +151,16 @@ PARAMETERS: dict[str, Sentence] = {
         "take a model without the Stribeck effect",
         "edge",
     ),
+    "no_friction": Sentence(
+        (
+            "no force opposes the motion: the best value is {value:unit}. Likely causes, the commonest first: gravity "
+            'or a bias that is held (offset = "identify" under [plant] identifies it), a reversed sign of the effort, '
+            "a mass that is stated too large",
+        ),
+        "the log shows no friction that opposes the motion",
+        "identify the offset, else mend the sign of the effort or the mass in the axis file",
+        "edge",
+    ),
     "edge_of_model": Sentence(
         ("the best value is the {edge} that is allowed, {value:unit}; {cause}",),
         "the best value is the smallest or largest that the model allows",
