@@ -16,6 +16,7 @@ from starlette.routing import Route
 
 from bristle.server.bodies import RefusedRequestError, json_of, stored
 from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
+from bristle.server.gate import HAS_TOKEN
 from bristle.server.job import Job
 from bristle.server.limits import Limits
 
@@ -221,6 +222,7 @@ class Routes:
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():
             raise RefusedRequestError(404, "is shown no more", path="report", mend="Open it from the lab again")
+        request.scope["state"][HAS_TOKEN] = True  # who has a ticket had the token
         return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
 
     def end(self) -> None:

@@ -70,15 +70,15 @@ def server_of(app: ASGIApp, limits: Limits) -> Server:
     app : ASGI application
         What answers.
     limits : Limits
-        How many connections, and how long each may be silent.
+        How many connections without the token, and how long each may be silent.
     """
     import uvicorn
 
     from bristle.server.patience import protocol_with_limits
 
     config = uvicorn.Config(
-        app, http=protocol_with_limits(limits.silence_seconds), ws="none", lifespan="on", log_config=None,
-        access_log=False, server_header=False, proxy_headers=False, limit_concurrency=limits.connections,
+        app, http=protocol_with_limits(limits), ws="none", lifespan="on", log_config=None,
+        access_log=False, server_header=False, proxy_headers=False,
         backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE, timeout_graceful_shutdown=FAREWELL,
     )  # fmt: skip
     return uvicorn.Server(config)
