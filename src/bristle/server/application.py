@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -23,11 +21,13 @@ from bristle.server.routes import Routes
 __all__ = ["application"]
 
 
-def application(token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (it is frozen)
+def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
     """Return the application.
 
     Parameters
     ----------
+    folder : Path
+        Where it keeps what it is given: a folder of its own, which who made it removes.
     token : str
         What its page sends with each request.
     port : int
@@ -35,7 +35,6 @@ def application(token: str, port: int, limits: Limits = Limits()) -> Starlette: 
     limits : Limits
         How much of anything.
     """
-    folder = Path(tempfile.mkdtemp(prefix="bristle-lab-"))
     page, policy = server_page(limits)
     cases = Cases(folder, limits)
     routes = Routes(cases, limits, page, policy)
@@ -43,8 +42,7 @@ def application(token: str, port: int, limits: Limits = Limits()) -> Starlette: 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         yield
-        routes.end()
-        shutil.rmtree(folder, ignore_errors=True)
+        await routes.end()
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
     app = Starlette(

@@ -23,6 +23,7 @@ from bristle.server.limits import Limits
 __all__ = ["Routes"]
 
 DATA = "data.json"
+FAREWELL = 5.0  # [s] for processes that were killed to be gone
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {
     "look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported",
@@ -225,11 +226,13 @@ class Routes:
         request.scope["state"][HAS_TOKEN] = True  # who has a ticket had the token
         return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
 
-    def end(self) -> None:
-        """End all jobs."""
+    async def end(self) -> None:
+        """End all jobs, and wait until they have: none writes any more then."""
         for case in self._cases:
             if case.job is not None:
                 case.job.kill()
+        if self._work:
+            await asyncio.wait(self._work, timeout=FAREWELL)
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]

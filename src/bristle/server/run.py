@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.server.limits import Limits
+from bristle.server.own_folder import own_folder
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -52,14 +53,14 @@ def serve(
     from bristle.server.application import application
 
     bounds, token = limits or Limits(), secrets.token_urlsafe(32)
-    with listening_on(port) as listening:
+    with listening_on(port) as listening, own_folder() as folder:
         free_port: int = listening.getsockname()[1]
-        server = server_of(application(token, free_port, bounds), bounds)
+        app = application(folder, token, free_port, bounds)
         address = f"http://{LOOPBACK}:{free_port}/#{token}"
         announce(address)
         if opens:
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        server.run(sockets=[listening])
+        server_of(app, bounds).run(sockets=[listening])
 
 
 def server_of(app: ASGIApp, limits: Limits) -> Server:
