@@ -19,6 +19,7 @@ OTHERS = {
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
     "server/bodies.py": {"open", "unlink"},
     "server/cases.py": {"shutil.rmtree"},
+    "server/opening.py": {"os.open", "unlink"},  # a file in the folder of a server
     "server/own_folder.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},

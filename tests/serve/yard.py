@@ -27,6 +27,7 @@ class Served:
 
     port: int
     cases: object
+    opening: object
 
     @property
     def base(self):
@@ -58,7 +59,7 @@ def served(limits=Limits()):  # noqa: B008  (it is frozen)
         try:
             while not server.started:
                 time.sleep(0.01)
-            yield Served(port, app.state.cases)
+            yield Served(port, app.state.cases, app.state.opening)
         finally:
             server.should_exit = True
             thread.join(20)

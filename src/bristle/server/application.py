@@ -15,6 +15,7 @@ from bristle.server.bodies import RefusedRequestError
 from bristle.server.cases import Cases
 from bristle.server.gate import Gate
 from bristle.server.limits import Limits
+from bristle.server.opening import Opening
 from bristle.server.page import server_page
 from bristle.server.routes import Routes
 
@@ -36,8 +37,8 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
         How much of anything.
     """
     page, policy = server_page(limits)
-    cases = Cases(folder, limits)
-    routes = Routes(cases, limits, page, policy)
+    cases, opening = Cases(folder, limits), Opening(folder, port, token)
+    routes = Routes(cases, opening, limits, page, policy)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -48,7 +49,7 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
     app = Starlette(
         routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan
     )  # fmt: skip
-    app.state.cases = cases
+    app.state.cases, app.state.opening = cases, opening
     return app
 
 

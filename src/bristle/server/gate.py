@@ -15,15 +15,17 @@ from collections.abc import Iterable, Mapping
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["HAS_TOKEN", "LOOPBACK", "TOKEN", "Gate"]
+__all__ = ["ENTRANCE", "HAS_TOKEN", "LOOPBACK", "TOKEN", "Gate"]
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "x-bristle-token"
 """The header that carries the token."""
 HAS_TOKEN = "bristle.has_token"
 """What stands in the state of a request that had the token."""
-OPEN = ("/", "/shown/")
-"""What takes no token: the page, which holds no data, and reports, which are shown once for a ticket."""
+ENTRANCE = "/opened/"
+"""Where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket."""
+OPEN = ("/shown/", ENTRANCE)
+"""What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each."""
 HEADERS = {
     "cache-control": "no-store",
     "x-content-type-options": "nosniff",
@@ -77,7 +79,8 @@ class Gate:
             return _refused(421, "Host: is not this machine. Open the address that bristle printed")
         if any(origin not in self._origins for origin in _values_of(headers, b"origin")):
             return _refused(403, "Origin: is another site")
-        if any(site not in (b"same-origin", b"none") for site in _values_of(headers, b"sec-fetch-site")):
+        sites = () if scope["path"].startswith(ENTRANCE) else _values_of(headers, b"sec-fetch-site")
+        if any(site not in (b"same-origin", b"none") for site in sites):
             return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
         if _takes_no_token(scope["path"]):
             return None
@@ -88,7 +91,7 @@ class Gate:
 
 
 def _takes_no_token(path: str) -> bool:
-    return path == OPEN[0] or path.startswith(OPEN[1])
+    return path == "/" or path.startswith(OPEN)
 
 
 def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:

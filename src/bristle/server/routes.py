@@ -16,9 +16,11 @@ from starlette.routing import Route
 
 from bristle.server.bodies import RefusedRequestError, json_of, stored
 from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
-from bristle.server.gate import HAS_TOKEN
+from bristle.server.gate import ENTRANCE, HAS_TOKEN
 from bristle.server.job import Job
 from bristle.server.limits import Limits
+from bristle.server.opening import Opening
+from bristle.server.page import entrance
 
 __all__ = ["Routes"]
 
@@ -51,6 +53,8 @@ class Routes:
     ----------
     cases : Cases
         All that is open.
+    opening : Opening
+        The way in for the browser that is opened.
     limits : Limits
         How much of anything.
     page : str
@@ -59,8 +63,8 @@ class Routes:
         What it may do.
     """
 
-    def __init__(self, cases: Cases, limits: Limits, page: str, policy: str) -> None:
-        self._cases, self._limits, self._page, self._policy = cases, limits, page, policy
+    def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: str, policy: str) -> None:
+        self._cases, self._opening, self._limits, self._page, self._policy = cases, opening, limits, page, policy
         self._work: set[asyncio.Task[None]] = set()
         self._tickets: dict[str, tuple[Path, float]] = {}
 
@@ -69,6 +73,7 @@ class Routes:
         case = "/api/cases/{case}"
         return [
             Route("/", self.page, methods=["GET"]),
+            Route(f"{ENTRANCE}{{ticket}}", self.enter, methods=["GET"]),
             Route("/shown/{ticket}", self.show_report, methods=["GET"]),
             Route("/api/cases", self.begin, methods=["POST"]),
             Route(case, self.state, methods=["GET"]),
@@ -86,6 +91,14 @@ class Routes:
     async def page(self, request: Request) -> Response:
         """Return the page, in which nothing stands that not everybody may see."""
         return Response(self._page, media_type="text/html", headers={"content-security-policy": self._policy})
+
+    async def enter(self, request: Request) -> Response:
+        """Lead a browser that was opened to the page, which is asked for from this server then."""
+        if not self._opening.redeem(request.path_params["ticket"]):
+            raise RefusedRequestError(404, "is no way in any more", path="file",
+                                      mend="Open the address that bristle printed")  # fmt: skip
+        page, policy = entrance()
+        return Response(page, media_type="text/html", headers={"content-security-policy": policy})
 
     async def begin(self, request: Request) -> Response:
         """Open an analysis."""

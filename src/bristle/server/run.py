@@ -56,10 +56,10 @@ def serve(
     with listening_on(port) as listening, own_folder() as folder:
         free_port: int = listening.getsockname()[1]
         app = application(folder, token, free_port, bounds)
-        address = f"http://{LOOPBACK}:{free_port}/#{token}"
-        announce(address)
+        announce(f"http://{LOOPBACK}:{free_port}/#{token}")
         if opens:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+            file = app.state.opening.offer()
+            threading.Thread(target=webbrowser.open, args=(file.as_uri(),), daemon=True).start()
         server_of(app, bounds).run(sockets=[listening])
 
 
@@ -103,6 +103,7 @@ def listening_on(port: int) -> socket.socket:
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listening.bind((LOOPBACK, port))
+        listening.listen(BACKLOG)  # a browser that is faster than the server waits for it
     except OSError as error:
         listening.close()
         raise InputError(f"cannot be listened to: {error.strerror}", path="--port", value=port,

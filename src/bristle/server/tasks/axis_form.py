@@ -90,9 +90,9 @@ def form_of(axis_file: Content) -> dict[str, Any]:
         If it is no TOML.
     """
     tables = read_toml(axis_file).data
-    shown = {key: value for key, value in tables.items() if _is_plain(value)}
+    plain = {key: value for key, value in tables.items() if _is_plain(value)}
     return {
-        "tables": shown | {"columns": _columns(tables.get("columns"))},
+        "tables": plain | {"columns": _columns(tables.get("columns"))},
         "missing": list(_open(tables, "")), "remarks": _remarks(axis_file.data.decode("utf-8-sig")),
     }  # fmt: skip
 
