@@ -17,9 +17,10 @@ OWNERS = {
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
-    "server/application.py": {"shutil.rmtree"},  # the folder of a server, which it made
     "server/bodies.py": {"open", "unlink"},
     "server/cases.py": {"shutil.rmtree"},
+    "server/opening.py": {"os.open", "unlink"},  # a file in the folder of a server
+    "server/own_folder.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left

@@ -48,6 +48,35 @@ def test_a_column_is_added_changed_and_taken_away_again():
     assert tomllib.loads(edited("schema = 1\n", {"limits.velocity": "1 m/s"}))["limits"] == {"velocity": "1 m/s"}
 
 
+SHORT = """schema = 1
+[columns]
+time = 1
+position = "x"  # its name
+effort = { column = "i", unit = "N" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("edits", "position"),
+    [
+        ({"columns.position.unit": "mm"}, {"column": "x", "unit": "mm"}),
+        ({"columns.position.sign": -1}, {"column": "x", "sign": -1}),
+        ({"columns.position.column": "y", "columns.position.unit": "m"}, {"column": "y", "unit": "m"}),
+        ({"columns.position.column": None}, None),
+    ],
+)
+def test_the_short_form_of_a_column_is_shown_and_changed_as_the_long_one(edits, position):
+    shown = form_of(Content("axis.toml", SHORT.encode()))["tables"]["columns"]
+    assert shown == {
+        "time": {"column": "column_1"},
+        "position": {"column": "x"},
+        "effort": {"column": "i", "unit": "N"},
+    }
+    columns = tomllib.loads(edited(SHORT, edits))["columns"]
+    assert columns.pop("position", None) == position
+    assert columns == {"time": 1, "effort": {"column": "i", "unit": "N"}}  # nobody changed those
+
+
 @pytest.mark.parametrize(
     ("edits", "words"),
     [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"),

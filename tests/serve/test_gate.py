@@ -16,8 +16,8 @@ OWN = {"x-bristle-token": TOKEN}
 
 
 @pytest.fixture(scope="module")
-def app():
-    return application(TOKEN, PORT, Limits())
+def app(tmp_path_factory):
+    return application(tmp_path_factory.mktemp("lab"), TOKEN, PORT, Limits())
 
 
 @pytest.fixture

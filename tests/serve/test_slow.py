@@ -13,7 +13,10 @@ HEAD = "{method} {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-bristle-token: {
 
 @pytest.fixture(scope="module")
 def server():
-    with served(Limits(silence_seconds=SILENCE, connections=6, file_size=2**26)) as server:
+    limits = Limits(
+        silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**26
+    )  # fmt: skip
+    with served(limits) as server:
         yield server
 
 
@@ -76,12 +79,3 @@ def test_an_answer_that_nobody_reads_is_dropped(server):
             _, said = closed_after(connection)
         assert b"HTTP/1.1 200" in said
         assert len(said) < 2**25
-
-
-def test_others_are_answered_again_once_slow_ones_took_all_there_is(server):
-    slow = [server.raw(b"GET / HTTP/1.1\r\n") for _ in range(6)]
-    time.sleep(6 * SILENCE)
-    with server.client() as client:
-        assert client.post("/api/cases").status_code == 201
-    for connection in slow:
-        connection.close()

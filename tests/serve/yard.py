@@ -1,7 +1,10 @@
 """A server of the lab in this process, what speaks to it, and workers that do what a test wants."""
 
 import json
+import os
 import socket
+import subprocess
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -12,6 +15,7 @@ import httpx2 as httpx
 
 from bristle.server.application import application
 from bristle.server.limits import Limits
+from bristle.server.own_folder import own_folder
 from bristle.server.run import listening_on, server_of
 
 TOKEN = "a-token-of-the-tests"
@@ -23,6 +27,7 @@ class Served:
 
     port: int
     cases: object
+    opening: object
 
     @property
     def base(self):
@@ -45,16 +50,16 @@ class Served:
 
 @contextmanager
 def served(limits=Limits()):  # noqa: B008  (it is frozen)
-    with listening_on(0) as listening:
+    with listening_on(0) as listening, own_folder() as folder:
         port = listening.getsockname()[1]
-        app = application(TOKEN, port, limits)
+        app = application(folder, TOKEN, port, limits)
         server = server_of(app, limits)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         try:
             while not server.started:
                 time.sleep(0.01)
-            yield Served(port, app.state.cases)
+            yield Served(port, app.state.cases, app.state.opening)
         finally:
             server.should_exit = True
             thread.join(20)
@@ -86,6 +91,27 @@ def settled(client, case, seconds=120):
             return state
         time.sleep(0.05)
     raise AssertionError(f"still {json.dumps(state['job'])}")
+
+
+@contextmanager
+def lab_process(folder, *options, **environment):
+    """Give a process of ``bristle lab --serve`` whose temporary folder this is, and what speaks to it once it does."""
+    code = "import sys; from bristle.cli.main import main; sys.exit(main(['lab', '--serve', *sys.argv[1:]]))"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"TMPDIR": str(folder)} | environment,
+    )  # fmt: skip
+    try:
+        base, _, token = process.stdout.readline().strip().partition("/#")
+        assert token, process.stderr.read()
+        with httpx.Client(
+            base_url=base, headers={"x-bristle-token": token}, timeout=60, trust_env=False,
+            transport=httpx.HTTPTransport(retries=5),
+        ) as client:  # fmt: skip
+            yield process, client, token
+    finally:
+        process.kill()
+        process.communicate()
 
 
 WORKER = """

@@ -10,7 +10,7 @@ from bristle.core.dimensions import AxisKind, kind_called
 from bristle.core.transmission import Side
 from bristle.files.schema import Quantity, Strict
 
-__all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
+__all__ = ["AxisFile", "ColumnEntry", "InjectedEntry", "by_number", "long_form"]
 
 
 def _no_truth_value(value: Any) -> Any:
@@ -20,7 +20,7 @@ def _no_truth_value(value: Any) -> Any:
     return value
 
 
-def _by_number(value: Any) -> Any:
+def by_number(value: Any) -> Any:
     """Take the number of a column, counted from 1, in place of its name."""
     return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
 
@@ -28,19 +28,19 @@ def _by_number(value: Any) -> Any:
 class ColumnEntry(Strict):
     """One channel: which column it is, in what unit, with what sign, measured where."""
 
-    column: Annotated[str, BeforeValidator(_by_number)]
+    column: Annotated[str, BeforeValidator(by_number)]
     unit: str | None = None
     sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
     side: Side | None = None
     optional: bool = False
 
 
-def _entry(value: Any) -> Any:
+def long_form(value: Any) -> Any:
     """Take a bare name of a column for an entry that says no more."""
     return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
 
 
-Entry = Annotated[ColumnEntry, BeforeValidator(_entry)]
+Entry = Annotated[ColumnEntry, BeforeValidator(long_form)]
 
 
 class Columns(Strict):
@@ -60,7 +60,7 @@ class Columns(Strict):
 class InjectedEntry(Strict):
     """A known input of the loop: effort for one unit of the column."""
 
-    column: Annotated[str, BeforeValidator(_by_number)]
+    column: Annotated[str, BeforeValidator(by_number)]
     gain: Quantity
     unit: str | None = None
     optional: bool = False

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -17,17 +15,20 @@ from bristle.server.bodies import RefusedRequestError
 from bristle.server.cases import Cases
 from bristle.server.gate import Gate
 from bristle.server.limits import Limits
+from bristle.server.opening import Opening
 from bristle.server.page import server_page
 from bristle.server.routes import Routes
 
 __all__ = ["application"]
 
 
-def application(token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (it is frozen)
+def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
     """Return the application.
 
     Parameters
     ----------
+    folder : Path
+        Where it keeps what it is given: a folder of its own, which who made it removes.
     token : str
         What its page sends with each request.
     port : int
@@ -35,22 +36,20 @@ def application(token: str, port: int, limits: Limits = Limits()) -> Starlette: 
     limits : Limits
         How much of anything.
     """
-    folder = Path(tempfile.mkdtemp(prefix="bristle-lab-"))
     page, policy = server_page(limits)
-    cases = Cases(folder, limits)
-    routes = Routes(cases, limits, page, policy)
+    cases, opening = Cases(folder, limits), Opening(folder, port, token)
+    routes = Routes(cases, opening, limits, page, policy)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
         yield
-        routes.end()
-        shutil.rmtree(folder, ignore_errors=True)
+        await routes.end()
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
     app = Starlette(
         routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan
     )  # fmt: skip
-    app.state.cases = cases
+    app.state.cases, app.state.opening = cases, opening
     return app
 
 

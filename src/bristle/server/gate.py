@@ -15,13 +15,17 @@ from collections.abc import Iterable, Mapping
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["LOOPBACK", "TOKEN", "Gate"]
+__all__ = ["ENTRANCE", "HAS_TOKEN", "LOOPBACK", "TOKEN", "Gate"]
 
 LOOPBACK = "127.0.0.1"
 TOKEN = "x-bristle-token"
 """The header that carries the token."""
-OPEN = ("/", "/shown/")
-"""What takes no token: the page, which holds no data, and reports, which are shown once for a ticket."""
+HAS_TOKEN = "bristle.has_token"
+"""What stands in the state of a request that had the token."""
+ENTRANCE = "/opened/"
+"""Where a browser enters that was opened with a file: it comes from elsewhere, once, with a ticket."""
+OPEN = ("/shown/", ENTRANCE)
+"""What takes no token, as the page does, which holds no data: reports and the entrance, once and for a ticket each."""
 HEADERS = {
     "cache-control": "no-store",
     "x-content-type-options": "nosniff",
@@ -65,6 +69,8 @@ class Gate:
             await asyncio.wait_for(send(message), self._patience)
 
         refusal = self._refusal(scope)
+        if refusal is None and not _takes_no_token(scope["path"]):
+            scope.setdefault("state", {})[HAS_TOKEN] = True
         await (refusal or self._app)(scope, receive, send_in_time)
 
     def _refusal(self, scope: Scope) -> JSONResponse | None:
@@ -73,15 +79,19 @@ class Gate:
             return _refused(421, "Host: is not this machine. Open the address that bristle printed")
         if any(origin not in self._origins for origin in _values_of(headers, b"origin")):
             return _refused(403, "Origin: is another site")
-        if any(site not in (b"same-origin", b"none") for site in _values_of(headers, b"sec-fetch-site")):
+        sites = () if scope["path"].startswith(ENTRANCE) else _values_of(headers, b"sec-fetch-site")
+        if any(site not in (b"same-origin", b"none") for site in sites):
             return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address instead")
-        path = scope["path"]
-        if path == OPEN[0] or path.startswith(OPEN[1]):
+        if _takes_no_token(scope["path"]):
             return None
         tokens = _values_of(headers, TOKEN.encode("ascii"))
         if len(tokens) != 1 or not secrets.compare_digest(tokens[0], self._token):
             return _refused(401, "the token is missing or old. Open the address that bristle printed last")
         return None
+
+
+def _takes_no_token(path: str) -> bool:
+    return path == "/" or path.startswith(OPEN)
 
 
 def _values_of(headers: Iterable[tuple[bytes, bytes]], name: bytes) -> list[bytes]:

@@ -35,8 +35,11 @@ class Limits:
         Addresses of a job [byte].
     silence_seconds : float
         How long a client may say nothing, or read nothing, within a request [s].
-    connections : int
-        Connections at once.
+    strangers : int
+        Connections whose last request did not have the token, or that have sent none; the oldest one makes room for a
+        new one.
+    stranger_seconds : float
+        How long one of those may take for the lines of a request, or for the rest of one that was answered [s].
     """
 
     file_size: int = SIZE_LIMIT
@@ -49,4 +52,5 @@ class Limits:
     grace_seconds: float = 60.0
     job_memory: int = 16 * 2**30
     silence_seconds: float = 10.0
-    connections: int = 64
+    strangers: int = 32
+    stranger_seconds: float = 3.0

@@ -14,11 +14,12 @@ from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import hash_of, joined
 from bristle.server.limits import Limits
 
-__all__ = ["server_page"]
+__all__ = ["entrance", "server_page"]
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
 SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
 FIRST_TARGET = "table"
+TO_PAGE = 'location.replace("/" + location.hash)'
 
 
 def server_page(limits: Limits) -> tuple[str, str]:
@@ -41,6 +42,12 @@ def server_page(limits: Limits) -> tuple[str, str]:
         style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version()
     )
     return page, _policy(script, style)
+
+
+def entrance() -> tuple[str, str]:
+    """Return what leads on to the page with the fragment as it is, and the policy under which a browser runs it."""
+    page = f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>'
+    return page, f"default-src 'none'; script-src {hash_of(TO_PAGE)}; frame-ancestors 'none'"
 
 
 def _template(name: str) -> str:

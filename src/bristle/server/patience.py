@@ -1,4 +1,9 @@
-"""Connections of clients that say nothing, or read nothing, are closed: they must not use up all that there are."""
+"""Connections of clients that say nothing, or read nothing, are closed: they must not use up all that there are.
+
+Anybody on this machine can connect, also who has no token. So those who have not shown it hold a few connections at
+most, for a short time, and the oldest of them makes room for a new one: what a person asks for comes at once, whoever
+else is there.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +12,22 @@ from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from bristle.server.gate import HAS_TOKEN
+from bristle.server.limits import Limits
+
 __all__ = ["protocol_with_limits"]
 
+ARRIVES = 0.1  # [s] within which what was sent with a connection is read
 
-def protocol_with_limits(silence_seconds: float) -> type[H11Protocol]:
-    """Return the protocol of a connection that ends it where no request is whole within this time.
+
+def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
+    """Return the protocol of a connection that ends it where no request is whole within a time.
 
     Parameters
     ----------
-    silence_seconds : float
+    limits : Limits
         Time for the lines of a request, for the rest of one that was answered already, and for the last bytes to be
-        read once the connection is closing [s].
+        read once the connection is closing; how many connections there may be without the token.
     """
 
     class PatientProtocol(H11Protocol):
@@ -25,8 +35,9 @@ def protocol_with_limits(silence_seconds: float) -> type[H11Protocol]:
 
         def connection_made(self, transport: Any) -> None:
             super().connection_made(transport)
-            self._begun = self.loop.time()
+            self._begun = self._connected_at = self.loop.time()
             self._watch()
+            self.loop.call_later(ARRIVES, self._make_room)
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()
@@ -36,16 +47,31 @@ def protocol_with_limits(silence_seconds: float) -> type[H11Protocol]:
             self._begun = self.loop.time()
             super().on_response_complete()
 
+        def _has_token(self) -> bool:
+            """Return whether the last request had the token."""
+            return self.scope is not None and HAS_TOKEN in self.scope.get("state", {})
+
+        def _make_room(self) -> None:
+            """Drop the oldest connections without the token where there are too many."""
+            strangers = [
+                protocol for protocol in self.connections
+                if isinstance(protocol, PatientProtocol) and not protocol._has_token()
+            ]  # fmt: skip
+            strangers.sort(key=lambda protocol: protocol._connected_at)
+            for oldest in strangers[: max(0, len(strangers) - limits.strangers)]:
+                oldest.transport.abort()
+
         def _watch(self) -> None:
             answering = self.cycle is not None and not self.cycle.response_complete
             if self.transport.is_closing() and self._closing:
                 self.transport.abort()
                 return
             self._closing = self.transport.is_closing()
-            if not answering and self.loop.time() - self._begun >= silence_seconds:
+            patience = limits.silence_seconds if self._has_token() else limits.stranger_seconds
+            if not answering and self.loop.time() - self._begun >= patience:
                 self.transport.abort()
                 return
-            self._timer: asyncio.TimerHandle = self.loop.call_later(silence_seconds / 4.0, self._watch)
+            self._timer: asyncio.TimerHandle = self.loop.call_later(patience / 4.0, self._watch)
 
         _closing = False
 

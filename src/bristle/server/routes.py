@@ -16,12 +16,16 @@ from starlette.routing import Route
 
 from bristle.server.bodies import RefusedRequestError, json_of, stored
 from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
+from bristle.server.gate import ENTRANCE, HAS_TOKEN
 from bristle.server.job import Job
 from bristle.server.limits import Limits
+from bristle.server.opening import Opening
+from bristle.server.page import entrance
 
 __all__ = ["Routes"]
 
 DATA = "data.json"
+FAREWELL = 5.0  # [s] for processes that were killed to be gone
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {
     "look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported",
@@ -49,6 +53,8 @@ class Routes:
     ----------
     cases : Cases
         All that is open.
+    opening : Opening
+        The way in for the browser that is opened.
     limits : Limits
         How much of anything.
     page : str
@@ -57,8 +63,8 @@ class Routes:
         What it may do.
     """
 
-    def __init__(self, cases: Cases, limits: Limits, page: str, policy: str) -> None:
-        self._cases, self._limits, self._page, self._policy = cases, limits, page, policy
+    def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: str, policy: str) -> None:
+        self._cases, self._opening, self._limits, self._page, self._policy = cases, opening, limits, page, policy
         self._work: set[asyncio.Task[None]] = set()
         self._tickets: dict[str, tuple[Path, float]] = {}
 
@@ -67,6 +73,7 @@ class Routes:
         case = "/api/cases/{case}"
         return [
             Route("/", self.page, methods=["GET"]),
+            Route(f"{ENTRANCE}{{ticket}}", self.enter, methods=["GET"]),
             Route("/shown/{ticket}", self.show_report, methods=["GET"]),
             Route("/api/cases", self.begin, methods=["POST"]),
             Route(case, self.state, methods=["GET"]),
@@ -84,6 +91,14 @@ class Routes:
     async def page(self, request: Request) -> Response:
         """Return the page, in which nothing stands that not everybody may see."""
         return Response(self._page, media_type="text/html", headers={"content-security-policy": self._policy})
+
+    async def enter(self, request: Request) -> Response:
+        """Lead a browser that was opened to the page, which is asked for from this server then."""
+        if not self._opening.redeem(request.path_params["ticket"]):
+            raise RefusedRequestError(404, "is no way in any more", path="file",
+                                      mend="Open the address that bristle printed")  # fmt: skip
+        page, policy = entrance()
+        return Response(page, media_type="text/html", headers={"content-security-policy": policy})
 
     async def begin(self, request: Request) -> Response:
         """Open an analysis."""
@@ -221,13 +236,16 @@ class Routes:
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():
             raise RefusedRequestError(404, "is shown no more", path="report", mend="Open it from the lab again")
+        request.scope["state"][HAS_TOKEN] = True  # who has a ticket had the token
         return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
 
-    def end(self) -> None:
-        """End all jobs."""
+    async def end(self) -> None:
+        """End all jobs, and wait until they have: none writes any more then."""
         for case in self._cases:
             if case.job is not None:
                 case.job.kill()
+        if self._work:
+            await asyncio.wait(self._work, timeout=FAREWELL)
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]

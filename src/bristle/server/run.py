@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.server.limits import Limits
+from bristle.server.own_folder import own_folder
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -52,14 +53,14 @@ def serve(
     from bristle.server.application import application
 
     bounds, token = limits or Limits(), secrets.token_urlsafe(32)
-    with listening_on(port) as listening:
+    with listening_on(port) as listening, own_folder() as folder:
         free_port: int = listening.getsockname()[1]
-        server = server_of(application(token, free_port, bounds), bounds)
-        address = f"http://{LOOPBACK}:{free_port}/#{token}"
-        announce(address)
+        app = application(folder, token, free_port, bounds)
+        announce(f"http://{LOOPBACK}:{free_port}/#{token}")
         if opens:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        server.run(sockets=[listening])
+            file = app.state.opening.offer()
+            threading.Thread(target=webbrowser.open, args=(file.as_uri(),), daemon=True).start()
+        server_of(app, bounds).run(sockets=[listening])
 
 
 def server_of(app: ASGIApp, limits: Limits) -> Server:
@@ -70,15 +71,15 @@ def server_of(app: ASGIApp, limits: Limits) -> Server:
     app : ASGI application
         What answers.
     limits : Limits
-        How many connections, and how long each may be silent.
+        How many connections without the token, and how long each may be silent.
     """
     import uvicorn
 
     from bristle.server.patience import protocol_with_limits
 
     config = uvicorn.Config(
-        app, http=protocol_with_limits(limits.silence_seconds), ws="none", lifespan="on", log_config=None,
-        access_log=False, server_header=False, proxy_headers=False, limit_concurrency=limits.connections,
+        app, http=protocol_with_limits(limits), ws="none", lifespan="on", log_config=None,
+        access_log=False, server_header=False, proxy_headers=False,
         backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE, timeout_graceful_shutdown=FAREWELL,
     )  # fmt: skip
     return uvicorn.Server(config)
@@ -102,6 +103,7 @@ def listening_on(port: int) -> socket.socket:
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listening.bind((LOOPBACK, port))
+        listening.listen(BACKLOG)  # a browser that is faster than the server waits for it
     except OSError as error:
         listening.close()
         raise InputError(f"cannot be listened to: {error.strerror}", path="--port", value=port,

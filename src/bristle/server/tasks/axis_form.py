@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from bristle.core.axis import COLUMNS
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
+from bristle.files.axis_schema import by_number, long_form
 from bristle.files.fill_in import FILL_IN
 from bristle.files.toml import read_toml
 
@@ -19,7 +21,7 @@ CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
 DEEPEST = 3
 
 
-def edited(text: str, edits: Mapping[str, Any]) -> str:
+def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
     """Return an axis file with some keys changed; all else of it, remarks too, stays as it is.
 
     Parameters
@@ -28,6 +30,8 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
         The file.
     edits : mapping
         Dotted key to its value; None removes it.
+    label : str
+        What a person calls the file.
 
     Raises
     ------
@@ -36,7 +40,7 @@ def edited(text: str, edits: Mapping[str, Any]) -> str:
     """
     import tomlkit
 
-    read_toml(text.encode())  # as bounded as any file of a person
+    read_toml(Content(Path(label), text.encode()))  # as bounded as any file of a person
     document = tomlkit.parse(text)
     for key, value in edits.items():
         _set(document, key, value)
@@ -59,6 +63,9 @@ def _set(document: Any, key: str, value: Any) -> None:
             if value is None:
                 return
             table[name] = tomlkit.inline_table() if len(path) > 1 else tomlkit.table()
+        elif path[:-1] == ["columns"] and (entry := long_form(table[name])) is not table[name]:
+            table[name] = tomlkit.inline_table()
+            table[name].update(entry)
         table = table[name]
         if not hasattr(table, "keys"):
             raise InputError("is no table", path=".".join(path))
@@ -83,10 +90,21 @@ def form_of(axis_file: Content) -> dict[str, Any]:
         If it is no TOML.
     """
     tables = read_toml(axis_file).data
+    plain = {key: value for key, value in tables.items() if _is_plain(value)}
     return {
-        "tables": {key: value for key, value in tables.items() if _is_plain(value)},
+        "tables": plain | {"columns": _columns(tables.get("columns"))},
         "missing": list(_open(tables, "")), "remarks": _remarks(axis_file.data.decode("utf-8-sig")),
     }  # fmt: skip
+
+
+def _columns(entries: Any) -> dict[str, Mapping[str, Any]]:
+    """Return the columns in their long form; what is no column is refused where the file is read."""
+    columns = {}
+    for name, value in entries.items() if isinstance(entries, Mapping) else ():
+        entry = long_form(value)
+        if isinstance(entry, Mapping) and isinstance(column := by_number(entry.get("column", "")), str):
+            columns[name] = {**entry, "column": column}
+    return columns
 
 
 def _is_plain(value: Any) -> bool:

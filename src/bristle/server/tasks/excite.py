@@ -25,7 +25,7 @@ def excite(errand: Errand) -> Answer:
     from bristle.report.excitation import outlook_table, piece_table
     from bristle.workflow.excited import designed_motion
 
-    text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}))
+    text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
     words = ["excite", errand.axis_label, "--out", "motion", "--duration", duration]

@@ -28,7 +28,7 @@ def look(errand: Errand) -> Answer:
     if not text:
         proposed = inspect_log(content, size_limit=errand.size_limit)
         text = proposed.proposal.text if proposed.proposal else EMPTY
-    text = edited(text, errand.options.get("edits") or {})
+    text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
     errand = Errand(**{**vars(errand), "axis_text": text})
     axis, refusal = _axis(errand)
     if axis is not None:
@@ -36,13 +36,14 @@ def look(errand: Errand) -> Answer:
     else:
         inspected = proposed or inspect_log(content, size_limit=errand.size_limit)
     form = form_of(errand.axis_file)
+    as_read = axis is not None and inspected.log
     problems = inspected.summary["problems"] if axis is not None else []
     data = {
         "log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal,
         "columns": inspected.summary["columns"], "notes": inspected.summary["notes"], "problems": problems,
         "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
         "kind": inspected.summary["kind"],
-        "plots": _of_log(inspected) if axis is not None and inspected.log else _of_columns(inspected, form["tables"]),
+        "plots": _of_log(inspected) if as_read else _of_columns(inspected, form["tables"]["columns"]),
     }  # fmt: skip
     facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
     return facts, data
@@ -67,10 +68,9 @@ def _of_log(inspected: Inspected) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _of_columns(inspected: Inspected, tables: dict[str, Any]) -> list[dict[str, Any]]:
+def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
     """Return columns as they are recorded, as long as the axis file does not say what they are."""
-    plots, columns = [], tables.get("columns", {})
-    recorded = inspected.table.columns
+    plots, recorded = [], inspected.table.columns
     time = recorded.get(columns.get("time", {}).get("column"))
     for name in PLOTTED:
         entry = columns.get(name, {})

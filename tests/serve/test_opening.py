@@ -1,0 +1,154 @@
+"""A browser is opened with a file that leads to the lab, once: the token stands in no arguments of a process."""
+
+import base64
+import hashlib
+import os
+import re
+import shutil
+import stat
+import time
+from pathlib import Path
+
+import pytest
+from starlette.testclient import TestClient
+from tests.lab.browser import browser
+from tests.serve.yard import TOKEN, lab_process, served
+
+from bristle.server.application import application
+
+PORT = 8765
+ELSEWHERE = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+"""What Chromium sends as it is led on by a file."""
+BROWSER = """#!/bin/sh
+printf '%s\\n' "$@" > {told}.new && mv {told}.new {told}
+while [ ! -e {told}.seen ]; do sleep 0.05; done
+"""
+
+
+@pytest.fixture
+def app(tmp_path):
+    return application(tmp_path, TOKEN, PORT)
+
+
+@pytest.fixture
+def opening(app):
+    yield app.state.opening
+    app.state.opening.end()
+
+
+@pytest.fixture
+def client(app):
+    return TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers=ELSEWHERE)
+
+
+def led_to(file):
+    """Return path and fragment of the address that a file leads to."""
+    (address,) = re.findall(r'content="0; url=([^"]*)"', file.read_text())
+    base, _, rest = address.removeprefix("http://").partition("/")
+    assert base == f"127.0.0.1:{PORT}"
+    path, _, fragment = rest.partition("#")
+    return f"/{path}", fragment
+
+
+def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(opening, client):
+    file = opening.offer()
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    path, fragment = led_to(file)
+    assert fragment == TOKEN
+    answer = client.get(path)
+    assert answer.status_code == 200
+    assert TOKEN not in answer.text
+    (script,) = re.findall("<script>(.*?)</script>", answer.text)
+    assert script == 'location.replace("/" + location.hash)'
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert answer.headers["content-security-policy"] == (
+        f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'"
+    )
+
+
+def test_once_a_browser_has_come_the_file_is_gone_and_nobody_else_enters(opening, client):
+    file = opening.offer()
+    path, _ = led_to(file)
+    for wrong in ("x", path.rpartition("/")[2][:-1], "%c3%a9"):
+        assert client.get(f"/opened/{wrong}").status_code == 404
+    assert file.exists()
+    assert client.get(path, headers={"host": "evil.example"}).status_code == 421
+    assert file.exists()
+    assert client.get(path).status_code == 200
+    assert not file.exists()
+    assert client.get(path).status_code == 404
+    assert client.get("/").status_code == 403  # it is the entrance that may be come to from elsewhere
+
+
+def test_a_browser_that_does_not_come_is_not_waited_for(opening, client):
+    file = opening.offer(0.05)
+    path, _ = led_to(file)
+    until = time.monotonic() + 5.0
+    while file.exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    assert not file.exists()
+    assert client.get(path).status_code == 404
+
+
+def test_there_is_no_way_in_where_no_browser_is_opened(client):
+    assert client.get("/opened/x").status_code == 404
+    assert client.get("/opened/").status_code == 404
+
+
+def test_what_lies_in_place_of_the_file_is_not_written_through(opening, tmp_path):
+    (tmp_path / "open.html").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(FileExistsError):
+        opening.offer()
+    assert not (tmp_path / "elsewhere").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="reads the arguments of processes in /proc")
+def test_no_process_has_the_token_in_its_arguments(tmp_path):
+    (tmp_path / "temporary").mkdir()
+    script, told = tmp_path / "browser", tmp_path / "told"
+    script.write_text(BROWSER.format(told=told))
+    script.chmod(0o700)
+    with lab_process(tmp_path / "temporary", BROWSER=str(script)) as (process, _, token):
+        until = time.monotonic() + 20.0
+        while not told.exists():
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        arguments = {place.name: read(place / "cmdline") for place in Path("/proc").iterdir() if place.name.isdigit()}
+        (given,) = told.read_text().splitlines()
+        assert [number for number, text in arguments.items() if token in text] == []
+        assert any(given in text for text in arguments.values())  # that of the browser is among them
+        file = Path(given.removeprefix("file://"))
+        assert token in file.read_text()
+        assert [stat.S_IMODE(each.stat().st_mode) for each in (file, file.parent)] == [0o600, 0o700]
+        # The browser that was opened is not waited for.
+        process.terminate()
+        assert process.wait(20) == 0
+        assert not file.parent.exists()
+        told.with_suffix(".seen").touch()
+
+
+def read(place):
+    try:
+        return place.read_bytes().decode(errors="replace")
+    except OSError:  # the process is gone
+        return ""
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None or os.name != "posix", reason="needs chromium, and pipes of POSIX")
+def test_chromium_comes_from_the_file_to_the_lab_and_may_load_it_again(tmp_path):
+    with served() as server, browser(tmp_path / "profile") as tab:
+        file = server.opening.offer()
+        tab.call("Page.navigate", url=file.as_uri())
+        shown = "typeof state !== 'undefined' && state !== null && location.hash"
+        for _ in range(2):
+            until = time.monotonic() + 30.0
+            while not (fragment := tab.run(shown)):
+                assert time.monotonic() < until
+                time.sleep(0.05)
+            assert fragment.startswith(f"#{TOKEN}.")
+            assert tab.run("location.pathname") == "/"
+            assert not file.exists()
+            tab.run("state = null")
+            tab.call("Page.reload")
+            tab.wait_for("Page.loadEventFired")
+        assert tab.complaints() == []
