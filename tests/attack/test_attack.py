@@ -296,7 +296,6 @@ PLACES = {
     "a name too long": "x" * 300,
     "a path too long": "x/" * 3000,
     "a link to a folder": "link",
-    "a link to nothing": "gone",
     "a link to itself": "loop",
     "a name like ours": f"bristle-{'0' * 32}.partial",
     "a name of blanks": "   ",

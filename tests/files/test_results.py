@@ -366,8 +366,8 @@ def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
     [
         (lambda place: (place / "run").write_text(""), "is a file"),
         (lambda place: (place / "run").mkdir(), "did not make it"),
-        (lambda place: (place / "run").symlink_to(place / "elsewhere"), "is a link"),
-        (lambda place: (place / "run").symlink_to(place), "is a link"),
+        (lambda place: (place / "run").symlink_to(place), "holds something else than results"),
+        (lambda place: (place / "run").symlink_to("run"), "cannot be written|loop"),
         (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],
 )
@@ -376,6 +376,14 @@ def test_what_stands_in_the_way_is_named(tmp_path, make, words):
     before = state_of(tmp_path)
     refused(tmp_path / "run", words)
     assert state_of(tmp_path) == before
+
+
+def test_results_may_be_named_by_a_link_to_the_folder_that_they_go_into(tmp_path):
+    (tmp_path / "run").symlink_to(tmp_path / "disk")
+    write_results(tmp_path / "run")
+    write_results(tmp_path / "run", "again")
+    assert mark_of(tmp_path / "disk") == "again"
+    assert (tmp_path / "run").is_symlink()
 
 
 def test_a_link_above_the_results_is_followed(tmp_path):

@@ -172,14 +172,15 @@ def remove_unfinished() -> None:
 
 
 def _target_of(out: str | os.PathLike[str]) -> Path:
-    """Return the folder wanted, its parent without links; the folder itself must be none."""
+    """Return the folder wanted, without links: where the path is a link, the folder that it leads to."""
     text = os.fspath(out)
     if "\0" in text:
         raise InputError("holds a NUL character and names no folder", path="--out", value=text,
                          mend="Name a new folder")  # fmt: skip
     try:
         path = Path(text)
-        plain = path.parent.resolve() / path.name if path.name not in ("", "..") else path.resolve()
+        ends = path.name not in ("", "..") and not path.is_symlink()
+        plain = path.parent.resolve() / path.name if ends else path.resolve()
         parent = plain.parent
         if plain.name == "" or plain == parent:
             raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
@@ -301,9 +302,8 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
                 if os.lstat(parent / name).st_mtime < time.time() - BEGUN_LONG_AGO:
                     _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
                 continue
-            if match[1] not in (note.token, note.aside):
-                continue  # a person's own: a copy, or a folder that was renamed
-            yield parent / name, note, _state_of(folder)
+            if match[1] in (note.token, note.aside):  # else a person's own: a copy, or a folder that was renamed
+                yield parent / name, note, _state_of(folder)
 
 
 def _state_of(folder: Folder) -> State:

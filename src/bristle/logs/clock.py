@@ -10,7 +10,8 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.typography import number
-from bristle.logs.order import Order, median_step, order_of
+from bristle.logs.lost import bridge_notes, samples_between
+from bristle.logs.order import Order, median_step, order_of, without_repeats
 
 __all__ = ["GAP", "Clock", "Jitter", "clock_of"]
 
@@ -19,12 +20,7 @@ GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
 RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
 GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
 UNEVEN_GAP = 10.0  # sample times that split a log of uneven samples
-BRIDGED = 3  # rows lost on end that are interpolated: a longer pause splits the log
 LIKE_USUAL = 0.1  # how far the median step may be off the usual one: else more is missing than a few rows
-MOST_LOST = 0.1  # of the rows: where more are missing none is bridged
-HALF = 0.5  # of the sample time: what the stamps behind a step are later by where a row was lost
-AROUND = 15  # rows before a step, and behind it
-PASSES = 8  # rows that were lost close together are found one after the other
 SHORTEST_SEGMENT = 10  # samples
 SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
 WINDOW = 101  # samples over which a clock may drift and be no jitter
@@ -176,13 +172,13 @@ def clock_of(
         raise InputError(f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
                          mend="Mend the unit of the time column")  # fmt: skip
     even, step = _rounded(order.stamps, usual)
-    order = order if step else _without_repeats(order, repeats, place)
+    order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
     steps = np.diff(stamps)
     gaps, uneven = (np.zeros(steps.size, dtype=bool), False) if step else _gaps(stamps, steps, usual)
     counts = np.ones(steps.size)
     if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < LIKE_USUAL:
-        gaps, counts = _samples_between(stamps, usual)
+        gaps, counts = samples_between(stamps, usual)
     period = _period(np.diff(even)) if step else _period(steps[~gaps], counts[~gaps])
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         raise InputError(
@@ -194,7 +190,7 @@ def clock_of(
     bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
     raws = [slice(a, b) for a, b in pairwise(bounds)]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
-    notes = [*order.notes, *_gap_notes(stamps, raws, usable), *_bridge_notes(counts)]
+    notes = [*order.notes, *_gap_notes(stamps, raws, usable), *bridge_notes(counts)]
     jitter = None
     if step:
         stamps = even
@@ -219,43 +215,6 @@ def _period(steps: np.ndarray, counts: np.ndarray | None = None) -> float:
     """Return the time between samples, from steps over one sample or over as many as `counts` says."""
     mean = float(steps.mean()) if counts is None else float(steps.sum() / counts.sum())
     return float(f"{mean:.{DIGITS}g}")
-
-
-def _samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return which steps are pauses that split the log, and over how many samples each other step is.
-
-    A row that was lost moves all stamps behind it, a late one only itself: the medians of the stamps before and behind
-    a step, against even ones, tell them apart. Few rows that were lost on end are bridged.
-    """
-    counts = np.ones(stamps.size - 1)
-    for _ in range(PASSES):
-        off = (stamps - usual * np.concatenate([[0.0], np.cumsum(counts)])) / usual
-        rise = _medians(off[::-1])[::-1][1:] - _medians(off)[:-1]
-        found = np.flatnonzero(rise > HALF)
-        if not found.size:
-            break
-        jumps = np.diff(off)
-        for near in np.split(found, np.flatnonzero(np.diff(found) > 1) + 1):
-            at = near[np.argmax(jumps[near])]
-            counts[at] += max(round(float(min(rise[near].max(), jumps[at]))), 1)
-    gaps = counts > (BRIDGED + 1.0 if np.sum(counts > 1.0) <= MOST_LOST * counts.size else 1.0)
-    return gaps, np.where(gaps, 1.0, counts)
-
-
-def _medians(off: np.ndarray) -> np.ndarray:
-    """Return the median of the values up to each one."""
-    from scipy.ndimage import median_filter
-
-    reach = min(AROUND, off.size)
-    return median_filter(off, size=reach, origin=(reach - 1) // 2, mode="nearest")
-
-
-def _bridge_notes(counts: np.ndarray) -> list[str]:
-    lost = int(np.sum(counts - 1.0))
-    if not lost:
-        return []
-    rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    return [f"{rows} missing, {BRIDGED} on end at most: interpolated between those around"]
 
 
 def _sorted(values: np.ndarray | None, order: Order) -> np.ndarray | None:
@@ -284,50 +243,6 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
     if largest > ROUNDED * step or largest <= 2 * UNIFORM * usual:
         return stamps, 0.0
     return slope * index + 0.5 * float(error.max() + error.min()), step
-
-
-def _without_repeats(order: Order, same: np.ndarray | None, place: str) -> Order:
-    """Mend stamps that repeat that of the row before, and leave out rows that repeat all of it.
-
-    A row with a reading of its own is a sample, whatever its stamp: it was stamped when a burst arrived, and lies
-    between the stamps around the burst.
-    """
-    stamps, notes = order.stamps.copy(), list(order.notes)
-    repeated = np.append(False, np.diff(stamps) <= 0)
-    if not repeated.any():
-        return order
-    if stamps.size - int(repeated.sum()) < SHORTEST_SEGMENT:
-        raise InputError(
-            f"has {stamps.size - int(repeated.sum())} different stamps in {stamps.size} rows", path=place,
-            mend="Leave the column of time out of the axis file and write sample_time in [timing]",
-        )  # fmt: skip
-    rows = np.arange(stamps.size) if order.rows is None else order.rows
-    twice = repeated & (np.ones(stamps.size, dtype=bool) if same is None else same[rows])
-    if count := int(twice.sum()):
-        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the row before: left out")
-        stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
-    if late := int(repeated.sum()):
-        stamps = _spread(stamps, repeated)
-        sentence = "1 stamp is repeated and is" if late == 1 else f"{late} stamps are repeated and are"
-        notes.append(f"{sentence} taken as between those around")
-    return Order(rows if count else order.rows, stamps, tuple(notes))
-
-
-def _spread(stamps: np.ndarray, repeated: np.ndarray) -> np.ndarray:
-    """Return stamps of which those of one burst lie evenly on the side of it where time is left."""
-    spread = stamps.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], repeated, [False]]).astype(np.int8)))
-    usual = median_step(stamps)
-    for first, last in zip(edges[::2] - 1, edges[1::2] - 1, strict=True):  # rows of one stamp
-        count = last - first + 1
-        before = spread[first - 1] if first else stamps[first] - count * usual
-        after = stamps[last + 1] if last + 1 < stamps.size else stamps[last] + usual
-        room = stamps[first] - before, after - stamps[first]
-        if room[0] >= room[1]:  # stamped as the burst arrived
-            spread[first : last + 1] = before + room[0] * np.arange(1, count + 1) / count
-        else:
-            spread[first : last + 1] = stamps[first] + room[1] * np.arange(count) / count
-    return spread
 
 
 def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:

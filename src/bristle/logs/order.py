@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 
-__all__ = ["Order", "median_step", "order_of"]
+__all__ = ["Order", "median_step", "order_of", "without_repeats"]
 
 RECOVERY = 32  # rows within which a clock that stepped back is where it was, unless it began anew
 MOST_RESTARTS = 50
@@ -93,3 +93,47 @@ def _put_behind(stamps: np.ndarray, restarts: list[int]) -> np.ndarray:
     for last in restarts:
         moved[last + 1 :] += moved[last] + pause - moved[last + 1]
     return moved
+
+
+def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place: str) -> Order:
+    """Mend stamps that repeat that of the row before, and leave out rows that repeat all of it.
+
+    A row with a reading of its own is a sample, whatever its stamp: it was stamped when a burst arrived, and lies
+    between the stamps around the burst.
+    """
+    stamps, notes = order.stamps.copy(), list(order.notes)
+    repeated = np.append(False, np.diff(stamps) <= 0)
+    if not repeated.any():
+        return order
+    if stamps.size - int(repeated.sum()) < fewest:
+        raise InputError(
+            f"has {stamps.size - int(repeated.sum())} different stamps in {stamps.size} rows", path=place,
+            mend="Leave the column of time out of the axis file and write sample_time in [timing]",
+        )  # fmt: skip
+    rows = np.arange(stamps.size) if order.rows is None else order.rows
+    twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
+    if count := int(twice.sum()):
+        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the row before: left out")
+        stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
+    if late := int(repeated.sum()):
+        stamps = _spread(stamps, repeated)
+        sentence = "1 stamp is repeated and is" if late == 1 else f"{late} stamps are repeated and are"
+        notes.append(f"{sentence} taken as between those around")
+    return Order(rows if count else order.rows, stamps, tuple(notes))
+
+
+def _spread(stamps: np.ndarray, repeated: np.ndarray) -> np.ndarray:
+    """Return stamps of which those of one burst lie evenly on the side of it where time is left."""
+    spread = stamps.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], repeated, [False]]).astype(np.int8)))
+    usual = median_step(stamps)
+    for first, last in zip(edges[::2] - 1, edges[1::2] - 1, strict=True):  # rows of one stamp
+        count = last - first + 1
+        before = spread[first - 1] if first else stamps[first] - count * usual
+        after = stamps[last + 1] if last + 1 < stamps.size else stamps[last] + usual
+        free = stamps[first] - before, after - stamps[first]
+        if free[0] >= free[1]:  # stamped as the burst arrived
+            spread[first : last + 1] = before + free[0] * np.arange(1, count + 1) / count
+        else:
+            spread[first : last + 1] = stamps[first] + free[1] * np.arange(count) / count
+    return spread
