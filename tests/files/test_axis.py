@@ -50,8 +50,8 @@ def test_the_axis_file_of_the_positioning_system():
     assert si(axis.columns["effort"]) == pytest.approx(35.1507, abs=1e-4)
     assert axis.injected[0].gain * 5 == pytest.approx(5.0695 * 35.1507, rel=1e-5)
     assert axis.injected[0].optional
-    assert axis.controller.values["limit"] == pytest.approx(351.507, abs=1e-3)
-    assert axis.effort_limit is None  # pulses are added behind the limit of the controller
+    assert axis.effort_limit == pytest.approx(351.507, abs=1e-3)  # of the sum with the pulses
+    assert axis.controller.values["limit"] == float("inf")
     assert axis.resolution == 50e-9
     assert (axis.cutoff, axis.decimation, axis.offset, axis.mass) == (100.0, 10, "identify", None)
 

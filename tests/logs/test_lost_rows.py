@@ -86,6 +86,30 @@ def test_a_late_stamp_is_no_lost_row():
     assert not any("missing" in note for note in clock.notes)
 
 
+def test_late_rows_of_a_burst_that_are_made_up_for_are_no_lost_rows():
+    stamps = TIME.copy()
+    stamps[5000:5013] += DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
+    clock = found(stamps, place(TIME))
+    assert clock.sample_time == pytest.approx(DT, rel=1e-9)
+    assert not any("missing" in note for note in clock.notes)
+
+
+def test_a_stretch_that_was_sampled_half_as_often_is_bridged():
+    stamps = np.delete(TIME, 401 + 2 * np.arange(180))
+    clock = found(stamps, place(stamps))
+    assert clock.notes == ("180 rows are missing, 3 on end at most: interpolated between those around",)
+    np.testing.assert_allclose(clock.sampled(place(stamps)), place(TIME), atol=2e-9)
+
+
+def test_even_samples_behind_a_step_of_their_clock_are_not_interpolated():
+    stamps = np.delete(TIME, 600)
+    stamps[600:] -= 0.1 * DT
+    clock = found(stamps, place(stamps))
+    assert clock.uniform
+    assert [segment.stop - segment.start for segment in clock.segments] == [600, COUNT - 601]
+    np.testing.assert_array_equal(clock.sampled(place(stamps)), place(stamps))
+
+
 def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept():
     x = place(TIME)
     twice = np.insert(np.arange(COUNT), 600, 599)

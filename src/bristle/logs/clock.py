@@ -10,12 +10,11 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.typography import number
-from bristle.logs.lost import bridge_notes, samples_between
+from bristle.logs.lost import UNIFORM, bridge_notes, samples_between
 from bristle.logs.order import Order, median_step, order_of, without_repeats
 
 __all__ = ["GAP", "Clock", "Jitter", "clock_of"]
 
-UNIFORM = 0.01  # of the sample time: rounding of the stamps, left alone
 GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
 RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
 GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
