@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import signal
 import sys
 
 import numpy as np
@@ -27,13 +28,13 @@ def log():
 def interrupted_after(monkeypatch):
     """Raise an interruption at a residual, counted from when a search of a model with more parameters begins."""
 
-    def arrange(count, error=KeyboardInterrupt):
+    def arrange(count, number=signal.SIGINT):
         residual, seen = InverseDynamics.residual, [0]
 
         def counting(self, free):
             seen[0] += 1
             if seen[0] == count:
-                raise error
+                signal.raise_signal(number)
             return residual(self, free)
 
         monkeypatch.setattr(InverseDynamics, "residual", counting)
@@ -145,29 +146,20 @@ def test_progress_tells_the_best_so_far(log):
     assert best == sorted(best, reverse=True)
 
 
-def test_who_asks_the_program_to_end_is_obeyed(log, interrupted_after):
-    interrupted_after(60, SignalledError(15))
-    with pytest.raises(SignalledError):
-        identify(log, "lugre", axis=STATED, blocks=0)
-
-
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
-def test_intervals_that_were_interrupted_leave_the_fit_and_who_asks_to_end_is_obeyed(monkeypatch, error):
+def test_intervals_that_were_interrupted_leave_the_fit(monkeypatch, error):
     def interrupted(*given):
         raise error
 
     monkeypatch.setattr(sys.modules[identify.__module__], "with_uncertainty", interrupted)
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
-    if isinstance(error, SignalledError):
-        with pytest.raises(SignalledError):
-            identify(log, "coulomb_viscous", axis=STATED, blocks=0)
-        return
     found = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert found.unfinished == "interrupted: the intervals are not those of simulated logs"
     assert found.best.parameters["F_C"].status == "identified"
 
 
-def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys):
+@pytest.mark.parametrize("number", [2, 15], ids=["Ctrl-C", "SIGTERM"])
+def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys, number):
     from bristle.cli.main import main
 
     rows = np.stack([log.time.values, log.position.values, log.effort.values], axis=1)
@@ -176,10 +168,10 @@ def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interr
         'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\n'
         'position = { column = "q", unit = "m" }\neffort = { column = "u", unit = "N" }\n'
     )
-    interrupted_after(60)
+    interrupted_after(60, number)
     out = tmp_path / "out"
     asked = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(out)]
-    assert main(["identify", *asked, "--model", "lugre", "--json"]) == 130
+    assert main(["identify", *asked, "--model", "lugre", "--json"]) == 128 + number
     printed = capsys.readouterr()
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
     assert "interrupted: lugre is as far as it was fitted until then" in printed.err

@@ -45,12 +45,15 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
+            from bristle.cli.failure import INTERRUPTED
             from bristle.cli.terminal import streams_that_take_all, warnings_as_lines
 
             signals.check()
             streams_that_take_all()
             with warnings_as_lines():
-                return _flushed(run(arguments))
+                code = _flushed(run(arguments))
+                # A command that kept what it had found returns 130 after any of the signals.
+                return signals.exit_code or code if code == INTERRUPTED else code
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.failure import report
 

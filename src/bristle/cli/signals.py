@@ -66,6 +66,11 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             signal.signal(number, handler)
         sys.unraisablehook = self._unraisable
 
+    @property
+    def exit_code(self) -> int | None:
+        """128 and the number of the signal that asked the program to end; None if there was none."""
+        return None if self._first is None else 128 + self._first[0]
+
     def check(self) -> None:
         """Raise what was received while modules were imported: called where none is."""
         number = self._waiting if self._first is None else self._first[0]

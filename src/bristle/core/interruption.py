@@ -11,26 +11,11 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 
-__all__ = ["UNFINISHED", "BestSoFar", "obey", "to_the_end"]
+__all__ = ["UNFINISHED", "BestSoFar", "to_the_end"]
 
 T = TypeVar("T")
-INTERRUPTED = 130
 NEARNESS = 0.02  # in coordinates: of a typical magnitude, or of a factor e
 UNFINISHED = Diagnostic("unfinished")
-
-
-def obey(error: KeyboardInterrupt, *, anything: bool = True) -> None:
-    """Raise an interruption again that asks for more than what there is.
-
-    Parameters
-    ----------
-    error : KeyboardInterrupt
-        The interruption: Ctrl-C, or a signal by which a program is asked to end in another way.
-    anything : bool
-        Whether there is anything to return.
-    """
-    if not anything or getattr(error, "exit_code", INTERRUPTED) != INTERRUPTED:
-        raise error
 
 
 def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
@@ -40,8 +25,7 @@ def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
     """
     try:
         return work(), False
-    except KeyboardInterrupt as error:
-        obey(error)
+    except KeyboardInterrupt:
         return work(), True
 
 

@@ -13,7 +13,6 @@ from bristle.core.contracts import Model
 from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.held_out import HeldOut
-from bristle.core.interruption import obey
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.hysteresis import table_of_curves
@@ -132,8 +131,9 @@ def identify_operator(
         report = partial(_of_model, progress, number / len(names), 1.0 / len(names), name)
         try:
             fits.append(_fit(name, recorded, size, folds, report))
-        except KeyboardInterrupt as error:
-            obey(error, anything=bool(fits))
+        except KeyboardInterrupt:
+            if not fits:
+                raise
             break
     missing = names[len(fits) :]
     fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)

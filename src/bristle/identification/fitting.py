@@ -10,7 +10,7 @@ from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.held_out import HeldOut
-from bristle.core.interruption import UNFINISHED, obey
+from bristle.core.interruption import UNFINISHED
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
 from bristle.friction import base_of, channel_slots_of
@@ -68,8 +68,7 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
     if blocks and not unfinished:
         try:
             held_out = held_out_error(estimation, blocks, context.settings, between(report, ESTIMATED, 1.0))
-        except KeyboardInterrupt as error:
-            obey(error)
+        except KeyboardInterrupt:
             unfinished = True
     if not unfinished:
         report(1.0)

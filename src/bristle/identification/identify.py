@@ -16,7 +16,7 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
-from bristle.core.interruption import obey, to_the_end
+from bristle.core.interruption import to_the_end
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification.alignment import Alignment
@@ -238,8 +238,7 @@ def _with_uncertainty(
     """Return a fit with its intervals, and what was interrupted, in words."""
     try:
         return with_loops(with_uncertainty(fit, estimation, draws, settings, report), pairs), ""
-    except KeyboardInterrupt as error:
-        obey(error)
+    except KeyboardInterrupt:
         return fit, WITHOUT_DRAWS
 
 
@@ -274,8 +273,9 @@ def _fits(
                 raise
             left_out[component.name] = error
             continue
-        except KeyboardInterrupt as error:
-            obey(error, anything=bool(fits))
+        except KeyboardInterrupt:
+            if not fits:
+                raise
             break
         fits.append(model_fit)
         estimations[model_fit.name] = estimation
@@ -323,8 +323,7 @@ def _with_slots(
         best = _ranked(fits, context)[0]
         try:
             names = next_models(best, estimations[best.name], context.settings)
-        except KeyboardInterrupt as error:
-            obey(error)
+        except KeyboardInterrupt:
             return added, True
         further = [find(name) for name in names if name not in estimations and name not in left_out]
         if not further:

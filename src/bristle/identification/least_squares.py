@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.core.interruption import BestSoFar, obey
+from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import OF_SLOTS, Variable
@@ -155,8 +155,9 @@ class Search:
         best = BestSoFar()
         try:
             work(best)
-        except KeyboardInterrupt as error:
-            obey(error, anything=best.at is not None)
+        except KeyboardInterrupt:
+            if best.at is None:
+                raise
             if best.result is None or best.cost < best.result.cost:
                 best.result = self.descend(np.asarray(best.at), limit=1)
             return replace(best.result, unfinished=True)
