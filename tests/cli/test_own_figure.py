@@ -168,7 +168,7 @@ def test_a_study_that_goes_on_draws_it_again_and_replaces_nobodys(bristle, later
     Path("run/figures/mine.svg").write_text("a person's")
     ended = bristle(*STUDY, "--figure", "mine.py", "--format", "svg")
     assert ended.code == 2
-    assert "mine.svg: was changed since, or is no figure of this study" in ended.err
+    assert "changed since: figures/mine.svg. Move them elsewhere" in ended.err
     assert bristle(*STUDY, "--dry-run", "--figure", "mine.py").code == 2
 
 

@@ -1,6 +1,7 @@
 """``bristle study`` in this process: what it writes, says and returns."""
 
 import json
+import re
 
 import pyarrow.parquet
 import pytest
@@ -98,7 +99,7 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     (figures / "captions.tex").write_text("of a person")
     capsys.readouterr()
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-    assert "captions.tex: was changed since" in capsys.readouterr().err
+    assert "changed since: figures/captions.tex" in capsys.readouterr().err
     assert (figures / "captions.tex").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
     (figures / "captions.tex").write_text(captions)
@@ -106,11 +107,9 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     for damaged in (note.splitlines(keepends=True)[0], b"[]\n", b"\xff"):
         (bench.folder / "out" / NOTE).write_bytes(damaged)
         assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-        assert "was changed since" in capsys.readouterr().err
+        assert re.search("not written here|something else than a study", capsys.readouterr().err)
         assert (figures / "spread.pdf").is_file()
-    # A process that is killed while it writes a figure leaves it noted, and half.
-    (bench.folder / "out" / NOTE).write_bytes(note + b'{"file": "figures/spread.png"}\n')
-    (figures / "spread.png").write_bytes(b"half")
+    (bench.folder / "out" / NOTE).write_bytes(note)
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
     assert {file.name for file in figures.iterdir()} == {"mine.svg", "spread.svg", "influence.svg", "captions.tex"}
     capsys.readouterr()
@@ -119,3 +118,10 @@ def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench,
     capsys.readouterr()
     assert main(["study", "study.toml", "--dry-run", "--format", "svg"]) == 2
     assert "--format: needs a folder to write into" in capsys.readouterr().err
+
+
+def test_a_study_whose_every_run_is_refused_ends_with_1(bench, capsys):
+    never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
+    bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
+    assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 1
+    assert "12 of 12 runs did not end well: 12 refused." in capsys.readouterr().out

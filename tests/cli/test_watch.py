@@ -46,7 +46,7 @@ def at(hall, monkeypatch):
 def test_each_log_is_a_row_and_the_watch_tells_what_changed(at, capsys):
     assert main([*EACH, "--out", "fleet"]) == 0
     said = capsys.readouterr()
-    assert "32 of 33 logs were identified, 1 failed." in said.out
+    assert "32 of 33 logs were fitted, 1 failed." in said.out
     assert "left_2026-03-17.csv" in said.out
     assert "next: bristle watch fleet" in said.err
     summary = json.loads((at / "fleet" / "summary.json").read_text())
@@ -119,3 +119,11 @@ def test_what_a_watch_cannot_use_is_refused(at, capsys, options, message):
     main([*EACH, "--out", "fleet"])
     assert main(["watch", "fleet", *options]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_fleet_none_of_whose_logs_is_fitted_ends_with_1(at, capsys):
+    (at / "bad").mkdir()
+    for day in (1, 2):
+        (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
+    assert main(["identify", "bad", *EACH[2:], "--out", "none"]) == 1
+    assert "0 of 2 logs were fitted, 2 failed." in capsys.readouterr().out

@@ -96,6 +96,7 @@ def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: in
     from bristle.fleet.identify import identify_within
     from bristle.fleet.store import FleetStore
     from bristle.report.fleet import failed_logs_table, fleet_sentences, parameters_table
+    from bristle.study.dataset import OK
     from bristle.study.store import opened
 
     source = provenance(command, axis=axes, reader=fleet.readers)
@@ -118,7 +119,7 @@ def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: in
     tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     complain(f"next: {command_told(['watch', str(out)])}")
-    return 0 if ran.is_whole else NO
+    return 0 if ran.is_whole and OK in summary["statuses"] else NO
 
 
 def _write(store: FleetStore, command: str) -> dict[str, Any]:

@@ -79,7 +79,8 @@ def study(
     What varies, and how, stands in the study file: distributions, joint draws of a fit, a grid. A run has a number,
     and its values and its seed follow from it: any number of workers gives the same files.
 
-    Whatever ends it, give the command again: it does what is missing. The exit code is 1 if runs are missing then.
+    Whatever ends it, give the command again: it does what is missing. The exit code is 1 if runs are missing then, or
+    if none ended well.
 
     Writes runs/*.parquet, study.json, summary.json and report.html into DIR. With --run a new folder gets report.html
     and the log of that run.
@@ -206,6 +207,7 @@ def _run(
     from bristle.files.summary import as_json as json_text
     from bristle.report.figure_files import figure_files
     from bristle.report.study import spread_tables, study_sentences
+    from bristle.study.dataset import OK
     from bristle.study.run import run_within
     from bristle.study.store import opened
 
@@ -231,7 +233,7 @@ def _run(
             say(sentence)
     tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    return 0 if ran.is_whole else NO
+    return 0 if ran.is_whole and OK in summary["statuses"] else NO
 
 
 def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigures) -> dict[str, Any]:

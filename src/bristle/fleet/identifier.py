@@ -20,7 +20,8 @@ from bristle.identification.result import Estimate, Fit
 from bristle.logs.formats import reading
 from bristle.logs.log import Log
 from bristle.logs.read import read_log
-from bristle.study.block import OK, RAISED, REASON, REFUSED
+from bristle.study.block import RAISED, REASON, REFUSED
+from bristle.study.dataset import OK
 from bristle.study.plan import Block
 
 __all__ = ["Identifier"]

@@ -14,8 +14,7 @@ import numpy as np
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.normal import NORMAL_95
 from bristle.fleet.moment import moment_in
-from bristle.study.block import OK
-from bristle.study.dataset import runs_in
+from bristle.study.dataset import OK, runs_in
 from bristle.study.store import STUDY
 
 __all__ = ["DAY", "SCATTER", "Rows", "Track", "pattern_of", "rows_in", "tracks_of"]

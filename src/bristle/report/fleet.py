@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +12,13 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number, with_unit
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Quantity, Table
+from bristle.study.dataset import OK
 
 if TYPE_CHECKING:
     from bristle.study.dataset import Runs
 
 __all__ = ["failed_logs_table", "fleet_report", "fleet_sentences", "fleet_summary", "parameters_table"]
 
-OK = "ok"
 IDENTIFIED = "identified"
 FAILURES_SHOWN, LOGS_SHOWN, DRAWN_MOST = 50, 200, 12
 APART = 3.5  # robust standard deviations, its own interval counted in
@@ -47,9 +48,15 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
             for place in failed.tolist()
         ],
         "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
-        "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
+        "held_out_error": {"median": _median(errors), "largest": _largest(errors)}, "warnings": _warnings(columns),
         "provenance": dict(provenance),
     }  # fmt: skip
+
+
+def _warnings(columns: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """Return of how many logs each warning was given, the most frequent first."""
+    counts = Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code)
+    return dict(counts.most_common())
 
 
 def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
@@ -109,7 +116,11 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
         lines.append(f"{summary['done']} of {summary['logs']} logs are there: the same command goes on.")
     failed = len(summary["failures"])
     good = summary["done"] - failed
-    lines.append(f"{good} of {summary['done']} logs were identified" + (f", {failed} failed." if failed else "."))
+    lines.append(f"{good} of {summary['done']} logs were fitted" + (f", {failed} failed." if failed else "."))
+    warned = {name: count for name, count in summary["warnings"].items() if count}
+    if warned:
+        words = ", ".join(f"{name} in {count}" for name, count in warned.items())
+        lines.append(f"Fits with warnings: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
         lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, "
@@ -203,7 +214,8 @@ def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
         name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]])
         for name in names
     }
-    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names))
+    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names),
+             "Warnings")  # fmt: skip
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
         error = columns["held_out_error"][place]
@@ -211,9 +223,10 @@ def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
         rows.append((
             str(columns["run"][place]), str(columns["folder"][place]), str(columns["log"][place]),
             f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells,
+            str(columns["diagnostics"][place]),
         ))  # fmt: skip
     more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
-    return Table(f"The logs{more}", heads, rows)
+    return Table(f"The logs{more}", heads, rows).without_empty_columns()
 
 
 def _with_interval(columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity) -> str:

@@ -13,6 +13,7 @@ from bristle.core.typography import number, scale_of, with_unit
 from bristle.report.further import further_figures
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Quantity, Table
+from bristle.study.dataset import OK
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["failed_table", "spread_tables", "study_report", "study_sentences", "study_summary", "worst_table"]
 
-OK = "ok"
 FAILURES_SHOWN = 20
 GROUPS_DRAWN = 5
 WORST_SHOWN = 10

@@ -14,12 +14,12 @@ from bristle.core.status import Status
 from bristle.engine.batch import WORTH_LANES
 from bristle.simulation import SimulationResult, simulate
 from bristle.study.batch import MODELS, fits_a_batch, metrics_of_batch
+from bristle.study.dataset import OK
 from bristle.study.plan import Block, Study, steps_of
 from bristle.study.varied import Varied, row_of
 
-__all__ = ["FAILED", "OK", "Simulator", "without_warnings"]
+__all__ = ["FAILED", "Simulator", "without_warnings"]
 
-OK = "ok"
 REFUSED, RAISED = "refused", "raised"
 NAMES = {
     Status.OK: OK, Status.SOLVE_INACCURATE: "solve_inaccurate", Status.TOLERANCE_MISSED: "tolerance_missed",

@@ -15,8 +15,10 @@ from bristle.core.tabular import library
 from bristle.files.growing import verified
 from bristle.study.store import OF_STUDIES, RUNS, study_in
 
-__all__ = ["Runs", "read_study", "runs_in"]
+__all__ = ["OK", "Runs", "read_study", "runs_in"]
 
+OK = "ok"
+"""Status of a run, or of a log of a fleet, that ended well."""
 
 BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")
 """Columns that stand beside the numbers of a run."""

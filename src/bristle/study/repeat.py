@@ -12,12 +12,11 @@ from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator
 from bristle.study.dataset import Runs
 from bristle.study.plan import Block, Study
-from bristle.study.store import Store
+from bristle.study.store import TRACES, Store
 from bristle.study.varied import row_of
 
-__all__ = ["TRACES", "repeat_run", "values_of", "worst_runs", "write_traces"]
+__all__ = ["repeat_run", "values_of", "worst_runs", "write_traces"]
 
-TRACES = "traces"
 SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 
 

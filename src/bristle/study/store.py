@@ -20,7 +20,7 @@ __all__ = ["OF_STUDIES", "RUNS", "SCHEMA", "STUDY", "Store", "opened", "refuse_a
 
 STUDY, RUNS = "study.json", "runs"
 OF_STUDIES = ("bristle study", "study")  # what needs pyarrow, and the extra that brings it
-WRITTEN, FOLDERS = (STUDY, "summary.json", "report.html"), ("traces", "figures")
+WRITTEN, TRACES = (STUDY, "summary.json", "report.html"), "traces"
 SCHEMA = 1
 LONGEST = 60
 
@@ -141,8 +141,8 @@ def _is_block(name: str) -> bool:
 
 
 def _is_used(name: str) -> bool:
-    """Return whether a study writes or reads files of this name."""
-    return name in WRITTEN or name.partition("/")[0] in (RUNS, *FOLDERS)
+    """Return whether a study writes or reads files of this name. A person may keep figures beside its own."""
+    return name in WRITTEN or name.partition("/")[0] in (RUNS, TRACES)
 
 
 def study_in(folder: Path) -> dict[str, Any]:
