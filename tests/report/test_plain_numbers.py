@@ -4,8 +4,10 @@ import pytest
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.result import Estimate
+from bristle.logs.break_away import BreakAway
 from bristle.report.messages import message
 from bristle.report.model_tables import _parameter_row
+from bristle.report.passages import break_away_table
 
 
 def told(code, **numbers):
@@ -81,3 +83,10 @@ def test_an_interval_of_nearly_nothing_has_no_digits_of_rounding():
     cells = row(2.106e-4, (2.106e-4 - 5e-19, 2.106e-4 + 5e-19), "m/s")
     assert not any("e+" in cell or "e−" in cell for cell in cells)
     assert "< 0.001" in cells
+
+
+def test_the_interval_of_break_aways_that_are_all_alike_has_no_two_equal_ends():
+    alike = BreakAway(0.001, 12, 1.5674, (1.5674, 1.5674), 1e-4, (0.9e-4, 1.1e-4))
+    row = break_away_table([alike], "translational").rows[0]
+    assert "1.57, to the last digit" in row
+    assert not any(cell.partition(" to ")[0] == cell.partition(" to ")[2] for cell in row)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 __all__ = [
     "Scale",
+    "interval_text",
     "number",
     "printable",
     "scale_of",
@@ -113,6 +114,17 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     steps = _MULTIPLES.get(symbol, ((0.0, "{}", 1.0),))
     _, pattern, factor = next((step for step in steps if magnitude >= step[0] * (1 - 1e-12)), steps[-1])
     return Scale(factor, typeset(pattern.format(unit)))
+
+
+def interval_text(low: str, high: str) -> str:
+    """Return an interval whose ends are written out; of two that are written alike, the digit that it is known to.
+
+    Examples
+    --------
+    >>> interval_text("1.2", "1.4"), interval_text("1.5674", "1.5674")
+    ('1.2 to 1.4', '1.5674, to the last digit')
+    """
+    return f"{low} to {high}" if low != high else f"{low}, to the last digit"
 
 
 def number(value: float, resolution: float | None = None, digits: int = 4) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import Scale, number, printable, scale_of, typeset, with_unit
+from bristle.core.typography import Scale, interval_text, number, printable, scale_of, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.prediction.drive_units import drive_units
 from bristle.report.drive_values import drive_values
@@ -111,7 +111,7 @@ def _interval(estimate: Estimate, factor: float) -> str:
         return "–"
     low, high = (factor * end for end in estimate.interval)
     width = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * max(abs(low), abs(high)))
-    return f"{number(low, width)} to {number(high, width)}"
+    return interval_text(number(low, width), number(high, width))
 
 
 def _half(percent: float | None) -> str:

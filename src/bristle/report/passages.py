@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bristle.core.typography import with_unit
+from bristle.core.typography import interval_text, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.break_away import BreakAway
 from bristle.logs.passage import KINDS
@@ -67,7 +67,7 @@ def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
 
 
 def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:
-    return "–" if interval is None else " to ".join(quantity.cell(end) for end in interval)
+    return "–" if interval is None else interval_text(*map(quantity.cell, interval))
 
 
 def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:

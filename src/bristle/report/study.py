@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.typography import number, scale_of, with_unit
+from bristle.core.typography import interval_text, number, scale_of, with_unit
 from bristle.report.further import further_figures
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Quantity, Table
@@ -172,7 +172,8 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
     def interval(ends: Sequence[float]) -> str:
         if not any(map(np.isfinite, ends)):
             return ""
-        return " to ".join(column.cell(end) if np.isfinite(end) else "?" for end in ends)
+        low, high = (column.cell(end) if np.isfinite(end) else "?" for end in ends)
+        return interval_text(low, high)
 
     return (
         str(entry["count"]), column.cell(entry["mean"]), interval(entry["mean_interval"]),

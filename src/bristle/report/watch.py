@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import interval_text, number, with_unit
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
 
@@ -129,7 +129,10 @@ def _amount(verdict: Verdict, change: float) -> str:
 
 def _interval(verdict: Verdict) -> str:
     alarm = verdict.alarm
-    return "" if alarm is None else " to ".join(_amount(verdict, end) for end in alarm.change_interval)
+    if alarm is None:
+        return ""
+    low, high = (_amount(verdict, end) for end in alarm.change_interval)
+    return interval_text(low, high)
 
 
 def alarms_table(watched: Watched) -> Table | None:
