@@ -1,0 +1,29 @@
+"""A log in which no force opposes the motion is fitted, and the likely causes are told: it is never refused."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines
+
+from bristle.identification import identify
+from bristle.report.messages import warnings_of
+
+
+@pytest.fixture(scope="module")
+def driven_log():
+    """A log whose friction has the sign of the motion: as where the effort is turned and the inertia is known."""
+    motion = sines()
+    scatter = np.random.default_rng(4).normal(0.0, 0.05, motion.time.size)
+    return log_of(motion, 12.0 * motion.acceleration - 8.0 * np.sign(motion.velocity) + scatter)
+
+
+@pytest.mark.parametrize("model", ["coulomb_viscous", "maxwell_slip"])
+def test_an_effort_of_the_other_sign_is_fitted_and_its_causes_are_named(driven_log, model):
+    fit = identify(driven_log, model, mass=12.0, draws=0, blocks=0).best
+    estimate = next(one for one in fit.estimates if one.name == "F_C")
+    assert estimate.status == "at_edge"
+    assert estimate.reason.code == "no_friction"
+    assert fit.friction.values["F_C"] < 1e-3 * driven_log.effort.values.std()
+    warnings = " ".join(warnings_of(fit))
+    assert "no force opposes the motion" in warnings
+    assert "gravity" in warnings
+    assert "reversed sign of the effort" in warnings
