@@ -26,6 +26,7 @@ HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
 INTERRUPTIBLE = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it would stay ignored, as it should
 from bristle.cli.main import main
 sys.exit(main())
 """
