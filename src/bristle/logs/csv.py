@@ -16,17 +16,8 @@ from bristle.core.errors import InputError
 from bristle.logs.archived import is_archived
 from bristle.logs.archived import read as read_archive
 from bristle.logs.buses import refuse_frames
-from bristle.logs.layout import (
-    COMMENTS,
-    PREAMBLE_LINES,
-    SAMPLE_ROWS,
-    Layout,
-    cells_of,
-    is_number,
-    layout_of,
-    why_no_number,
-    without_comments,
-)
+from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, without_comments
+from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
 from bristle.logs.request import Request
 from bristle.logs.scope import head_of
 from bristle.logs.scope import read as read_scope
@@ -84,8 +75,11 @@ def read(data: bytes, request: Request) -> Table:
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
-    body, notes = _without_open_end(data[starts[layout.first] :], layout, request.source, encoding)
-    facts = facts_above(lines, layout)
+    body, facts = data[starts[layout.first] :], facts_above(lines, layout)
+    if layout.beside:
+        lines = layout.beside.lines(lines, layout.delimiter)
+        body, facts = "\n".join(lines[layout.first :]).encode(encoding), layout.beside.facts | facts
+    body, notes = _without_open_end(body, layout, request.source, encoding)
     above = units_of_labview(lines, layout)
     layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
