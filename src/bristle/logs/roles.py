@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core import units
 from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
-from bristle.logs.table import Table
+from bristle.logs.table import Table, axis_in, without_index
 from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 __all__ = ["Role", "Roles", "roles_of"]
@@ -76,6 +76,7 @@ class _Column:
     unit: str
     told_by: str
     meaning: Meaning
+    axis: tuple[str, str] | None = None
 
     def is_one_of(self, bases: Iterable[str]) -> bool:
         return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
@@ -89,7 +90,8 @@ class _Column:
 
 def roles_of(table: Table) -> Roles:
     """Return which column of a table is which channel."""
-    columns = [column for name in table.columns if (column := _column_of(table, name)) is not None]
+    one_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
+    columns = [column for name in table.columns if (column := _column_of(table, name, one_matrix)) is not None]
     time = _time(table, columns)
     rest = [column for column in columns if time is None or column.name != time.column]
     moving = [column for column in rest if np.ptp(column.values) > 0.0]
@@ -97,7 +99,7 @@ def roles_of(table: Table) -> Roles:
     if position is None:
         return Roles({"time": time} if time and not table.stamps else {}, bool(table.stamps))
     stamps = _stamps(table, position.name, time)
-    left = [column for column in moving if column is not position]
+    left = [column for column in moving if column is not position and not _of_another_axis(column, position)]
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
     if reference is not None and _measured_is_the_other(position, reference):
@@ -123,7 +125,7 @@ def roles_of(table: Table) -> Roles:
     return Roles(channels, bool(table.stamps), rivals)
 
 
-def _column_of(table: Table, name: str) -> _Column | None:
+def _column_of(table: Table, name: str, is_nameless: bool) -> _Column | None:
     values = table.columns[name]
     if name in table.stamps.values() or values.size < FEWEST:
         return None
@@ -134,27 +136,34 @@ def _column_of(table: Table, name: str) -> _Column | None:
     unit, told_by = table.units.get(name, ""), "header"
     if not unit or not units.is_unit(unit):
         unit, told_by = unit_in_name(name), "name"
-    return _Column(name, filled, unit, told_by if unit else "", meaning_of(name, table.about.get(name, "")))
+    about = table.about.get(name, "")
+    meaning = Meaning() if is_nameless else meaning_of(name, about)
+    return _Column(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about))
 
 
 def _time(table: Table, columns: list[_Column]) -> Role | None:
     if table.stamps:
         return None
     rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
-    named = [column for column in rising if is_time(column.name) and (not column.unit or column.is_one_of(("s",)))]
+    called = [column for column in rising if column.meaning.role == "time" and is_time(column.name)]
+    named = [column for column in called if not column.unit or column.is_one_of(("s",))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
-    if (
-        not named and table.sample_time is None
-    ):  # without a name: what rises evenly from row to row, first of all columns
-        named = [column for column in rising[:1] if column is columns[0] and _even(column.values) and not column.unit
-                 and column.meaning.role in ("", "status") and not _counts_rows(column.values)]  # fmt: skip
+    if not named and table.sample_time is None:
+        named = [column for column in rising if _is_nameless_time(column, first=column is columns[0])]
     if not named:
         return None
     chosen = named[0]
     unit = chosen.unit or unit_of_time(chosen.name, chosen.values)
-    return Role(
-        chosen.name, unit, chosen.told_by or "numbers", "its name" if is_time(chosen.name) else "it rises evenly"
-    )
+    return Role(chosen.name, unit, chosen.told_by or "numbers", "its name" if chosen in called else "it rises evenly")
+
+
+def _is_nameless_time(column: _Column, *, first: bool) -> bool:
+    """Return whether a column that no name tells rises evenly; without a halt, if it is not the first."""
+    if column.unit or _counts_rows(column.values) or not _even(column.values):
+        return False
+    if first:
+        return column.meaning.role in ("", "status")
+    return not column.meaning.role and bool(np.all(np.diff(column.values) > 0.0))
 
 
 def _counts_rows(values: np.ndarray) -> bool:
@@ -180,6 +189,11 @@ def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None
     return table.columns[name] * units.factor(unit, "s")
 
 
+def _of_another_axis(column: _Column, position: _Column) -> bool:
+    """Return whether the addresses of two signals name two axes."""
+    return column.axis is not None and position.axis is not None and column.axis != position.axis
+
+
 def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
     fit = [column for column in columns if column.fits("position", MOVEMENTS)]
     measured = [column for column in fit if not column.meaning.reference] or fit
@@ -191,23 +205,30 @@ def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
                    if column.values.size == measured[0].values.size):  # fmt: skip
             return None, ()
 
+    driven = {column.axis for column in columns if column.axis and column.fits("effort", EFFORTS)}
+
     def score(column: _Column) -> float:
         meaning = column.meaning
         named = meaning.sure if meaning.role == "position" else 0.0
-        return named + 0.5 * meaning.actual - meaning.reference + 0.6 * column.is_one_of(MOVEMENTS)
+        known = 0.6 * column.is_one_of(MOVEMENTS) + 0.5 * (column.axis in driven)
+        return named + 0.5 * meaning.actual - meaning.reference + known
 
     chosen = max(measured, key=score)
     rivals = tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
     return chosen, rivals
 
 
-def _kinship(name: str, relative: str) -> float:
-    """Return how much two names look like those of one axis."""
-    digits, digits_there = re.findall(r"\d+", name), re.findall(r"\d+", relative)
-    common = next(
-        (i for i, (a, b) in enumerate(zip(name, relative, strict=False)) if a != b), min(len(name), len(relative))
+def _kinship(column: _Column, relative: _Column) -> float:
+    """Return how much two signals look like those of one axis: by their addresses, or by their names."""
+    (digits, named), (digits_there, named_there) = (
+        (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name)))
+        for name in (column.name, relative.name)
     )
-    return (0.6 if digits == digits_there else 0.0) + min(0.3, 0.02 * common)
+    shorter = min(len(column.name), len(relative.name))
+    letters = enumerate(zip(column.name, relative.name, strict=False))
+    common = next((i for i, (a, b) in letters if a != b), shorter)
+    is_one = digits == digits_there or named & named_there or (column.axis and column.axis == relative.axis)
+    return (0.6 if is_one else 0.0) + min(0.3, 0.02 * common)
 
 
 def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | None) -> _Column | None:
@@ -224,9 +245,7 @@ def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | No
     ]  # fmt: skip
     return max(
         fit,
-        key=lambda candidate: (
-            candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate.name, position.name)
-        ),
+        key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate, position),
         default=None,
     )
 
@@ -255,9 +274,7 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
         if column.meaning.reference and column.unit and _stem(column) == _stem(position)
     ]  # fmt: skip
     fit = named or called or alike or elsewhere
-    return max(
-        fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
-    )
+    return max(fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate, position), default=None)
 
 
 def _stem(column: _Column) -> str:
@@ -279,7 +296,7 @@ def _error(columns: list[_Column], position: _Column) -> _Column | None:
         if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))
     ]
     fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
-    return max(fit, key=lambda column: column.meaning.sure + _kinship(column.name, position.name), default=None)
+    return max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
 
 
 def _effort(columns: list[_Column], position: _Column) -> _Column | None:
@@ -297,7 +314,7 @@ def _effort(columns: list[_Column], position: _Column) -> _Column | None:
         moves = 0.0
         if column.values.size == position.values.size:
             moves = max(0.0, explained(column.values, position.values))
-        kin = _kinship(column.name, position.name)
+        kin = _kinship(column, position)
         return named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference + kin + 0.5 * moves
 
     return max(fit, key=score)
