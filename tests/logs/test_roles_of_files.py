@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 from tests.logs.exports import RATED, motion
 
+from bristle.core import InputError
+from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
+from bristle.logs import read_log
+from bristle.workflow.inspected import inspect_log
 
 MOTION = motion(2.0)
 TIME, POSITION, FORCE = MOTION.time_us / 1e6, MOTION.position_um / 1e6, MOTION.torque * RATED / 1e3
@@ -126,3 +130,72 @@ def test_an_index_is_no_unit_and_the_name_without_it_is_understood_while_it_is_o
     table = read_table("\n".join(lines).encode(), choice=columns_named(["time", called]))
     assert table.name_of(called) == names[0]
     np.testing.assert_array_equal(table.columns[names[0]], POSITION)
+
+
+def text_log(position, effort, reference=None, time="s", speed=None):
+    """A log with such units in its header."""
+    columns = {f"time [{time}]": TIME, f"position [{position}]": POSITION, f"force [{effort}]": FORCE}
+    columns |= {f"position_ref [{reference}]": POSITION + 1e-6} if reference else {}
+    columns |= {f"velocity [{speed}]": np.gradient(POSITION, TIME)} if speed else {}
+    rows = [";".join(f"{cell:.9f}" for cell in row) for row in np.column_stack([*columns.values()])]
+    return "\n".join([";".join(columns), *rows, ""]).encode()
+
+
+def unit_lines(text):
+    return {line.partition(" =")[0]: line for line in text.splitlines() if "column = " in line}
+
+
+def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
+    proposal = propose_axis(text_log("Skt", "bla", reference="Skt"))
+    lines = unit_lines(proposal.text)
+    assert 'unit = "?" }  # the file says "Skt", which is no unit that is known here; unit of the' in lines["position"]
+    assert 'unit = "?" }  # the file says "bla", which is no unit' in lines["effort"]
+    assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
+    assert proposal.unknown == {"position": "Skt", "effort": "bla"}
+    assert "columns.position.unit is not known: it is taken as 1 in SI" not in proposal.notes
+
+
+def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
+    assert "reference" not in propose_axis(text_log("Skt", "N", reference="Dig")).axis.columns
+    assert "reference" not in propose_axis(text_log("mm", "N", reference="Dig")).axis.columns
+
+
+def test_numbers_do_not_tell_the_unit_of_time_or_effort_where_the_file_says_another():
+    proposal = propose_axis(text_log("mm", "N", time="Takte"))
+    assert proposal.missing == ("columns.time.unit",)
+    assert '# the file says "Takte"' in unit_lines(proposal.text)["time"]
+    assert propose_axis(text_log("mm", "Dig").replace(b"force", b"current")).missing == ("columns.effort.unit",)
+
+
+def test_a_recorded_velocity_tells_a_unit_that_is_not_known():
+    proposal = propose_axis(text_log("Skt", "N", speed="m/s"))
+    assert proposal.missing == ()
+    assert 'unit = "m" }  # unit from the velocity; the file says "Skt"' in unit_lines(proposal.text)["position"]
+
+
+@pytest.mark.parametrize("channel", ["position", "time"])
+def test_of_a_log_in_a_unit_that_is_not_known_nothing_is_said_in_si(channel):
+    inspected = inspect_log(text_log("Skt", "N") if channel == "position" else text_log("mm", "N", time="Takt"))
+    summary = inspected.summary
+    assert inspected.log is None
+    assert summary["problems"] == summary["channels"] == summary["passages"] == summary["diagnostics"] == []
+    assert {column["unit"] for column in summary["columns"]} & {"Skt", "Takt"}
+    assert any(f"for the unit of the {channel}, which is not known" in note for note in summary["notes"])
+
+
+def test_a_channel_in_a_unit_that_is_not_known_is_left_out_of_a_log_that_is_usable_without_it():
+    inspected = inspect_log(text_log("mm", "bla"))
+    assert [channel["name"] for channel in inspected.summary["channels"]] == ["time", "position"]
+    assert inspected.log is not None
+    assert inspected.log.effort is None
+
+
+def test_an_axis_file_tells_what_a_unit_stands_for_and_without_it_the_log_is_refused_by_name():
+    columns = 'time = "time"\nposition = { column = "position", unit = "mm" }\nreference = "position_ref"\n'
+    axis = read_axis(f'schema = 1\nkind = "translational"\n[columns]\n{columns}'.encode())
+    log = read_log(text_log("Skt", "bla", reference="Skt"), axis)
+    np.testing.assert_allclose(log.position.values, 1e-3 * POSITION, atol=1e-12)
+    np.testing.assert_allclose(log.reference.values, 1e-3 * (POSITION + 1e-6), atol=1e-12)
+    assert "column position has a unit that is not known, 'Skt': taken in mm" in log.notes
+    with pytest.raises(InputError, match="'position': has a unit that is not known; found 'Skt', allowed a unit"):
+        read_log(text_log("Skt", "N"))

@@ -27,7 +27,11 @@ from bristle.logs.tables import content_of_log
 
 __all__ = ["Proposal", "propose_axis"]
 
-ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
+ASSUMED_UNIT = {
+    "time": dict.fromkeys(KINDS, "s"),
+    "position": {KINDS[0]: "m", KINDS[1]: "rad"},
+    "effort": {KINDS[0]: "N", KINDS[1]: "N*m"},
+}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 # What stands above the columns of some exports -> where it belongs in an axis file.
@@ -57,6 +61,8 @@ class Proposal:
         The columns that it was made of.
     notes : tuple of str
         What was assumed, and which columns could have been taken instead.
+    unknown : dict of str to str
+        Channels whose unit is to be filled in, with what the file says for it: none that is known.
     """
 
     text: str
@@ -64,6 +70,7 @@ class Proposal:
     axis: Axis
     table: Table = field(repr=False, compare=False)
     notes: tuple[str, ...] = ()
+    unknown: Mapping[str, str] = field(default_factory=dict)
 
 
 def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Proposal:
@@ -116,12 +123,16 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         axis = axis_from(_assumed(tables))
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
              for channel, role in roles.channels.items()]  # fmt: skip
-    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing]
+    unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
+    asked = {f"columns.{channel}.unit" for channel in unknown}
+    notes += [f"the file says {said!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
+              for channel, said in unknown.items()]  # fmt: skip
+    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in asked]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:
         notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
-    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes))
+    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
 
 
 def _kind(roles: Roles) -> Kind | None:
@@ -234,7 +245,7 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
-            channel = "effort" if name == "effort" else "position"
+            channel = name if name in ASSUMED_UNIT else "position"
             entry["unit"] = ASSUMED_UNIT[channel][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
     force = ASSUMED_UNIT["effort"][kind]

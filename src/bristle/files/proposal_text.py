@@ -17,6 +17,7 @@ __all__ = ["missing_of", "text_of"]
 
 _SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
 HINTS = {
+    "columns.time.unit": "unit of the numbers: s, ms, us or ns",
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
@@ -123,6 +124,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     remarks += [remark] if remark and not follows else []
     remarks += ["in the unit of the position"] if follows else []
     hint = "rated" if role.told_by == "rated" else f"columns.{channel}.unit"
+    remarks += [f"the file says {_quoted(role.unknown)}, which is no unit that is known here"] if role.unknown else []
     remarks += [HINTS[hint]] if not follows and entry["unit"] == FILL_IN else []
     remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
     return f"{line}  # {'; '.join(remarks)}" if remarks else line

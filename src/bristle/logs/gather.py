@@ -120,7 +120,8 @@ def axis_of(table: Table) -> Axis:
             mend="Give an axis file that names the columns (--axis AXIS.toml)",
         )
     position = table.units.get(names["position"], "m")
-    kind: Kind = KINDS[1] if units.compatible(position, "rad", path=str(table.source)) else KINDS[0]
+    turns = not table.unknown_unit(names["position"]) and units.compatible(position, "rad")
+    kind: Kind = KINDS[1] if turns else KINDS[0]
     columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 
@@ -128,12 +129,15 @@ def axis_of(table: Table) -> Axis:
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
     """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
     name = table.name_of(column.name)
-    if position is None or column.unit or name is None or table.units.get(name) or column.base != SI.get(column.base):
+    if position is None or column.unit or name is None or column.base != SI.get(column.base):
         return column
-    unit = position.unit or table.units.get(table.name_of(position.name) or "", "")
-    if not unit:
+    leading = table.name_of(position.name) or ""
+    unknown, own = table.unknown_unit(leading), table.units.get(name)
+    unit = position.unit or ("" if unknown else table.units.get(leading, ""))
+    if not unit or (own and own != unknown):
         return column
-    gathered.notes.append(f"column {name} has no unit: taken in that of the position, {unit}")
+    said = f"a unit that is not known, {own!r}" if own else "no unit"
+    gathered.notes.append(f"column {name} has {said}: taken in that of the position, {unit}")
     sign = -1.0 if column.scale < 0.0 else 1.0
     return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
 
@@ -184,8 +188,15 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     if not unit and not column.unit:
         gathered.notes.append(f"column {name} has no unit: taken as {column.base}")
         return 1.0
-    if not unit or not units.is_unit(unit):
-        return units.factor(column.unit or unit, column.base, path=place)
+    if unknown := table.unknown_unit(name):
+        if not column.unit:
+            raise InputError(
+                "has a unit that is not known", path=place, value=unknown, allowed=f"a unit of {column.base}",
+                mend='Write the unit that it stands for in the axis file, such as unit = "mm"',
+            )  # fmt: skip
+        gathered.notes.append(f"column {name} has a unit that is not known, {unknown!r}: taken in {column.unit}")
+    if not unit or unknown:
+        return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
         raise InputError(

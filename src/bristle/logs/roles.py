@@ -42,12 +42,15 @@ class Role:
         ``drive`` where they are whole numbers as drives store them, ``rated`` where they may be per cent or per mille.
     reason : str
         Why it is taken for this channel.
+    unknown : str
+        What the file says for its unit, where that is none that is known.
     """
 
     column: str
     unit: str
     told_by: str
     reason: str
+    unknown: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ class _Column:
     told_by: str
     meaning: Meaning
     axis: tuple[str, str] | None = None
+    unknown: str = ""
 
     def is_one_of(self, bases: Iterable[str]) -> bool:
         return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
@@ -112,16 +116,16 @@ def roles_of(table: Table) -> Roles:
     effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
     channels = {"time": time} if time is not None and not table.stamps else {}
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
-    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"))
+    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"), position.unknown)
     if velocity is not None and (role := _role_of_velocity(velocity, position, unit, stamps)) is not None:
         channels["velocity"] = role
     for name, column in (("reference", reference), ("following_error", error)):
-        if column is not None:
+        if column is not None and (column.unit or column.unknown in ("", position.unknown)):
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     if effort is not None:
         unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
-        channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"))
+        channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)
     return Roles(channels, bool(table.stamps), rivals)
 
 
@@ -133,12 +137,12 @@ def _column_of(table: Table, name: str, is_nameless: bool) -> _Column | None:
     if not finite.any():
         return None
     filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
-    unit, told_by = table.units.get(name, ""), "header"
-    if not unit or not units.is_unit(unit):
+    unit, told_by, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
+    if not unit or unknown:
         unit, told_by = unit_in_name(name), "name"
     about = table.about.get(name, "")
     meaning = Meaning() if is_nameless else meaning_of(name, about)
-    return _Column(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about))
+    return _Column(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about), unknown)
 
 
 def _time(table: Table, columns: list[_Column]) -> Role | None:
@@ -153,13 +157,14 @@ def _time(table: Table, columns: list[_Column]) -> Role | None:
     if not named:
         return None
     chosen = named[0]
-    unit = chosen.unit or unit_of_time(chosen.name, chosen.values)
-    return Role(chosen.name, unit, chosen.told_by or "numbers", "its name" if chosen in called else "it rises evenly")
+    unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
+    reason = "its name" if chosen in called else "it rises evenly"
+    return Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
 
 
 def _is_nameless_time(column: _Column, *, first: bool) -> bool:
     """Return whether a column that no name tells rises evenly; without a halt, if it is not the first."""
-    if column.unit or _counts_rows(column.values) or not _even(column.values):
+    if column.unit or column.unknown or _counts_rows(column.values) or not _even(column.values):
         return False
     if first:
         return column.meaning.role in ("", "status")
@@ -185,8 +190,8 @@ def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None
     if name is None:
         period = table.sample_time
         return None if period is None else period * np.arange(table.columns[position].size)
-    unit = table.units.get(name, "") or (time.unit if time else "") or "s"
-    return table.columns[name] * units.factor(unit, "s")
+    unit = time.unit if time else table.units.get(name, "s")
+    return table.columns[name] * units.factor(unit, "s") if unit and units.is_unit(unit) else None
 
 
 def _of_another_axis(column: _Column, position: _Column) -> bool:
@@ -336,7 +341,7 @@ def _unit_of_position(
 ) -> tuple[str, str]:
     if position.unit:
         return position.unit, position.told_by
-    if reference is not None and reference.unit:
+    if reference is not None and reference.unit and not position.unknown:
         return reference.unit, "reference"
     if velocity is not None and velocity.unit and stamps is not None and velocity.values.size == stamps.size:
         # The recorded velocity in SI over the rate of the numbers: what one of them is.
@@ -348,7 +353,7 @@ def _unit_of_position(
                 if abs(per / units.factor(unit, base.removesuffix("/s")) - 1.0) < WITHIN:
                     return unit, "velocity"
     integral = bool(np.all(position.values == np.round(position.values)))
-    if integral and float(np.max(np.abs(position.values))) > 100.0:
+    if integral and not position.unknown and float(np.max(np.abs(position.values))) > 100.0:
         return "count", "numbers"
     return "", ""
 
@@ -368,7 +373,7 @@ def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: n
 
 
 def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
-    if effort.unit:
+    if effort.unit or effort.unknown:
         return effort.unit, effort.told_by
     words = {*words_of(effort.name), "".join(words_of(effort.name))}
     for unit, names in MEASURED_IN.items():

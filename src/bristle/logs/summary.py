@@ -22,7 +22,7 @@ from bristle.logs.passages import passages
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-__all__ = ["Summary", "summarize", "summary_of"]
+__all__ = ["Summary", "summarize", "summary_of", "summary_of_columns"]
 
 
 class Summary(NamedTuple):
@@ -65,7 +65,21 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
 
 def summary_of(table: Table, axis: Axis | None = None) -> Summary:
     """Return what is in a table of a log; without an axis, columns called as usual are taken."""
-    summary: dict[str, Any] = {
+    summary = summary_of_columns(table).data
+    log, experiments = None, ()
+    try:
+        part, log, experiments = _as_log(table, axis or axis_of(table))
+        summary |= part
+    except InputError as problem:
+        summary["problems"] = [_sentence_of(problem, table)]
+    if summary["sample_time"]:
+        summary["rate"] = 1 / summary["sample_time"]
+    return Summary(summary, log, experiments)
+
+
+def summary_of_columns(table: Table) -> Summary:
+    """Return what is in the columns of a table, of which nothing says what they are."""
+    data = {
         "file": printable(table.origin.name),
         "format": table.format,
         "checksum": table.origin.checksum,
@@ -84,15 +98,7 @@ def summary_of(table: Table, axis: Axis | None = None) -> Summary:
         "diagnostics": [],
         "problems": [],
     }
-    log, experiments = None, ()
-    try:
-        part, log, experiments = _as_log(table, axis or axis_of(table))
-        summary |= part
-    except InputError as problem:
-        summary["problems"] = [_sentence_of(problem, table)]
-    if summary["sample_time"]:
-        summary["rate"] = 1 / summary["sample_time"]
-    return Summary(summary, log, experiments)
+    return Summary(data)
 
 
 def _as_log(table: Table, axis: Axis) -> Summary:

@@ -10,6 +10,7 @@ from unicodedata import normalize
 
 import numpy as np
 
+from bristle.core import units
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, shortened
 
@@ -81,6 +82,11 @@ class Table:
             alike = [column for column in self.columns if without_index(column) == name]
             return alike[0] if len(alike) == 1 else None
         return spelt
+
+    def unknown_unit(self, name: str) -> str:
+        """Return what the file says for the unit of a column, where that is no unit that is known; else nothing."""
+        said = self.units.get(name, "")
+        return "" if not said or units.is_unit(said) else said
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""

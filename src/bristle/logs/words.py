@@ -286,7 +286,7 @@ WRITTEN = {
     "0,1 %": "‰", "‰ rated": "‰", "1/1000": "‰", "o/oo": "‰",
     "percent": "%", "prozent": "%", "% rated": "%", "%rated": "%", "% mn": "%", "%mn": "%", "pct": "%", "% nenn": "%",
     "nm": "N*m", "n m": "N*m", "n.m": "N*m", "n-m": "N*m", "newtonmeter": "N*m", "newton": "N", "newtons": "N",
-    "mnm": "mN*m", "knm": "kN*m", "ncm": "N*cm", "cnm": "N*cm",
+    "mnm": "mN*m", "knm": "kN*m", "ncm": "N*cm", "cnm": "N*cm", "nmm": "N*mm",
     "arms": "A", "a_rms": "A", "a rms": "A", "aeff": "A", "a_eff": "A", "a eff": "A", "apk": "A", "amp": "A",
     "amps": "A", "ampere": "A", "a(rms)": "A", "marms": "mA",
     "volt": "V", "volts": "V", "sek": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunde": "s",
