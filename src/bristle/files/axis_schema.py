@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, ConfigDict, Field
 
 from bristle.core.dimensions import AxisKind, kind_called
 from bristle.core.transmission import Side
-from bristle.files.schema import Quantity, Strict
+from bristle.files.schema import ColumnName, Quantity, Strict
 
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
 
@@ -20,15 +20,10 @@ def _no_truth_value(value: Any) -> Any:
     return value
 
 
-def _by_number(value: Any) -> Any:
-    """Take the number of a column, counted from 1, in place of its name."""
-    return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
-
-
 class ColumnEntry(Strict):
     """One channel: which column it is, in what unit, with what sign, measured where."""
 
-    column: Annotated[str, BeforeValidator(_by_number)]
+    column: ColumnName
     unit: str | None = None
     sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
     side: Side | None = None
@@ -60,7 +55,7 @@ class Columns(Strict):
 class InjectedEntry(Strict):
     """A known input of the loop: effort for one unit of the column."""
 
-    column: Annotated[str, BeforeValidator(_by_number)]
+    column: ColumnName
     gain: Quantity
     unit: str | None = None
     optional: bool = False
@@ -69,7 +64,7 @@ class InjectedEntry(Strict):
 class KnownEntry(Strict):
     """A column of the log that an identified coefficient makes an effort of."""
 
-    column: str
+    column: ColumnName
     name: Annotated[str, Field(pattern=r"^\w+$")] | None = None
     optional: bool = False
 
