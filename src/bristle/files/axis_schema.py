@@ -45,7 +45,7 @@ class Columns(Strict):
     __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
 
     time: Entry | None = None
-    position: Entry
+    position: Entry | None = None
     velocity: Entry | None = None
     effort: Entry | None = None
     reference: Entry | None = None

@@ -30,6 +30,7 @@ __all__ = ["Proposal", "propose_axis"]
 ASSUMED_UNIT = {
     "time": dict.fromkeys(KINDS, "s"),
     "position": {KINDS[0]: "m", KINDS[1]: "rad"},
+    "velocity": {KINDS[0]: "m/s", KINDS[1]: "rad/s"},
     "effort": {KINDS[0]: "N", KINDS[1]: "N*m"},
 }
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
@@ -105,7 +106,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
 def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Proposal:
     """Return the axis file that the columns of a table speak of; it is one of several where it has a name."""
     roles = roles_of(table)
-    if "position" not in roles.channels:
+    if not {"position", "velocity"} & set(roles.channels):
         raise InputError(
             "does not say which column is the position", path=str(table.source), allowed=some_of(table.names, 40),
             mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
@@ -137,11 +138,12 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
 
 def _kind(roles: Roles) -> Kind | None:
     """Return the kind of axis that the units speak of; None where they speak of none."""
-    position, effort = roles.channels["position"], roles.channels.get("effort")
+    position, effort = roles.channels.get("position"), roles.channels.get("effort")
+    moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
     for base, kind in OF_UNIT.items():
-        if position.unit and units.compatible(position.unit, base):
+        if moves.unit and units.compatible(moves.unit, base + per):
             return kind
-    if position.unit or effort is None or not effort.unit:
+    if moves.unit or effort is None or not effort.unit:
         return None
     return KINDS[0] if units.compatible(effort.unit, "N") else None
 
@@ -153,7 +155,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     for channel in ORDER:
         if (role := roles.channels.get(channel)) is not None:
             columns[channel] = {"column": role.column, "unit": role.unit or FILL_IN}
-    position = roles.channels["position"]
+    position = roles.channels.get("position")
     for channel in ("reference", "following_error"):
         if channel in columns and not roles.channels[channel].unit:
             columns[channel]["unit"] = FILL_IN
@@ -161,9 +163,10 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
     facts = _facts_of(table.facts)
-    if "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
+    if position and "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
         del columns["velocity"]  # of the motor, and the way from there to the position is not told
-    if position.unit and units.compatible(position.unit, "count"):
+    motion = position or roles.channels["velocity"]
+    if motion.unit and any(units.compatible(motion.unit, base) for base in ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
     if (effort := roles.channels.get("effort")) is not None:

@@ -73,29 +73,36 @@ def _only(moments: Sequence[datetime | None]) -> float | None:
 
 def _moments(text: str, *, timed: bool = False) -> Iterator[datetime | None]:
     """Yield each date in a text; None for one of which nothing tells which number is the day, which the month."""
-    found, read = [], []
+    moments, years = [], []
     for match in _YEAR_LAST.finditer(text):
         orders = ((match["first"], match["then"]), (match["then"], match["first"]))
-        dates = {date for month, day in orders if (date := _moment(match, month, day))}
+        dates = {date for month, day in orders if (date := _date(match, month, day))}
         if dates:
-            found.append((match, dates.pop() if len(dates) == 1 else None))
-            read.append(match.span("year")[0])
+            moments.append((match, _at_its_time(dates.pop(), match) if len(dates) == 1 else None))
+            years.append(match.start("year"))
     for match in _YEAR_FIRST.finditer(text):
-        date = _moment(match, match["month"], match["day"])
-        if date and match.start() not in read:
-            found.append((match, date))
-    yield from (date for match, date in found if not timed or match["hour"])
+        date = _date(match, match["month"], match["day"])
+        if date and match.start() not in years and (moment := _at_its_time(date, match)):
+            moments.append((match, moment))
+    yield from (moment for match, moment in moments if not timed or match["hour"])
 
 
-def _moment(match: re.Match[str], month: str, day: str) -> datetime | None:
-    """Return a date with its time; None where its digits are none."""
+def _date(match: re.Match[str], month: str, day: str) -> datetime | None:
+    try:
+        return datetime(int(match["year"]), int(month), int(day))
+    except ValueError:  # digits that are no date
+        return None
+
+
+def _at_its_time(date: datetime, match: re.Match[str]) -> datetime | None:
+    """Return a date with the time behind it; None where that is none."""
     hour, minute, second = (int(match[part] or 0) for part in ("hour", "minute", "second"))
     if match["half"]:
         if not 1 <= hour <= NOON:
             return None
         hour = hour % NOON + (NOON if "p" in match["half"].lower() else 0)
     try:
-        return datetime(int(match["year"]), int(month), int(day), hour, minute, second)
+        return date.replace(hour=hour, minute=minute, second=second)
     except ValueError:
         return None
 

@@ -35,9 +35,9 @@ class Beside:
     facts: dict[str, str]
     note: str
 
-    def lines(self, given: Sequence[str], delimiter: str | None) -> list[str]:
+    def lines(self, of_file: Sequence[str], delimiter: str | None) -> list[str]:
         """Return the lines of a file without these cells."""
-        return [_line(self.rows[i], delimiter) if i in self.rows else line for i, line in enumerate(given)]
+        return [_line(self.rows[i], delimiter) if i in self.rows else line for i, line in enumerate(of_file)]
 
 
 def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
@@ -45,13 +45,13 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
 
     Columns of numbers that end early are no such table: they were recorded less long.
     """
-    whole = rows[:-1] if len(rows) > 2 else rows  # the last line there is may be cut short
-    below = [cells for _, cells in whole[-LAST_ROWS:]]
+    complete = rows[:-1] if len(rows) > 2 else rows  # the last line there is may be cut short
+    below = [cells for _, cells in complete[-LAST_ROWS:]]
     count = max((k + 1 for cells in below for k, cell in enumerate(cells) if cell), default=0)
-    if not any(any(cells[count:]) for _, cells in whole):
+    if not any(any(cells[count:]) for _, cells in complete):
         return None
     numeric = [k for k in range(count) if any(is_number(cells[k], decimal_comma) for cells in below if k < len(cells))]
-    recorded = list(_rows_of_numbers(whole, numeric, decimal_comma))
+    recorded = list(_rows_of_numbers(complete, numeric, decimal_comma))
     start = _first_of_text([cells for _, cells in recorded], count, decimal_comma)
     if start is None:
         return None
@@ -65,7 +65,7 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
         if any(cells[start:]) or len(cells) > width
     }
     pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
-    facts = {name: " ".join(said) for name, *said in pairs if said}
+    facts = {name: " ".join(values) for name, *values in pairs if values}
     return Beside(left, facts, _note(aside, start, recorded))
 
 
@@ -81,8 +81,8 @@ def _rows_of_numbers(rows: Sequence[Row], numeric: Sequence[int], decimal_comma:
 def _first_of_text(rows: Sequence[list[str]], count: int, decimal_comma: bool) -> int | None:
     """Return the first column from `count` on that holds text for the most part."""
     for k in range(count, max(map(len, rows), default=0)):
-        told = [cells[k] for cells in rows if k < len(cells) and cells[k]]
-        if told and 2 * sum(is_number(cell, decimal_comma) for cell in told) < len(told):
+        filled = [cells[k] for cells in rows if k < len(cells) and cells[k]]
+        if filled and 2 * sum(is_number(cell, decimal_comma) for cell in filled) < len(filled):
             return k
     return None
 

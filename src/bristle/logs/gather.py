@@ -41,6 +41,11 @@ class Gathered:
         """Names of the further channels, for slots of a person's own."""
         return tuple(name for name in self.channels if name not in COLUMNS)
 
+    @property
+    def motion(self) -> Channel | None:
+        """What tells how the axis moved: its position, or without one its velocity."""
+        return self.channels.get("position", self.channels.get("velocity"))
+
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
         yield from self.channels.items()
@@ -70,7 +75,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
             channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", told.column)
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
-    if "position" not in axis.columns:
+    if _motion_of(axis) is None:
         gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
@@ -82,10 +87,14 @@ def gather(table: Table, axis: Axis) -> Gathered:
     return gathered
 
 
+def _motion_of(axis: Axis) -> Column | None:
+    return axis.columns.get("position", axis.columns.get("velocity"))
+
+
 def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
     """Return whether the time is that which the columns bring with them."""
-    position, time = axis.columns.get("position"), axis.columns.get("time")
-    own = table.stamps.get(table.name_of(position.name) or "") if position else None
+    motion, time = _motion_of(axis), axis.columns.get("time")
+    own = table.stamps.get(table.name_of(motion.name) or "") if motion else None
     if own is None:
         return False
     if time is None:
@@ -109,7 +118,8 @@ def axis_of(table: Table) -> Axis:
         channel: next((name for name in table.names if name.lower() in usual), None)
         for channel, usual in USUAL_NAMES.items()
     }
-    if names["position"] is None:
+    moved = names["position"] or names["velocity"]
+    if moved is None:
         text = next((name for name in table.texts if split_unit(name)[0].lower() in USUAL_NAMES["position"]), None)
         if text is not None:
             raise table.missing(text, "position")
@@ -119,8 +129,8 @@ def axis_of(table: Table) -> Axis:
             allowed=some_of(table.names, 40),
             mend="Give an axis file that names the columns (--axis AXIS.toml)",
         )
-    position = table.units.get(names["position"], "m")
-    turns = not table.unknown_unit(names["position"]) and units.compatible(position, "rad")
+    unit = table.units.get(moved, "m")
+    turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
     kind: Kind = KINDS[1] if turns else KINDS[0]
     columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
     return Axis(name=table.source.stem, kind=kind, columns=columns)
@@ -136,8 +146,8 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     unit = position.unit or ("" if unknown else table.units.get(leading, ""))
     if not unit or (own and own != unknown):
         return column
-    said = f"a unit that is not known, {own!r}" if own else "no unit"
-    gathered.notes.append(f"column {name} has {said}: taken in that of the position, {unit}")
+    lack = f"a unit that is not known, {own!r}" if own else "no unit"
+    gathered.notes.append(f"column {name} has {lack}: taken in that of the position, {unit}")
     sign = -1.0 if column.scale < 0.0 else 1.0
     return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
 
@@ -209,6 +219,8 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
 def _add_reference(gathered: Gathered) -> None:
     """Add the reference where the log holds the following error in its place: position and error together."""
     error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
+    if error is not None and position is None:
+        gathered.notes.append(f"column {error.column} is not used: there is no position that it goes with")
     if error is None or position is None or error.values.size != position.values.size:
         return
     if "reference" in gathered.channels:

@@ -64,8 +64,8 @@ def read_table(
     read = _read(log_format, content, request)
     if numbers := _asked_by_number(read, choice):
         if choice.names is not None and not set(numbers.values()) <= set(read.columns):
-            also = Choice(choice.names | set(numbers.values()))
-            read = _read(log_format, content, request._replace(choice=also))
+            wider = Choice(choice.names | set(numbers.values()))
+            read = _read(log_format, content, request._replace(choice=wider))
         read = dataclasses.replace(read, numbers={**numbers, **read.numbers})
     if table is not None and not log_format.holds_tables:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bristle.core import units
+from bristle.logs.candidates import Candidate, candidate_of, time_among
 from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
-from bristle.logs.table import Table, axis_in, without_index
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.table import Table, without_index
+from bristle.logs.words import unit_of_time, without_part, words_of
 
 __all__ = ["Role", "Roles", "roles_of"]
 
@@ -20,7 +20,6 @@ SPEEDS = ("m/s", "rad/s", "count/s")
 EFFORTS = ("N", "N*m", "A", "rated", "V")
 ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
 WITHIN = 0.03  # of a factor between two units
-FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
 MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
 PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
@@ -72,36 +71,17 @@ class Roles:
     rivals: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class _Column:
-    name: str
-    values: np.ndarray
-    unit: str
-    told_by: str
-    meaning: Meaning
-    axis: tuple[str, str] | None = None
-    unknown: str = ""
-
-    def is_one_of(self, bases: Iterable[str]) -> bool:
-        return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
-
-    def fits(self, role: str, bases: Iterable[str]) -> bool:
-        """Return whether the column may play a role: by its unit where it has one, else by its name."""
-        if self.unit:
-            return self.is_one_of(bases) and self.meaning.role in ("", role, "status")
-        return self.meaning.role == role
-
-
 def roles_of(table: Table) -> Roles:
     """Return which column of a table is which channel."""
     one_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
-    columns = [column for name in table.columns if (column := _column_of(table, name, one_matrix)) is not None]
+    columns = [column for name in table.columns if (column := candidate_of(table, name, one_matrix)) is not None]
     time = _time(table, columns)
     rest = [column for column in columns if time is None or column.name != time.column]
     moving = [column for column in rest if np.ptp(column.values) > 0.0]
     position, rivals = _position(moving)
     if position is None:
-        return Roles({"time": time} if time and not table.stamps else {}, bool(table.stamps))
+        channels = {"time": time} if time and not table.stamps else {}
+        return Roles(channels | _of_speed(table, moving), bool(table.stamps))
     stamps = _stamps(table, position.name, time)
     left = [column for column in moving if column is not position and not _of_another_axis(column, position)]
     velocity = _velocity(left, position, stamps)
@@ -124,64 +104,36 @@ def roles_of(table: Table) -> Roles:
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     if effort is not None:
-        unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
-        channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)
+        channels["effort"] = _role_of_effort(effort, table)
     return Roles(channels, bool(table.stamps), rivals)
 
 
-def _column_of(table: Table, name: str, is_nameless: bool) -> _Column | None:
-    values = table.columns[name]
-    if name in table.stamps.values() or values.size < FEWEST:
-        return None
-    finite = np.isfinite(values)
-    if not finite.any():
-        return None
-    filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
-    unit, told_by, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
-    if not unit or unknown:
-        unit, told_by = unit_in_name(name), "name"
-    about = table.about.get(name, "")
-    meaning = Meaning() if is_nameless else meaning_of(name, about)
-    return _Column(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about), unknown)
+def _of_speed(table: Table, columns: list[Candidate]) -> dict[str, Role]:
+    """Return velocity and effort of a log without a position, by their names and units."""
+    fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
+    velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
+    if velocity is None:
+        return {}
+    way = replace(velocity, values=np.cumsum(velocity.values))
+    effort = _effort(
+        [column for column in columns if column is not velocity and not _of_another_axis(column, way)], way
+    )
+    reason = _reason(velocity, "its unit")
+    channels = {"velocity": Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)}
+    return channels | ({} if effort is None else {"effort": _role_of_effort(effort, table)})
 
 
-def _time(table: Table, columns: list[_Column]) -> Role | None:
-    if table.stamps:
+def _role_of_effort(effort: Candidate, table: Table) -> Role:
+    unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
+    return Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)
+
+
+def _time(table: Table, columns: list[Candidate]) -> Role | None:
+    if (of_time := time_among(table, columns)) is None:
         return None
-    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
-    called = [column for column in rising if column.meaning.role == "time" and is_time(column.name)]
-    named = [column for column in called if not column.unit or column.is_one_of(("s",))]
-    named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
-    if not named and table.sample_time is None:
-        named = [column for column in rising if _is_nameless_time(column, first=column is columns[0])]
-    if not named:
-        return None
-    chosen = named[0]
+    chosen, reason = of_time
     unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
-    reason = "its name" if chosen in called else "it rises evenly"
     return Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
-
-
-def _is_nameless_time(column: _Column, *, first: bool) -> bool:
-    """Return whether a column that no name tells rises evenly; without a halt, if it is not the first."""
-    if column.unit or column.unknown or _counts_rows(column.values) or not _even(column.values):
-        return False
-    if first:
-        return column.meaning.role in ("", "status")
-    return not column.meaning.role and bool(np.all(np.diff(column.values) > 0.0))
-
-
-def _counts_rows(values: np.ndarray) -> bool:
-    return bool(np.all(np.diff(values) == 1.0))
-
-
-def _advances(column: _Column) -> bool:
-    return bool(column.values[-1] > column.values[0])
-
-
-def _even(values: np.ndarray) -> bool:
-    steps = np.diff(values)
-    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.95) <= 0.05 * np.median(steps))
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
@@ -194,12 +146,12 @@ def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None
     return table.columns[name] * units.factor(unit, "s") if unit and units.is_unit(unit) else None
 
 
-def _of_another_axis(column: _Column, position: _Column) -> bool:
+def _of_another_axis(column: Candidate, position: Candidate) -> bool:
     """Return whether the addresses of two signals name two axes."""
     return column.axis is not None and position.axis is not None and column.axis != position.axis
 
 
-def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
+def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ...]]:
     fit = [column for column in columns if column.fits("position", MOVEMENTS)]
     measured = [column for column in fit if not column.meaning.reference] or fit
     if not measured:
@@ -212,18 +164,18 @@ def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
 
     driven = {column.axis for column in columns if column.axis and column.fits("effort", EFFORTS)}
 
-    def score(column: _Column) -> float:
+    def score(column: Candidate) -> float:
         meaning = column.meaning
         named = meaning.sure if meaning.role == "position" else 0.0
-        known = 0.6 * column.is_one_of(MOVEMENTS) + 0.5 * (column.axis in driven)
-        return named + 0.5 * meaning.actual - meaning.reference + known
+        fits = 0.6 * column.is_one_of(MOVEMENTS) + 0.5 * (column.axis in driven)
+        return named + 0.5 * meaning.actual - meaning.reference + fits
 
     chosen = max(measured, key=score)
     rivals = tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
     return chosen, rivals
 
 
-def _kinship(column: _Column, relative: _Column) -> float:
+def _kinship(column: Candidate, relative: Candidate) -> float:
     """Return how much two signals look like those of one axis: by their addresses, or by their names."""
     (digits, named), (digits_there, named_there) = (
         (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name)))
@@ -236,7 +188,7 @@ def _kinship(column: _Column, relative: _Column) -> float:
     return (0.6 if is_one else 0.0) + min(0.3, 0.02 * common)
 
 
-def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | None) -> _Column | None:
+def _velocity(columns: list[Candidate], position: Candidate, stamps: np.ndarray | None) -> Candidate | None:
     rate = rate_of(position.values, stamps)
     fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
     fit = [
@@ -255,7 +207,7 @@ def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | No
     )
 
 
-def _reference(columns: list[_Column], position: _Column) -> _Column | None:
+def _reference(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [
         column for column in columns
         if column.meaning.role in ("", "position") and (not column.unit or column.is_one_of(MOVEMENTS))
@@ -282,19 +234,19 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
     return max(fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate, position), default=None)
 
 
-def _stem(column: _Column) -> str:
+def _stem(column: Candidate) -> str:
     """Return the letters of a name without the words for a reference and for what was measured."""
     return without_part("".join(words_of(column.name)))
 
 
-def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
+def _measured_is_the_other(position: Candidate, reference: Candidate) -> bool:
     """Return whether, of two columns that nothing tells apart, the second is rougher, as what is measured is."""
     nameless = not any(column.meaning.reference or column.meaning.actual for column in (position, reference))
     comparable = position.values.size == reference.values.size and not position.meaning.role
     return nameless and comparable and roughness(reference.values) > roughness(position.values)
 
 
-def _error(columns: list[_Column], position: _Column) -> _Column | None:
+def _error(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [
         column
         for column in columns
@@ -304,7 +256,7 @@ def _error(columns: list[_Column], position: _Column) -> _Column | None:
     return max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
 
 
-def _effort(columns: list[_Column], position: _Column) -> _Column | None:
+def _effort(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [column for column in columns if column.fits("effort", EFFORTS)]
     if not fit:
         free = [column for column in columns if not column.meaning.role and not column.unit
@@ -312,7 +264,7 @@ def _effort(columns: list[_Column], position: _Column) -> _Column | None:
         best = max(free, key=lambda column: explained(column.values, position.values), default=None)
         return best if best is not None and explained(best.values, position.values) > GUESSED else None
 
-    def score(column: _Column) -> float:
+    def score(column: Candidate) -> float:
         ranks = {"N": 0.8, "N*m": 0.8, "A": 0.6, "rated": 0.6, "V": 0.1}
         unit = next((rank for base, rank in ranks.items() if column.is_one_of((base,))), 0.2)
         named = column.meaning.sure if column.meaning.role == "effort" else 0.0
@@ -325,7 +277,7 @@ def _effort(columns: list[_Column], position: _Column) -> _Column | None:
     return max(fit, key=score)
 
 
-def _reason(column: _Column, channel: str) -> str:
+def _reason(column: Candidate, channel: str) -> str:
     if column.meaning.role or column.meaning.reference:
         return "its name"
     reasons = {"effort": "it goes with the motion", "velocity": "it is the rate of the position",
@@ -334,9 +286,9 @@ def _reason(column: _Column, channel: str) -> str:
 
 
 def _unit_of_position(
-    position: _Column,
-    velocity: _Column | None,
-    reference: _Column | None,
+    position: Candidate,
+    velocity: Candidate | None,
+    reference: Candidate | None,
     stamps: np.ndarray | None,
 ) -> tuple[str, str]:
     if position.unit:
@@ -358,7 +310,7 @@ def _unit_of_position(
     return "", ""
 
 
-def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: np.ndarray | None) -> Role | None:
+def _role_of_velocity(velocity: Candidate, position: Candidate, unit: str, stamps: np.ndarray | None) -> Role | None:
     """Return the velocity as a channel; None where its unit is neither told nor that of the position over time."""
     if velocity.unit:
         return Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
@@ -372,7 +324,7 @@ def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: n
     return None
 
 
-def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
+def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:
     if effort.unit or effort.unknown:
         return effort.unit, effort.told_by
     words = {*words_of(effort.name), "".join(words_of(effort.name))}

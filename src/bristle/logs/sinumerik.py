@@ -67,11 +67,10 @@ def read(data: bytes, request: Request) -> Table:
 
 def _names(keys: list[str], signals: dict[str, tuple[str, str, str]]) -> list[str]:
     """Return what signals are called: as they are described, with the index of the axis where several are so."""
-    called = [signals.get(key, (key, "", ""))[0].strip() for key in keys]
-    indices = [
-        address[len(without_index(address)) :] for address in (signals.get(key, ("", "", ""))[2] for key in keys)
-    ]
-    return [f"{name} {index.strip()}" if index and called.count(name) > 1 and not name.endswith(index) else name
+    heads = [signals.get(key, (key, "", "")) for key in keys]
+    called = [name.strip() for name, _, _ in heads]
+    indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
+    return [f"{name} {index}" if called.count(name) > 1 and not name.endswith(index) else name
             for name, index in zip(called, indices, strict=True)]  # fmt: skip
 
 

@@ -85,8 +85,8 @@ class Table:
 
     def unknown_unit(self, name: str) -> str:
         """Return what the file says for the unit of a column, where that is no unit that is known; else nothing."""
-        said = self.units.get(name, "")
-        return "" if not said or units.is_unit(said) else said
+        unit = self.units.get(name, "")
+        return "" if not unit or units.is_unit(unit) else unit
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""

@@ -106,18 +106,20 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-        if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
+        if {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
+            # Of a size that nobody knows nothing can be said.
             summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
     return Inspected(summary, content, table, used, proposal, looked_at.log, looked_at.passages)
 
 
 def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:
     """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
-    if {"position", "time"} & set(unknown):
+    if axis is None or not unknown:
+        return summary_of(table, axis)
+    usable = {name: column for name, column in axis.columns.items() if name not in unknown}
+    if "time" in unknown or "position" in unknown or not {"position", "velocity"} & set(usable):
         return summary_of_columns(table)
-    if axis is not None and unknown:
-        axis = replace(axis, columns={name: column for name, column in axis.columns.items() if name not in unknown})
-    return summary_of(table, axis)
+    return summary_of(table, replace(axis, columns=usable))
 
 
 def _proposal(content: Content, limit: int) -> Proposal | None:
