@@ -7,10 +7,12 @@ import re
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
+from bristle.core.typography import escaped
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.names import names_and_units, with_plain_names
@@ -70,7 +72,8 @@ def read_table(
     if table is not None and not log_format.holds_tables:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
     read = _with_period(read)
-    return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
+    source = Path(escaped(str(content.source)))  # it is read: from here on it is a name that is shown
+    return with_plain_names(dataclasses.replace(read, source=source, origin=content.origin))
 
 
 def _asked_by_number(table: Table, choice: Choice) -> dict[str, str]:
