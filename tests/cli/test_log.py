@@ -47,6 +47,18 @@ def test_a_name_that_would_paint_the_terminal_does_not(bristle, place):
     assert "[bold]u" in found.out
 
 
+def test_a_unit_that_is_not_known_is_shown_as_the_file_has_it_and_asked_for(bristle, place):
+    text = Path("log.csv").read_text()
+    Path("log.csv").write_text(text.replace("t,q,r,u", "t [s],q [Skt],r [Skt],u [N]", 1))
+    found = bristle("log", "log.csv", "--write", "proposed.toml", "--out", "contents")
+    assert found.code == 0
+    assert "Skt (unknown)" in found.out
+    assert "Channels of the axis" not in found.out
+    assert "to be filled in: columns.position.unit" in found.err
+    assert "report.html" not in found.err
+    assert written_in("contents") == {"summary.json"}
+
+
 def test_the_experiments_in_a_log_are_told(bristle, place):
     found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
     assert {one["kind"] for one in found.data["passages"]} <= set(KINDS)

@@ -27,6 +27,41 @@ def test_a_column_may_be_called_by_its_number(tmp_path):
         read_log(named, axis(time=1, position=9))
 
 
+@pytest.mark.parametrize("header", ["zeit;weg;kraft;puls;last\n", ""])
+def test_a_known_input_and_a_known_column_may_be_called_by_their_numbers(header):
+    rows = [f"{k / 1000};{np.sin(k / 50):.6f};{np.cos(k / 50):.6f};{k % 7};{k % 5}" for k in range(300)]
+    described = axis_from({
+        "schema": 1, "kind": "linear", "columns": {"time": 1, "position": 2, "effort": 3},
+        "injected": [{"column": 4, "gain": "2 N"}], "known": [{"column": 5, "name": "last"}],
+    })  # fmt: skip
+    log = read_log((header + "\n".join([*rows, ""])).encode(), described)
+    np.testing.assert_allclose(log.injected[0].values, 2.0 * (np.arange(300) % 7))
+    np.testing.assert_allclose(log.regressors[0].values, np.arange(300) % 5)
+
+
+def test_a_number_counts_the_columns_of_any_file_that_is_one_table(tmp_path):
+    import scipy.io
+
+    t = np.arange(300) / 1000
+    columns = {"zeit": t, "weg": np.sin(20 * t), "kraft": np.cos(20 * t)}
+    scipy.io.savemat(tmp_path / "log.mat", columns)
+    scipy.io.savemat(tmp_path / "matrix.mat", {"M": np.column_stack([*columns.values()])})
+    np.savez(tmp_path / "log.npz", **columns)
+    by_number = axis(time={"column": 1, "unit": "s"}, position={"column": 2, "unit": "m"}, effort=3)
+    for name, called in (("log.mat", "weg"), ("matrix.mat", "M[1]"), ("log.npz", "weg")):
+        log = read_log(tmp_path / name, by_number)
+        assert log.position.column == called
+        np.testing.assert_allclose(log.effort.values, columns["kraft"])
+
+
+def test_a_number_counts_the_columns_of_a_text_with_several_times():
+    rows = [f"{k / 1000};{np.sin(k / 50):.6f};{k / 1000};{np.cos(k / 50):.6f}" for k in range(300)]
+    text = "\n".join(["time 1;weg;time 2;kraft", *rows, ""]).encode()
+    log = read_log(text, axis(time=1, position={"column": 2, "unit": "m"}, effort=4))
+    assert (log.position.column, log.effort.column) == ("weg", "kraft")
+    np.testing.assert_allclose(log.effort.values, np.round(np.cos(np.arange(300) / 50), 6))
+
+
 def test_a_time_that_need_not_be_named_may_be(tmp_path):
     path = EXPORTS["twincat, full"].write(tmp_path, MOTION)
     position = {"column": "ActPos", "unit": "mm"}

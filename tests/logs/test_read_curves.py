@@ -117,3 +117,15 @@ def test_a_signal_that_stands_still_is_no_input(loops):
     (loops / "still.csv").write_text("run,x,F\n" + "0,1,2\n" * 30)
     with pytest.raises(InputError, match="is constant"):
         read_curves(loops / "still.csv", columns)
+
+
+@pytest.mark.parametrize("header", ["run,x,F\n", ""])
+def test_columns_may_be_called_by_their_numbers(loops, header):
+    rows = (loops / "loops.csv").read_text().partition("\n")[2]
+    by_name = read_curves(loops / "loops.csv", loops / "axis.toml").curves
+    columns = {"input": {"column": 2, "unit": "um"}, "output": 3, "curve": 1}
+    found = read_curves((header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}).curves
+    assert len(found) == len(by_name) == 3
+    for one, other in zip(found, by_name, strict=True):
+        np.testing.assert_array_equal(one.u, other.u)
+        np.testing.assert_array_equal(one.f, other.f)

@@ -25,7 +25,11 @@ def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
 
 def _plain(text: str) -> str:
     # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    if text.isprintable():
+        return text
+    from bristle.core.typography import escaped
+
+    return "".join(letter if letter.isprintable() else "?" for letter in escaped(text))
 
 
 def _without_folders(argument: str, separators: str) -> str:

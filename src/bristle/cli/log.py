@@ -65,7 +65,7 @@ def log(
     file of that, in which "?" marks what is to be filled in. Where AXIS.toml is there already, it is not replaced: the
     log is looked at with it. The exit code is 1 if the log has problems.
 
-    Writes summary.json and report.html into DIR; the report needs a log without problems.
+    Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
     """
     from bristle.core.content import content_of
     from bristle.files.axis import read_axis
@@ -91,7 +91,7 @@ def log(
             source = provenance(context.obj, log=inspected.content, axis=described)
             inspected._replace(summary=summary | {"provenance": source}).write(folder, context.obj)
     if out:
-        complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
+        complain(f"wrote {out}" + (f"; open {out / 'report.html'} in a browser" if inspected.log else ""))
     if write is not None:
         _write_proposal(write, proposal)
     if as_json:
@@ -138,13 +138,20 @@ def _show(summary: dict[str, Any]) -> None:
 
 
 def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:
-    from bristle.core.typography import typeset
     from bristle.report.table import Table
 
     numbers = ("samples", "min", "max", "mean", "std", "step")
     rows = [
-        [entry[first], entry.get("column") or "", typeset(entry.get("unit") or "1")]
+        [entry[first], entry.get("column") or "", _unit(entry.get("unit") or "1")]
         + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
         for entry in entries
     ]
     return Table(caption, (first.capitalize(), "Column", "Unit", *(key.capitalize() for key in numbers)), rows)
+
+
+def _unit(unit: str) -> str:
+    """Return a unit as it is printed; one that is not known, as the file has it."""
+    from bristle.core.typography import typeset
+    from bristle.core.units import is_unit
+
+    return typeset(unit) if is_unit(unit) else f"{unit} (unknown)"

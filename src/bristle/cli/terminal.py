@@ -52,13 +52,16 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     from bristle.core.formula import spelt_out
+    from bristle.core.typography import escaped
 
-    return "".join(spelt_out(sign) for sign in error.object[error.start : error.end]), error.end
+    return "".join(map(spelt_out, escaped(error.object[error.start : error.end]))), error.end
 
 
 def one_line(text: str) -> str:
     """Return text as one line without control characters, such as those that a file's name may smuggle in."""
-    return " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+    from bristle.core.typography import printable
+
+    return " ".join(printable(text).split())
 
 
 def complain(text: str) -> None:

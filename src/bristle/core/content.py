@@ -23,6 +23,7 @@ from typing import Any
 
 from bristle.core.errors import InputError, close_names, told_by
 from bristle.core.lazy import cached_property
+from bristle.core.typography import escaped
 
 __all__ = [
     "NOWHERE",
@@ -127,7 +128,7 @@ class Content:
     @property
     def origin(self) -> Origin:
         """Name and checksum."""
-        return Origin(self.source.name + (f"::{self.part}" if self.part else ""), self.checksum)
+        return Origin(escaped(self.source.name + (f"::{self.part}" if self.part else "")), self.checksum)
 
 
 def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:

@@ -11,6 +11,8 @@ import reprlib
 from collections.abc import Iterable
 from itertools import islice
 
+from bristle.core.typography import escaped
+
 __all__ = [
     "BristleError",
     "InputError",
@@ -157,7 +159,7 @@ def in_one_line(text: str) -> str:
     """
     if text.isprintable():
         return text
-    line = " ".join(text.splitlines())
+    line = " ".join(escaped(text).splitlines())
     return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in line)
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 __all__ = [
     "Scale",
+    "escaped",
     "interval_text",
     "number",
     "printable",
@@ -33,6 +34,7 @@ _MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
 }
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
 _UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
+_BYTE = re.compile("[\udc80-\udcff]")  # of a name, as `os.fsdecode` has it
 _INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
 _MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
 
@@ -48,6 +50,17 @@ class Scale(NamedTuple):
         return f"{word} [{self.unit}]" if self.unit else word
 
 
+def escaped(text: str) -> str:
+    r"""Return text that can be written: bytes of a file's name that are no letters stand there as their numbers.
+
+    Examples
+    --------
+    >>> escaped("a\udcff\nb")
+    'a\\xff\nb'
+    """
+    return _BYTE.sub(lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)
+
+
 def printable(text: str) -> str:
     r"""Return text in which everything can be printed; the name of a file or a column may hold anything.
 
@@ -56,10 +69,7 @@ def printable(text: str) -> str:
     >>> printable("a\udcff\nb")
     'a\\xff b'
     """
-    if text.isprintable():
-        return text
-    bytes_told = (f"\\x{ord(letter) - 0xDC00:02x}" if "\udc80" <= letter <= "\udcff" else letter for letter in text)
-    return "".join(letter if letter.isprintable() else " " for letter in "".join(bytes_told))
+    return "".join(letter if letter.isprintable() else " " for letter in escaped(text))
 
 
 def typeset(unit: str) -> str:

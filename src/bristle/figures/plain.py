@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from bristle.core.typography import escaped
+
 __all__ = ["one_line", "printable"]
 
 # What XML and HTML forbid: control characters but tab and line break, halves of pairs, what is no character; and what
@@ -28,7 +30,7 @@ def printable(text: str) -> str:
     >>> printable("a\x00b\ud800c")
     'a�b�c'
     """
-    return _UNFIT.sub(MARK, text)
+    return _UNFIT.sub(MARK, escaped(text))
 
 
 def one_line(text: str) -> str:

@@ -76,6 +76,9 @@ def axis_from(data: dict[str, Any]) -> Axis:
     refuse_open(data)
     refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
+    if file.columns.position is None and file.columns.velocity is None:
+        raise InputError("is missing", path="columns.position",
+                         mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')  # fmt: skip
     drive = _drive_of(file)
     columns = {
         name: _column(name, entry, drive)

@@ -8,9 +8,9 @@ from pydantic import BeforeValidator, ConfigDict, Field
 
 from bristle.core.dimensions import AxisKind, kind_called
 from bristle.core.transmission import Side
-from bristle.files.schema import Quantity, Strict
+from bristle.files.schema import ColumnName, Quantity, Strict
 
-__all__ = ["AxisFile", "ColumnEntry", "InjectedEntry", "by_number", "long_form"]
+__all__ = ["AxisFile", "ColumnEntry", "InjectedEntry", "long_form"]
 
 
 def _no_truth_value(value: Any) -> Any:
@@ -20,15 +20,10 @@ def _no_truth_value(value: Any) -> Any:
     return value
 
 
-def by_number(value: Any) -> Any:
-    """Take the number of a column, counted from 1, in place of its name."""
-    return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
-
-
 class ColumnEntry(Strict):
     """One channel: which column it is, in what unit, with what sign, measured where."""
 
-    column: Annotated[str, BeforeValidator(by_number)]
+    column: ColumnName
     unit: str | None = None
     sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
     side: Side | None = None
@@ -50,7 +45,7 @@ class Columns(Strict):
     __pydantic_extra__: dict[str, Entry] = Field(init=False)  # type: ignore[assignment]
 
     time: Entry | None = None
-    position: Entry
+    position: Entry | None = None
     velocity: Entry | None = None
     effort: Entry | None = None
     reference: Entry | None = None
@@ -60,7 +55,7 @@ class Columns(Strict):
 class InjectedEntry(Strict):
     """A known input of the loop: effort for one unit of the column."""
 
-    column: Annotated[str, BeforeValidator(by_number)]
+    column: ColumnName
     gain: Quantity
     unit: str | None = None
     optional: bool = False
@@ -69,7 +64,7 @@ class InjectedEntry(Strict):
 class KnownEntry(Strict):
     """A column of the log that an identified coefficient makes an effort of."""
 
-    column: str
+    column: ColumnName
     name: Annotated[str, Field(pattern=r"^\w+$")] | None = None
     optional: bool = False
 

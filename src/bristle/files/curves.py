@@ -11,7 +11,7 @@ from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
-from bristle.files.schema import Strict, validated
+from bristle.files.schema import ColumnName, Strict, validated
 from bristle.files.toml import read_toml
 from bristle.logs.curves import Curves
 from bristle.logs.read_curves import CurveColumns, SignalColumn
@@ -23,13 +23,13 @@ __all__ = ["describes_curves", "read_curve_columns", "read_curves"]
 class SignalEntry(Strict):
     """One signal: which column it is, in what unit, with what sign."""
 
-    column: str
+    column: ColumnName
     unit: str | None = None
     sign: Literal[1, -1] = 1
 
 
 def _entry(value: Any) -> Any:
-    return {"column": value} if isinstance(value, str) else value
+    return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
 
 
 Entry = Annotated[SignalEntry, BeforeValidator(_entry)]
@@ -40,7 +40,7 @@ class Columns(Strict):
 
     input: Entry
     output: Entry
-    curve: str = ""
+    curve: ColumnName = ""
 
 
 class LogEntry(Strict):

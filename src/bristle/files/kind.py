@@ -18,8 +18,10 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of an axis file with the kind of axis that its units speak of, where it names none."""
     if "kind" in data:
         return dict(data)
-    kind = _of_movement(_entry_at(data, "columns", "position", "unit")) or _of_movement(
-        _unit_of(_entry_at(data, "encoder", "resolution"))
+    kind = (
+        _of_movement(_entry_at(data, "columns", "position", "unit"))
+        or _of_movement(_unit_of(_entry_at(data, "encoder", "resolution")))
+        or _of_movement(_entry_at(data, "columns", "velocity", "unit"), per="/s")
     )
     if kind is None and _entry_at(data, "encoder", "counts_per_rev") is not None:
         kind = KINDS[0] if _entry_at(data, "transmission", "lead") is not None else KINDS[1]
@@ -39,10 +41,10 @@ def _unit_of(quantity: Any) -> str | None:
         return None
 
 
-def _of_movement(unit: Any) -> Kind | None:
+def _of_movement(unit: Any, per: str = "") -> Kind | None:
     if not isinstance(unit, str) or not units.is_unit(unit):
         return None
     for base, kind in OF_UNIT.items():
-        if units.compatible(unit, base):
+        if units.compatible(unit, base + per):
             return kind
     return None

@@ -27,7 +27,12 @@ from bristle.logs.tables import content_of_log
 
 __all__ = ["Proposal", "propose_axis"]
 
-ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
+ASSUMED_UNIT = {
+    "time": dict.fromkeys(KINDS, "s"),
+    "position": {KINDS[0]: "m", KINDS[1]: "rad"},
+    "velocity": {KINDS[0]: "m/s", KINDS[1]: "rad/s"},
+    "effort": {KINDS[0]: "N", KINDS[1]: "N*m"},
+}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
 OF_EFFORT = {"columns.effort.unit", "effort.rated", "effort.constant"}  # that leave its shape as it is
 # What stands above the columns of some exports -> where it belongs in an axis file.
@@ -57,6 +62,8 @@ class Proposal:
         The columns that it was made of.
     notes : tuple of str
         What was assumed, and which columns could have been taken instead.
+    unknown : dict of str to str
+        Channels whose unit is to be filled in, with what the file says for it: none that is known.
     """
 
     text: str
@@ -64,6 +71,7 @@ class Proposal:
     axis: Axis
     table: Table = field(repr=False, compare=False)
     notes: tuple[str, ...] = ()
+    unknown: Mapping[str, str] = field(default_factory=dict)
 
 
 def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Proposal:
@@ -98,7 +106,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
 def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Proposal:
     """Return the axis file that the columns of a table speak of; it is one of several where it has a name."""
     roles = roles_of(table)
-    if "position" not in roles.channels:
+    if not {"position", "velocity"} & set(roles.channels):
         raise InputError(
             "does not say which column is the position", path=str(table.source), allowed=some_of(table.names, 40),
             mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
@@ -116,21 +124,26 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         axis = axis_from(_assumed(tables))
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
              for channel, role in roles.channels.items()]  # fmt: skip
-    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing]
+    unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
+    asked = {f"columns.{channel}.unit" for channel in unknown}
+    notes += [f"the file says {said!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
+              for channel, said in unknown.items()]  # fmt: skip
+    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in asked]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:
         notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
-    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes))
+    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
 
 
 def _kind(roles: Roles) -> Kind | None:
     """Return the kind of axis that the units speak of; None where they speak of none."""
-    position, effort = roles.channels["position"], roles.channels.get("effort")
+    position, effort = roles.channels.get("position"), roles.channels.get("effort")
+    moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
     for base, kind in OF_UNIT.items():
-        if position.unit and units.compatible(position.unit, base):
+        if moves.unit and units.compatible(moves.unit, base + per):
             return kind
-    if position.unit or effort is None or not effort.unit:
+    if moves.unit or effort is None or not effort.unit:
         return None
     return KINDS[0] if units.compatible(effort.unit, "N") else None
 
@@ -142,7 +155,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     for channel in ORDER:
         if (role := roles.channels.get(channel)) is not None:
             columns[channel] = {"column": role.column, "unit": role.unit or FILL_IN}
-    position = roles.channels["position"]
+    position = roles.channels.get("position")
     for channel in ("reference", "following_error"):
         if channel in columns and not roles.channels[channel].unit:
             columns[channel]["unit"] = FILL_IN
@@ -150,9 +163,10 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
     facts = _facts_of(table.facts)
-    if "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
+    if position and "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
         del columns["velocity"]  # of the motor, and the way from there to the position is not told
-    if position.unit and units.compatible(position.unit, "count"):
+    motion = position or roles.channels["velocity"]
+    if motion.unit and any(units.compatible(motion.unit, base) for base in ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
     if (effort := roles.channels.get("effort")) is not None:
@@ -234,7 +248,7 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
-            channel = "effort" if name == "effort" else "position"
+            channel = name if name in ASSUMED_UNIT else "position"
             entry["unit"] = ASSUMED_UNIT[channel][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
     force = ASSUMED_UNIT["effort"][kind]

@@ -17,7 +17,9 @@ __all__ = ["missing_of", "text_of"]
 
 _SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
 HINTS = {
+    "columns.time.unit": "unit of the numbers: s, ms, us or ns",
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
+    "columns.velocity.unit": "unit of the numbers: mm/s, m/min, rad/s, deg/s or rpm",
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
     "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
@@ -65,7 +67,8 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     if "kind" in tables:
         lines.append(f"kind = {_quoted(tables['kind'])}")
     else:
-        lines.append('# kind = "translational" or "rotational": the unit of the position decides')
+        motion = "position" if "position" in tables["columns"] else "velocity"
+        lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
     if roles.implied_time:
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
@@ -84,8 +87,8 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
 
 def _encoder_lines(table: Table, tables: Mapping[str, Any]) -> list[str]:
     """Return what the steps of the position speak of, as a comment: digits of the file look like an encoder."""
-    entry = tables["columns"]["position"]
-    if "encoder" in tables or entry["unit"] == FILL_IN:
+    entry = tables["columns"].get("position")
+    if entry is None or "encoder" in tables or entry["unit"] == FILL_IN:
         return []
     step = clear_step(table.columns[entry["column"]])
     if not step:
@@ -123,6 +126,7 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     remarks += [remark] if remark and not follows else []
     remarks += ["in the unit of the position"] if follows else []
     hint = "rated" if role.told_by == "rated" else f"columns.{channel}.unit"
+    remarks += [f"the file says {_quoted(role.unknown)}, which is no unit that is known here"] if role.unknown else []
     remarks += [HINTS[hint]] if not follows and entry["unit"] == FILL_IN else []
     remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
     return f"{line}  # {'; '.join(remarks)}" if remarks else line

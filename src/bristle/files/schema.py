@@ -6,11 +6,11 @@ import numbers
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["Quantity", "Strict", "validated"]
+__all__ = ["ColumnName", "Quantity", "Strict", "by_number", "validated"]
 
 
 class Strict(BaseModel):
@@ -29,6 +29,15 @@ def _number_or_text(value: Any) -> Any:
 
 
 Quantity = Annotated[Any, AfterValidator(_number_or_text)]
+
+
+def by_number(value: Any) -> Any:
+    """Return the number of a column, counted from 1, as its name."""
+    return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
+
+
+ColumnName = Annotated[str, BeforeValidator(by_number)]
+"""The name of a column, or its number, counted from 1."""
 
 
 # By the kind of error of the library, which speaks of its own classes.

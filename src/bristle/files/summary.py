@@ -7,6 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bristle.core.typography import escaped
+
 __all__ = ["as_json", "plain"]
 
 
@@ -27,11 +29,11 @@ def as_json(data: Mapping[str, Any]) -> str:
 def plain(value: Any) -> Any:
     """Return a value as what JSON knows: text, finite numbers, lists, tables; None for what is no finite number."""
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {escaped(str(key)): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # arrays and numbers of numpy
         return plain(value.tolist())
     if isinstance(value, (list, tuple, set, frozenset)):
         return [plain(item) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
-    return value if isinstance(value, (str, int, bool)) or value is None else str(value)
+    return value if isinstance(value, (int, bool)) or value is None else escaped(str(value))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import InputError
+from bristle.core.typography import escaped
 from bristle.fleet.moment import moment_of
 from bristle.fleet.plan import LogFile
 from bristle.logs.choice import NONE
@@ -69,12 +70,13 @@ def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     try:
         content = content_of_log(place, limit=size_limit)
     except InputError:
-        yield LogFile(place, source.parent.name, source.name, "")
+        yield LogFile(place, escaped(source.parent.name), escaped(source.name), "")
         return
     for part in _parts(content, size_limit):
         name = source.name + (f"{WITHIN}{part}" if part else "")
         time = moment_of((name, source.parent.name), content.data)
-        yield LogFile(f"{file}{WITHIN}{part}" if part else file, source.parent.name, name, content.checksum, time)
+        opened = f"{file}{WITHIN}{part}" if part else file
+        yield LogFile(opened, escaped(source.parent.name), escaped(name), content.checksum, time)
 
 
 def _parts(content: Content, size_limit: int) -> list[str | None]:

@@ -10,10 +10,12 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
-from bristle.logs.channel import Channel
+from bristle.core.variable import unit_of
+from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.checks import limits_exceeded, problems_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
+from bristle.logs.integral import integral_of, remark_on
 from bristle.logs.log_data import LogData
 from bristle.logs.span import within
 from bristle.logs.table import Table
@@ -50,10 +52,9 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     time = gathered.channels.get("time")
     if time is not None:
         place = f"{table.source}: column {time.column!r}"
-        position = gathered.channels["position"].values
         return clock_of(
-            time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position,
-            repeats=_repeats(gathered),
+            time.values, place, delay=axis.delay, sample_time=axis.sample_time,
+            position=gathered.motion.values if gathered.motion else None, repeats=_repeats(gathered),
         )  # fmt: skip
     period = axis.sample_time or table.sample_time
     if period is None:
@@ -66,7 +67,7 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
             f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
             path=str(table.source), value=period, mend="Leave sample_time out of the axis file",
         )  # fmt: skip
-    stamps = period * np.arange(gathered.channels["position"].values.size)
+    stamps = period * np.arange(len(gathered.motion or ()))
     return clock_of(stamps, str(table.source), delay=axis.delay)
 
 
@@ -80,9 +81,10 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
     """Yield what resampling does to the channels."""
     if clock.jitter is None or clock.jitter.usual <= NEGLIGIBLE >= clock.jitter.largest:
         return
+    motion, per = gathered.motion, 1.0 if "position" in gathered.channels else clock.sample_time
     numbers: dict[str, Number] = {
         "percent": 100.0 * clock.jitter.usual, "largest": 100.0 * clock.jitter.largest,
-        "sample_time": clock.sample_time, "position_error": clock.error_of(gathered.channels["position"].values),
+        "sample_time": clock.sample_time, "position_error": per * clock.error_of(motion.values) if motion else 0.0,
     }  # fmt: skip
     if "effort" in gathered.channels:
         numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)
@@ -99,19 +101,24 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         step = None if clock.uniform and not lag else channel.step
         return replace(channel, values=clock.sampled(channel.values, lag), recorded_step=step)
 
-    position = on_grid("position")
-    if position is None:
-        raise InputError("has no position", path=str(table.source))
+    position, velocity, reference = on_grid("position"), on_grid("velocity"), on_grid("reference")
     time = gathered.channels.get("time")
     notes = [*gathered.notes, *clock.notes]
+    if position is None:
+        if velocity is None:
+            raise InputError("has no position", path=str(table.source))
+        start = float(reference.values[0]) if reference else 0.0
+        unit = unit_of(CHANNELS["position"], axis.kind)
+        position = integral_of(velocity, unit, clock.sample_time, clock.segments, start)
+        notes.append(remark_on(velocity.column, axis, follows=reference is not None))
     if axis.delay:
         notes.append(f"effort was moved by its delay of {axis.delay:g} s")
     record = LogData(
         time=Channel(clock.time, "s", time.column if time else ""),
         position=position,
-        velocity=on_grid("velocity"),
+        velocity=velocity,
         effort=on_grid("effort", axis.delay),
-        reference=on_grid("reference"),
+        reference=reference,
         load=on_grid("load"),
         temperature=on_grid("temperature"),
         further={name: channel for name in gathered.further if (channel := on_grid(name)) is not None},

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bristle.core.axis import Axis
-from bristle.logs.table import spellings
+from bristle.logs.table import spellings, without_index
 
 __all__ = ["ALL", "NONE", "USUAL_NAMES", "Choice", "columns_named", "columns_of"]
 
@@ -29,7 +29,9 @@ class Choice:
 
     def __call__(self, name: str) -> bool:
         """Return whether this column is chosen."""
-        return self.names is None or (name.lower() if self.usual else name) in self.names
+        if self.names is None:
+            return True
+        return name.lower() in self.names if self.usual else name in self.names or without_index(name) in self.names
 
 
 ALL, NONE = Choice(), Choice(frozenset())

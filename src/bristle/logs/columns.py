@@ -183,8 +183,10 @@ def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
 
 
 def _kind_of(table: Table) -> Kind:
-    unit = table.units.get(_named(table.names, "position") or "", "m")
-    return KINDS[1] if units.compatible(unit, "rad", path=str(SOURCE)) else KINDS[0]
+    position = _named(table.names, "position")
+    name, base = (position, "rad") if position else (_named(table.names, "velocity"), "rad/s")
+    unit = table.units.get(name or "", "")
+    return KINDS[1] if unit and units.compatible(unit, base, path=str(SOURCE)) else KINDS[0]
 
 
 def _axis_of(table: Table, axis: Axis) -> Axis:
@@ -196,7 +198,7 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
             raise table.texts[name]
         if name is not None:
             columns[channel] = Column(name, table.units.get(name, base), base)
-    if "position" not in columns:
+    if not {"position", "velocity"} & set(columns):
         hints = (did_you_mean(name, NAMES["position"]) for name in table.names)
         close = next(filter(None, hints), "")
         raise InputError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,17 +16,9 @@ from bristle.core.errors import InputError
 from bristle.logs.archived import is_archived
 from bristle.logs.archived import read as read_archive
 from bristle.logs.buses import refuse_frames
-from bristle.logs.layout import (
-    COMMENTS,
-    PREAMBLE_LINES,
-    SAMPLE_ROWS,
-    Layout,
-    cells_of,
-    is_number,
-    layout_of,
-    why_no_number,
-    without_comments,
-)
+from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, without_comments
+from bristle.logs.choice import Choice
+from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
 from bristle.logs.request import Request
 from bristle.logs.scope import head_of
 from bristle.logs.scope import read as read_scope
@@ -84,16 +76,16 @@ def read(data: bytes, request: Request) -> Table:
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, request.source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], request.source)
-    body, notes = _without_open_end(data[starts[layout.first] :], layout, request.source, encoding)
-    facts = facts_above(lines, layout)
+    body, facts = data[starts[layout.first] :], facts_above(lines, layout)
+    if layout.beside:
+        lines = layout.beside.lines(lines, layout.delimiter)
+        body, facts = "\n".join(lines[layout.first :]).encode(encoding), layout.beside.facts | facts
+    body, notes = _without_open_end(body, layout, request.source, encoding)
     above = units_of_labview(lines, layout)
     layout = replace(layout, units=tuple(map(above.get, layout.names, layout.units)))
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=_program_of(layout) or apart.format)
-    numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
-    by_number = {
-        number: name for number, name in numbers.items() if request.choice.names is not None and request.choice(number)
-    }
+    by_number = _asked_by_number(layout.names, request.choice)
     chosen = [i for i, numeric in enumerate(layout.numeric)
               if numeric and (request.choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
     values = _numbers(body, layout, request.source, chosen, request.limit, encoding)
@@ -118,6 +110,12 @@ def read(data: bytes, request: Request) -> Table:
     )  # fmt: skip
 
 
+def _asked_by_number(names: Sequence[str], choice: Choice) -> dict[str, str]:
+    """Return the columns that are asked for by their numbers, which count those of the file."""
+    numbers = {f"column_{i + 1}": name for i, name in enumerate(names)}
+    return {number: name for number, name in numbers.items() if name != number and choice(number)}
+
+
 def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str, notes: list[str]) -> Table | None:
     """Return the table of a file with several columns of time, or with columns that are empty every so often."""
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
@@ -137,7 +135,13 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
         )
     if columns is None:
         return None
-    return with_own_times(columns, layout, request.source, request.choice, [*layout.notes, *notes])
+    by_number = _asked_by_number(layout.names, request.choice)
+
+    def chosen(name: str) -> bool:
+        return request.choice(name) or name in by_number.values()
+
+    apart = with_own_times(columns, layout, request.source, chosen, [*layout.notes, *notes])
+    return apart and replace(apart, numbers={number: name for number, name in by_number.items() if name in apart.names})
 
 
 def _special(data: bytes, encoding: str, request: Request) -> Table | None:

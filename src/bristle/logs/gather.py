@@ -41,6 +41,11 @@ class Gathered:
         """Names of the further channels, for slots of a person's own."""
         return tuple(name for name in self.channels if name not in COLUMNS)
 
+    @property
+    def motion(self) -> Channel | None:
+        """What tells how the axis moved: its position, or without one its velocity."""
+        return self.channels.get("position", self.channels.get("velocity"))
+
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
         yield from self.channels.items()
@@ -70,7 +75,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
             channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", told.column)
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
-    if "position" not in axis.columns:
+    if _motion_of(axis) is None:
         gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
@@ -82,10 +87,14 @@ def gather(table: Table, axis: Axis) -> Gathered:
     return gathered
 
 
+def _motion_of(axis: Axis) -> Column | None:
+    return axis.columns.get("position", axis.columns.get("velocity"))
+
+
 def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
     """Return whether the time is that which the columns bring with them."""
-    position, time = axis.columns.get("position"), axis.columns.get("time")
-    own = table.stamps.get(table.name_of(position.name) or "") if position else None
+    motion, time = _motion_of(axis), axis.columns.get("time")
+    own = table.stamps.get(table.name_of(motion.name) or "") if motion else None
     if own is None:
         return False
     if time is None:
@@ -109,7 +118,8 @@ def axis_of(table: Table) -> Axis:
         channel: next((name for name in table.names if name.lower() in usual), None)
         for channel, usual in USUAL_NAMES.items()
     }
-    if names["position"] is None:
+    moved = names["position"] or names["velocity"]
+    if moved is None:
         text = next((name for name in table.texts if split_unit(name)[0].lower() in USUAL_NAMES["position"]), None)
         if text is not None:
             raise table.missing(text, "position")
@@ -119,8 +129,9 @@ def axis_of(table: Table) -> Axis:
             allowed=some_of(table.names, 40),
             mend="Give an axis file that names the columns (--axis AXIS.toml)",
         )
-    position = table.units.get(names["position"], "m")
-    kind: Kind = KINDS[1] if units.compatible(position, "rad", path=str(table.source)) else KINDS[0]
+    unit = table.units.get(moved, "m")
+    turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
+    kind: Kind = KINDS[1] if turns else KINDS[0]
     columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 
@@ -128,12 +139,15 @@ def axis_of(table: Table) -> Axis:
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
     """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
     name = table.name_of(column.name)
-    if position is None or column.unit or name is None or table.units.get(name) or column.base != SI.get(column.base):
+    if position is None or column.unit or name is None or column.base != SI.get(column.base):
         return column
-    unit = position.unit or table.units.get(table.name_of(position.name) or "", "")
-    if not unit:
+    leading = table.name_of(position.name) or ""
+    unknown, own = table.unknown_unit(leading), table.units.get(name)
+    unit = position.unit or ("" if unknown else table.units.get(leading, ""))
+    if not unit or (own and own != unknown):
         return column
-    gathered.notes.append(f"column {name} has no unit: taken in that of the position, {unit}")
+    lack = f"a unit that is not known, {own!r}" if own else "no unit"
+    gathered.notes.append(f"column {name} has {lack}: taken in that of the position, {unit}")
     sign = -1.0 if column.scale < 0.0 else 1.0
     return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
 
@@ -184,8 +198,15 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     if not unit and not column.unit:
         gathered.notes.append(f"column {name} has no unit: taken as {column.base}")
         return 1.0
-    if not unit or not units.is_unit(unit):
-        return units.factor(column.unit or unit, column.base, path=place)
+    if unknown := table.unknown_unit(name):
+        if not column.unit:
+            raise InputError(
+                "has a unit that is not known", path=place, value=unknown, allowed=f"a unit of {column.base}",
+                mend='Write the unit that it stands for in the axis file, such as unit = "mm"',
+            )  # fmt: skip
+        gathered.notes.append(f"column {name} has a unit that is not known, {unknown!r}: taken in {column.unit}")
+    if not unit or unknown:
+        return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
         raise InputError(
@@ -198,6 +219,8 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
 def _add_reference(gathered: Gathered) -> None:
     """Add the reference where the log holds the following error in its place: position and error together."""
     error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
+    if error is not None and position is None:
+        gathered.notes.append(f"column {error.column} is not used: there is no position that it goes with")
     if error is None or position is None or error.values.size != position.values.size:
         return
     if "reference" in gathered.channels:

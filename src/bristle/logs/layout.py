@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
+from bristle.logs.beside import Beside, table_beside
+from bristle.logs.cells import COMMENT, cells_of, has_content, is_number, why_no_number, without_comments
 from bristle.logs.names import distinct
 from bristle.logs.table import split_unit
 from bristle.logs.words import plain_unit
 
-__all__ = [
-    "COMMENTS",
-    "Layout",
-    "cells_of",
-    "is_number",
-    "layout_of",
-    "numbers_in",
-    "why_no_number",
-    "without_comments",
-]
+__all__ = ["Layout", "layout_of"]
 
-COMMENT = "#"
-COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
-"""What follows a `COMMENT` at the start of a line or behind a blank: one within a cell is part of it."""
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
@@ -40,13 +29,6 @@ USUAL_UNITS = frozenset(
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
 MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
-LONGEST_CELL = 131_072  # what the reader of quoted cells takes
-TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
-CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)
-"""A date with a time, or a time of day."""
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
-_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -66,7 +48,9 @@ class Layout:
     names, units : tuple of str
         What the header says, one for each column.
     notes : tuple of str
-        What had to be called otherwise.
+        What had to be called otherwise, or was left out.
+    beside : Beside or None
+        What stood beside the first rows of numbers.
     """
 
     delimiter: str | None
@@ -76,72 +60,7 @@ class Layout:
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-
-
-def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates.
-
-    Raises
-    ------
-    InputError
-        If a quoted cell is longer than any.
-    """
-    if '"' not in line:
-        return [cell.strip() for cell in line.split(delimiter)]
-    if delimiter is None:
-        return [cell.strip().strip('"').strip() for cell in line.split()]
-    if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
-        raise InputError("has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters",
-                         mend="Is it the right file?")  # fmt: skip
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
-
-
-def without_comments(text: str) -> str:
-    """Return lines without what is said behind their cells."""
-    return re.sub(COMMENTS, "", text) if COMMENT in text else text
-
-
-def is_number(cell: str, decimal_comma: bool) -> bool:
-    """Return whether a cell is a number."""
-    if decimal_comma and "." not in cell:
-        cell = cell.replace(",", ".", 1)
-    return bool(_NUMBER.fullmatch(cell))
-
-
-def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
-    """Return cells as numbers, truth values as 1 and 0; None where one of them is something else.
-
-    Examples
-    --------
-    >>> numbers_in(["1,5", "-2"], True), numbers_in(["TRUE"], False), numbers_in(["x"], False)
-    (array([ 1.5, -2. ]), array([1.]), None)
-    """
-    plain = [cell.replace(",", ".") for cell in cells] if decimal_comma else list(cells)
-    try:
-        return np.array(plain, dtype=float)
-    except ValueError:
-        plain = [TRUTH.get(cell.lower(), cell) for cell in plain]
-    return np.array(plain, dtype=float) if all(is_number(cell, False) for cell in plain) else None
-
-
-def why_no_number(cell: str) -> tuple[str, str]:
-    """Return what a cell is that is no number, and what to do about it.
-
-    Examples
-    --------
-    >>> why_no_number("1.234,5")[0], why_no_number("00:00:01.250")[0]
-    ('is a number with thousands separators', 'is a time of day')
-    """
-    if CLOCK.fullmatch(cell):
-        return "is a time of day", (
-            "Export the time in seconds from the start, or leave the column of time out of the axis file and write "
-            "sample_time in [timing]"
-        )
-    if _THOUSANDS.fullmatch(cell):
-        return "is a number with thousands separators", "Export numbers without them"
-    if _DECIMAL_COMMA.fullmatch(cell):
-        return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
-    return "is not a number" if cell else "is empty", ""
+    beside: Beside | None = None
 
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
@@ -152,28 +71,39 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     InputError
         If nowhere rows of numbers follow one another, or a cell in the first of them is no number.
     """
-    best, best_score = None, (0.0, 0)
     bare = [without_comments(line) for line in lines]
-    for delimiter in DELIMITERS:
-        rows = _rows(bare, delimiter, source)
-        for decimal_comma in (False, True) if delimiter != "," else (False,):
-            layout = _rows_of_numbers(rows, delimiter, decimal_comma)
-            if layout is None:
-                continue
-            first_row = cells_of(bare[layout.first], delimiter)
-            filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
-            score = (sum(layout.numeric) / filled, sum(layout.numeric))
-            if score > best_score:
-                best, best_score = layout, score
+    best = _most_numbers(bare, source)
     if best is None:
         raise InputError(
             "holds no rows of numbers, or is truncated before them",
             path=str(source),
             mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
         )
+    if best.beside:
+        bare = best.beside.lines(bare, best.delimiter)
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
-    return Layout(best.delimiter, best.decimal_comma, best.first, best.numeric, names, units_, notes)
+    return replace(best, names=names, units=units_, notes=(*notes, *((best.beside.note,) if best.beside else ())))
+
+
+def _most_numbers(bare: Sequence[str], source: Path) -> Layout | None:
+    """Return the layout that makes most numbers of lines without remarks; None where no rows of them follow."""
+    best, best_score = None, (0.0, 0)
+    for delimiter in DELIMITERS:
+        rows = _rows(bare, delimiter, source)
+        for decimal_comma in (False, True) if delimiter != "," else (False,):
+            beside = table_beside(rows, decimal_comma)
+            among = [(i, beside.rows.get(i, cells)) for i, cells in rows] if beside else rows
+            layout = _rows_of_numbers(among, delimiter, decimal_comma)
+            if layout is None:
+                continue
+            layout = replace(layout, beside=beside)
+            first_row = next(cells for i, cells in among if i == layout.first)
+            filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
+            score = (sum(layout.numeric) / filled, sum(layout.numeric))
+            if score > best_score:
+                best, best_score = layout, score
+    return best
 
 
 def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
@@ -181,7 +111,7 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     rows: list[tuple[int, list[str]]] = []
     count = 0
     for index, line in enumerate(lines):
-        if not _has_content(line):
+        if not has_content(line):
             continue
         cells = cells_of(line, delimiter)
         if not any(cells):
@@ -224,13 +154,9 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
     return None
 
 
-def _has_content(line: str) -> bool:
-    return bool(line.strip()) and not line.lstrip().startswith(COMMENT)
-
-
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
     """Refuse a line right before the first that is a row of numbers but for one cell: it is no preamble."""
-    above = [(i, cells_of(lines[i], layout.delimiter)) for i in range(layout.first) if _has_content(lines[i])]
+    above = [(i, cells_of(lines[i], layout.delimiter)) for i in range(layout.first) if has_content(lines[i])]
     if not above:
         return
     index, cells = above.pop()
@@ -259,6 +185,7 @@ def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tupl
     count = len(layout.numeric)
     unnamed = [f"column_{index + 1}" for index in range(count)]
     above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
+    above = [cells[:count] for cells in above] if layout.beside else above
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:

@@ -83,8 +83,9 @@ class Log(LogData):
         ----------
         columns : mapping, or a table of pandas, polars, xarray, pyarrow or numpy
             Columns called ``time``, ``position`` and ``effort``, and where there are any ``velocity``, ``reference``,
-            ``load``, ``temperature`` and ``injected.NAME``, in SI; others are left alone. Time may be the index of a
-            frame, and be dates. A unit that a column says itself (``attrs["units"]``) is converted from.
+            ``load``, ``temperature`` and ``injected.NAME``, in SI; others are left alone. Without a position it is the
+            integral of the velocity. Time may be the index of a frame, and be dates. A unit that a column says itself
+            (``attrs["units"]``) is converted from.
         axis : Axis, optional
             Which columns are which, in what units and signs, where they are called otherwise.
         kind : {"translational", "rotational"}, optional

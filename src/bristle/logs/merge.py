@@ -22,15 +22,15 @@ COINCIDES = 1e-6  # of the sample time: stamps this close are one
 
 
 def onto_one_time(table: Table, gathered: Gathered) -> None:
-    """Bring all channels to the times at which the position was recorded.
+    """Bring all channels to the times at which the position was recorded, or without one the velocity.
 
     Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
     first sample or after the last one of any channel is left out.
     """
-    position = gathered.channels.get("position")
-    if position is None:
+    motion = gathered.motion
+    if motion is None:
         return
-    own = table.stamps[position.column]
+    own = table.stamps[motion.column]
     clocks = {name: _seconds(table, name) for name in set(table.stamps.values())}
     base = clocks[own]
     elsewhere = [

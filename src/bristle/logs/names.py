@@ -72,6 +72,7 @@ def with_plain_names(table: Table) -> Table:
         table, columns=_called(table.columns, called), units=_called(units, called), names=tuple(plain),
         texts={printable(name): reason for name, reason in table.texts.items()}, notes=(*table.notes, *notes),
         stamps={called[name]: called[time] for name, time in table.stamps.items()}, about=_called(table.about, called),
+        numbers={number: called.get(name, name) for number, name in table.numbers.items()},
     )  # fmt: skip
 
 

@@ -7,10 +7,12 @@ import re
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
+from bristle.core.typography import escaped
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.names import names_and_units, with_plain_names
@@ -60,11 +62,27 @@ def read_table(
     if content.part is not None and not log_format.holds_tables:
         raise InputError("is no file with several tables", path=str(content.source), value=content.part,
                          mend="Leave out what follows the name of the file")  # fmt: skip
-    read = _read(log_format, content, Request(content.source, content.part or table, choice, size_limit))
+    request = Request(content.source, content.part or table, choice, size_limit)
+    read = _read(log_format, content, request)
+    if numbers := _asked_by_number(read, choice):
+        if choice.names is not None and not set(numbers.values()) <= set(read.columns):
+            wider = Choice(choice.names | set(numbers.values()))
+            read = _read(log_format, content, request._replace(choice=wider))
+        read = dataclasses.replace(read, numbers={**numbers, **read.numbers})
     if table is not None and not log_format.holds_tables:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
     read = _with_period(read)
-    return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
+    source = Path(escaped(str(content.source)))  # it is read: from here on it is a name that is shown
+    return with_plain_names(dataclasses.replace(read, source=source, origin=content.origin))
+
+
+def _asked_by_number(table: Table, choice: Choice) -> dict[str, str]:
+    """Return the columns that are asked for by their numbers, where they have names and stand in one table."""
+    if table.stamps or table.tables:
+        return {}
+    numbers = {f"column_{i + 1}": name for i, name in enumerate(table.names)}
+    missing = {number: name for number, name in numbers.items() if number not in table.names and choice(number)}
+    return {number: name for number, name in missing.items() if number not in table.numbers}
 
 
 def _with_period(table: Table) -> Table:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bristle.core import units
+from bristle.logs.candidates import Candidate, candidate_of, time_among
 from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
-from bristle.logs.table import Table
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.table import Table, without_index
+from bristle.logs.words import unit_of_time, without_part, words_of
 
 __all__ = ["Role", "Roles", "roles_of"]
 
@@ -20,7 +20,6 @@ SPEEDS = ("m/s", "rad/s", "count/s")
 EFFORTS = ("N", "N*m", "A", "rated", "V")
 ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
 WITHIN = 0.03  # of a factor between two units
-FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
 MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
 PER_CENT, PER_MILLE = 300, 4000  # of rated, that a drive seldom exceeds, and that none does
@@ -42,12 +41,15 @@ class Role:
         ``drive`` where they are whole numbers as drives store them, ``rated`` where they may be per cent or per mille.
     reason : str
         Why it is taken for this channel.
+    unknown : str
+        What the file says for its unit, where that is none that is known.
     """
 
     column: str
     unit: str
     told_by: str
     reason: str
+    unknown: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,35 +71,19 @@ class Roles:
     rivals: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class _Column:
-    name: str
-    values: np.ndarray
-    unit: str
-    told_by: str
-    meaning: Meaning
-
-    def is_one_of(self, bases: Iterable[str]) -> bool:
-        return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
-
-    def fits(self, role: str, bases: Iterable[str]) -> bool:
-        """Return whether the column may play a role: by its unit where it has one, else by its name."""
-        if self.unit:
-            return self.is_one_of(bases) and self.meaning.role in ("", role, "status")
-        return self.meaning.role == role
-
-
 def roles_of(table: Table) -> Roles:
     """Return which column of a table is which channel."""
-    columns = [column for name in table.columns if (column := _column_of(table, name)) is not None]
+    one_matrix = len({without_index(name) for name in table.columns}) == 1  # its name tells its columns not apart
+    columns = [column for name in table.columns if (column := candidate_of(table, name, one_matrix)) is not None]
     time = _time(table, columns)
     rest = [column for column in columns if time is None or column.name != time.column]
     moving = [column for column in rest if np.ptp(column.values) > 0.0]
     position, rivals = _position(moving)
     if position is None:
-        return Roles({"time": time} if time and not table.stamps else {}, bool(table.stamps))
+        channels = {"time": time} if time and not table.stamps else {}
+        return Roles(channels | _of_speed(table, moving), bool(table.stamps))
     stamps = _stamps(table, position.name, time)
-    left = [column for column in moving if column is not position]
+    left = [column for column in moving if column is not position and not _of_another_axis(column, position)]
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
     if reference is not None and _measured_is_the_other(position, reference):
@@ -110,64 +96,44 @@ def roles_of(table: Table) -> Roles:
     effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
     channels = {"time": time} if time is not None and not table.stamps else {}
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
-    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"))
+    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"), position.unknown)
     if velocity is not None and (role := _role_of_velocity(velocity, position, unit, stamps)) is not None:
         channels["velocity"] = role
     for name, column in (("reference", reference), ("following_error", error)):
-        if column is not None:
+        if column is not None and (column.unit or column.unknown in ("", position.unknown)):
             own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     if effort is not None:
-        unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
-        channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"))
+        channels["effort"] = _role_of_effort(effort, table)
     return Roles(channels, bool(table.stamps), rivals)
 
 
-def _column_of(table: Table, name: str) -> _Column | None:
-    values = table.columns[name]
-    if name in table.stamps.values() or values.size < FEWEST:
-        return None
-    finite = np.isfinite(values)
-    if not finite.any():
-        return None
-    filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
-    unit, told_by = table.units.get(name, ""), "header"
-    if not unit or not units.is_unit(unit):
-        unit, told_by = unit_in_name(name), "name"
-    return _Column(name, filled, unit, told_by if unit else "", meaning_of(name, table.about.get(name, "")))
-
-
-def _time(table: Table, columns: list[_Column]) -> Role | None:
-    if table.stamps:
-        return None
-    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
-    named = [column for column in rising if is_time(column.name) and (not column.unit or column.is_one_of(("s",)))]
-    named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
-    if (
-        not named and table.sample_time is None
-    ):  # without a name: what rises evenly from row to row, first of all columns
-        named = [column for column in rising[:1] if column is columns[0] and _even(column.values) and not column.unit
-                 and column.meaning.role in ("", "status") and not _counts_rows(column.values)]  # fmt: skip
-    if not named:
-        return None
-    chosen = named[0]
-    unit = chosen.unit or unit_of_time(chosen.name, chosen.values)
-    return Role(
-        chosen.name, unit, chosen.told_by or "numbers", "its name" if is_time(chosen.name) else "it rises evenly"
+def _of_speed(table: Table, columns: list[Candidate]) -> dict[str, Role]:
+    """Return velocity and effort of a log without a position, by their names and units."""
+    fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
+    velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
+    if velocity is None:
+        return {}
+    way = replace(velocity, values=np.cumsum(velocity.values))
+    effort = _effort(
+        [column for column in columns if column is not velocity and not _of_another_axis(column, way)], way
     )
+    reason = _reason(velocity, "its unit")
+    channels = {"velocity": Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)}
+    return channels | ({} if effort is None else {"effort": _role_of_effort(effort, table)})
 
 
-def _counts_rows(values: np.ndarray) -> bool:
-    return bool(np.all(np.diff(values) == 1.0))
+def _role_of_effort(effort: Candidate, table: Table) -> Role:
+    unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
+    return Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)
 
 
-def _advances(column: _Column) -> bool:
-    return bool(column.values[-1] > column.values[0])
-
-
-def _even(values: np.ndarray) -> bool:
-    steps = np.diff(values)
-    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.95) <= 0.05 * np.median(steps))
+def _time(table: Table, columns: list[Candidate]) -> Role | None:
+    if (of_time := time_among(table, columns)) is None:
+        return None
+    chosen, reason = of_time
+    unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
+    return Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
@@ -176,11 +142,16 @@ def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None
     if name is None:
         period = table.sample_time
         return None if period is None else period * np.arange(table.columns[position].size)
-    unit = table.units.get(name, "") or (time.unit if time else "") or "s"
-    return table.columns[name] * units.factor(unit, "s")
+    unit = time.unit if time else table.units.get(name, "s")
+    return table.columns[name] * units.factor(unit, "s") if unit and units.is_unit(unit) else None
 
 
-def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
+def _of_another_axis(column: Candidate, position: Candidate) -> bool:
+    """Return whether the addresses of two signals name two axes."""
+    return column.axis is not None and position.axis is not None and column.axis != position.axis
+
+
+def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ...]]:
     fit = [column for column in columns if column.fits("position", MOVEMENTS)]
     measured = [column for column in fit if not column.meaning.reference] or fit
     if not measured:
@@ -191,26 +162,33 @@ def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
                    if column.values.size == measured[0].values.size):  # fmt: skip
             return None, ()
 
-    def score(column: _Column) -> float:
+    driven = {column.axis for column in columns if column.axis and column.fits("effort", EFFORTS)}
+
+    def score(column: Candidate) -> float:
         meaning = column.meaning
         named = meaning.sure if meaning.role == "position" else 0.0
-        return named + 0.5 * meaning.actual - meaning.reference + 0.6 * column.is_one_of(MOVEMENTS)
+        fits = 0.6 * column.is_one_of(MOVEMENTS) + 0.5 * (column.axis in driven)
+        return named + 0.5 * meaning.actual - meaning.reference + fits
 
     chosen = max(measured, key=score)
     rivals = tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
     return chosen, rivals
 
 
-def _kinship(name: str, relative: str) -> float:
-    """Return how much two names look like those of one axis."""
-    digits, digits_there = re.findall(r"\d+", name), re.findall(r"\d+", relative)
-    common = next(
-        (i for i, (a, b) in enumerate(zip(name, relative, strict=False)) if a != b), min(len(name), len(relative))
+def _kinship(column: Candidate, relative: Candidate) -> float:
+    """Return how much two signals look like those of one axis: by their addresses, or by their names."""
+    (digits, named), (digits_there, named_there) = (
+        (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name)))
+        for name in (column.name, relative.name)
     )
-    return (0.6 if digits == digits_there else 0.0) + min(0.3, 0.02 * common)
+    shorter = min(len(column.name), len(relative.name))
+    letters = enumerate(zip(column.name, relative.name, strict=False))
+    common = next((i for i, (a, b) in letters if a != b), shorter)
+    is_one = digits == digits_there or named & named_there or (column.axis and column.axis == relative.axis)
+    return (0.6 if is_one else 0.0) + min(0.3, 0.02 * common)
 
 
-def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | None) -> _Column | None:
+def _velocity(columns: list[Candidate], position: Candidate, stamps: np.ndarray | None) -> Candidate | None:
     rate = rate_of(position.values, stamps)
     fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
     fit = [
@@ -224,14 +202,12 @@ def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | No
     ]  # fmt: skip
     return max(
         fit,
-        key=lambda candidate: (
-            candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate.name, position.name)
-        ),
+        key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate, position),
         default=None,
     )
 
 
-def _reference(columns: list[_Column], position: _Column) -> _Column | None:
+def _reference(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [
         column for column in columns
         if column.meaning.role in ("", "position") and (not column.unit or column.is_one_of(MOVEMENTS))
@@ -255,34 +231,32 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
         if column.meaning.reference and column.unit and _stem(column) == _stem(position)
     ]  # fmt: skip
     fit = named or called or alike or elsewhere
-    return max(
-        fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
-    )
+    return max(fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate, position), default=None)
 
 
-def _stem(column: _Column) -> str:
+def _stem(column: Candidate) -> str:
     """Return the letters of a name without the words for a reference and for what was measured."""
     return without_part("".join(words_of(column.name)))
 
 
-def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
+def _measured_is_the_other(position: Candidate, reference: Candidate) -> bool:
     """Return whether, of two columns that nothing tells apart, the second is rougher, as what is measured is."""
     nameless = not any(column.meaning.reference or column.meaning.actual for column in (position, reference))
     comparable = position.values.size == reference.values.size and not position.meaning.role
     return nameless and comparable and roughness(reference.values) > roughness(position.values)
 
 
-def _error(columns: list[_Column], position: _Column) -> _Column | None:
+def _error(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [
         column
         for column in columns
         if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))
     ]
     fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
-    return max(fit, key=lambda column: column.meaning.sure + _kinship(column.name, position.name), default=None)
+    return max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
 
 
-def _effort(columns: list[_Column], position: _Column) -> _Column | None:
+def _effort(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [column for column in columns if column.fits("effort", EFFORTS)]
     if not fit:
         free = [column for column in columns if not column.meaning.role and not column.unit
@@ -290,20 +264,20 @@ def _effort(columns: list[_Column], position: _Column) -> _Column | None:
         best = max(free, key=lambda column: explained(column.values, position.values), default=None)
         return best if best is not None and explained(best.values, position.values) > GUESSED else None
 
-    def score(column: _Column) -> float:
+    def score(column: Candidate) -> float:
         ranks = {"N": 0.8, "N*m": 0.8, "A": 0.6, "rated": 0.6, "V": 0.1}
         unit = next((rank for base, rank in ranks.items() if column.is_one_of((base,))), 0.2)
         named = column.meaning.sure if column.meaning.role == "effort" else 0.0
         moves = 0.0
         if column.values.size == position.values.size:
             moves = max(0.0, explained(column.values, position.values))
-        kin = _kinship(column.name, position.name)
+        kin = _kinship(column, position)
         return named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference + kin + 0.5 * moves
 
     return max(fit, key=score)
 
 
-def _reason(column: _Column, channel: str) -> str:
+def _reason(column: Candidate, channel: str) -> str:
     if column.meaning.role or column.meaning.reference:
         return "its name"
     reasons = {"effort": "it goes with the motion", "velocity": "it is the rate of the position",
@@ -312,14 +286,14 @@ def _reason(column: _Column, channel: str) -> str:
 
 
 def _unit_of_position(
-    position: _Column,
-    velocity: _Column | None,
-    reference: _Column | None,
+    position: Candidate,
+    velocity: Candidate | None,
+    reference: Candidate | None,
     stamps: np.ndarray | None,
 ) -> tuple[str, str]:
     if position.unit:
         return position.unit, position.told_by
-    if reference is not None and reference.unit:
+    if reference is not None and reference.unit and not position.unknown:
         return reference.unit, "reference"
     if velocity is not None and velocity.unit and stamps is not None and velocity.values.size == stamps.size:
         # The recorded velocity in SI over the rate of the numbers: what one of them is.
@@ -331,12 +305,12 @@ def _unit_of_position(
                 if abs(per / units.factor(unit, base.removesuffix("/s")) - 1.0) < WITHIN:
                     return unit, "velocity"
     integral = bool(np.all(position.values == np.round(position.values)))
-    if integral and float(np.max(np.abs(position.values))) > 100.0:
+    if integral and not position.unknown and float(np.max(np.abs(position.values))) > 100.0:
         return "count", "numbers"
     return "", ""
 
 
-def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: np.ndarray | None) -> Role | None:
+def _role_of_velocity(velocity: Candidate, position: Candidate, unit: str, stamps: np.ndarray | None) -> Role | None:
     """Return the velocity as a channel; None where its unit is neither told nor that of the position over time."""
     if velocity.unit:
         return Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
@@ -350,8 +324,8 @@ def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: n
     return None
 
 
-def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
-    if effort.unit:
+def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:
+    if effort.unit or effort.unknown:
         return effort.unit, effort.told_by
     words = {*words_of(effort.name), "".join(words_of(effort.name))}
     for unit, names in MEASURED_IN.items():

@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.layout import cells_of, numbers_in, why_no_number
+from bristle.logs.cells import cells_of, numbers_in, why_no_number
 from bristle.logs.names import distinct
 from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.request import Request

@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.logs.names import distinct
 from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Table, without_index
 
 __all__ = ["read"]
 
@@ -56,13 +56,22 @@ def read(data: bytes, request: Request) -> Table:
     keys = [key for key in signals if key in values] or list(values)
     if not keys:
         raise InputError("is no trace with records of signals", path=str(request.source), mend=MEND)
-    names, notes = distinct(signals.get(key, (key, "", ""))[0].strip() for key in keys)
+    names, notes = distinct(_names(keys, signals))
     series = [
         Series(name, np.array(values[key]) if request.choice(name) else None, np.array(times[key]),
                signals.get(key, ("", "", ""))[1], signals.get(key, ("", "", ""))[2])
         for name, key in zip(names, keys, strict=True)
     ]  # fmt: skip
     return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)
+
+
+def _names(keys: list[str], signals: dict[str, tuple[str, str, str]]) -> list[str]:
+    """Return what signals are called: as they are described, with the index of the axis where several are so."""
+    heads = [signals.get(key, (key, "", "")) for key in keys]
+    called = [name.strip() for name, _, _ in heads]
+    indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
+    return [f"{name} {index}" if called.count(name) > 1 and not name.endswith(index) else name
+            for name, index in zip(called, indices, strict=True)]  # fmt: skip
 
 
 def _keep(record: dict[str, str], times: dict[str, list[float]], values: dict[str, list[float]]) -> None:

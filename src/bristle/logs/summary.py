@@ -12,7 +12,7 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
-from bristle.logs.channel import quantisation
+from bristle.logs.channel import Channel, quantisation
 from bristle.logs.check import CheckThresholds, checked
 from bristle.logs.checks import problems_of
 from bristle.logs.gather import axis_of, gather
@@ -22,7 +22,7 @@ from bristle.logs.passages import passages
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
-__all__ = ["Summary", "summarize", "summary_of"]
+__all__ = ["Summary", "summarize", "summary_of", "summary_of_columns"]
 
 
 class Summary(NamedTuple):
@@ -65,7 +65,21 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
 
 def summary_of(table: Table, axis: Axis | None = None) -> Summary:
     """Return what is in a table of a log; without an axis, columns called as usual are taken."""
-    summary: dict[str, Any] = {
+    summary = summary_of_columns(table).data
+    log, experiments = None, ()
+    try:
+        part, log, experiments = _as_log(table, axis or axis_of(table))
+        summary |= part
+    except InputError as problem:
+        summary["problems"] = [_sentence_of(problem, table)]
+    if summary["sample_time"]:
+        summary["rate"] = 1 / summary["sample_time"]
+    return Summary(summary, log, experiments)
+
+
+def summary_of_columns(table: Table) -> Summary:
+    """Return what is in the columns of a table, of which nothing says what they are."""
+    data = {
         "file": printable(table.origin.name),
         "format": table.format,
         "checksum": table.origin.checksum,
@@ -84,26 +98,15 @@ def summary_of(table: Table, axis: Axis | None = None) -> Summary:
         "diagnostics": [],
         "problems": [],
     }
-    log, experiments = None, ()
-    try:
-        part, log, experiments = _as_log(table, axis or axis_of(table))
-        summary |= part
-    except InputError as problem:
-        summary["problems"] = [_sentence_of(problem, table)]
-    if summary["sample_time"]:
-        summary["rate"] = 1 / summary["sample_time"]
-    return Summary(summary, log, experiments)
+    return Summary(data)
 
 
 def _as_log(table: Table, axis: Axis) -> Summary:
     gathered = gather(table, axis)
     problems = [*gathered.problems, *problems_of(gathered, str(table.source))]
     part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
-    part["channels"] = [
-        {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}
-        for name, channel in gathered.named()
-    ]
-    channels = [gathered.channels.get("time"), gathered.channels.get("position")]
+    part["channels"] = [_entry(name, channel) for name, channel in gathered.named()]
+    channels = [gathered.channels.get("time"), gathered.motion]
     fit = all(
         channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels
     )
@@ -119,6 +122,9 @@ def _as_log(table: Table, axis: Axis) -> Summary:
     if clock is not None and not problems:
         log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
+        if "position" not in gathered.channels:
+            entry = _entry("position", log.position) | {"step": log.position.step or None}
+            part["channels"].insert([of["name"] for of in part["channels"]].index("velocity"), entry)
         part["diagnostics"] = [
             diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))
         ]
@@ -131,6 +137,10 @@ def _sentence_of(problem: InputError, table: Table) -> str:
     """Return what a problem says, with the name of the file: in which folder it lay is nobody's business."""
     path = problem.path.replace(str(table.source), table.origin.name, 1)
     return str(InputError(problem.message, path=path, value=problem.value, allowed=problem.allowed, mend=problem.mend))
+
+
+def _entry(name: str, channel: Channel) -> dict[str, Any]:
+    return {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}
 
 
 def _range(values: np.ndarray) -> dict[str, Any]:

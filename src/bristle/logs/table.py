@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,12 +10,15 @@ from unicodedata import normalize
 
 import numpy as np
 
+from bristle.core import units
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, shortened
 
-__all__ = ["Table", "some_of", "spellings", "split_unit"]
+__all__ = ["Table", "axis_in", "some_of", "spellings", "split_unit", "without_index"]
 
 LONGEST_SHOWN = 60
+# Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
+_INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
 
 
 @dataclass(frozen=True)
@@ -73,8 +77,16 @@ class Table:
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        spelt = next((spelling for spelling in spellings(name) if spelling in self.columns), None)
-        return self.numbers.get(name) if spelt is None else spelt
+        spelt = next((spelling for spelling in spellings(name) if spelling in self.columns), self.numbers.get(name))
+        if spelt is None:
+            alike = [column for column in self.columns if without_index(column) == name]
+            return alike[0] if len(alike) == 1 else None
+        return spelt
+
+    def unknown_unit(self, name: str) -> str:
+        """Return what the file says for the unit of a column, where that is no unit that is known; else nothing."""
+        unit = self.units.get(name, "")
+        return "" if not unit or units.is_unit(unit) else unit
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""
@@ -133,10 +145,12 @@ def split_unit(header: str) -> tuple[str, str]:
 
     Examples
     --------
-    >>> split_unit("position [um]"), split_unit("vir")
-    (('position', 'um'), ('vir', ''))
+    >>> split_unit("position [um]"), split_unit("vir"), split_unit("nckServoDataActPos1stEnc64 [u1, 3]")
+    (('position', 'um'), ('vir', ''), ('nckServoDataActPos1stEnc64 [u1, 3]', ''))
     """
     text = header.strip()
+    if _INDEX.fullmatch(text):
+        return text, ""
     if text.endswith(("]", ")")):
         name, opened, unit = text[:-1].rpartition("[" if text.rfind("[") > text.rfind("(") else "(")
         if opened and name.strip() and not set(unit) & set("])"):
@@ -145,3 +159,27 @@ def split_unit(header: str) -> tuple[str, str]:
     if len(words) == 3 and words[1] == "/":
         return words[0], words[2]
     return text, ""
+
+
+def without_index(name: str) -> str:
+    """Return a name without the index behind it that tells axes, or signals of one name, apart.
+
+    Examples
+    --------
+    >>> without_index("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), without_index("pos[0]"), without_index("pos [mm]")
+    ('/Nck/!SD/nckServoDataActCurr64', 'pos', 'pos [mm]')
+    """
+    match = _INDEX.fullmatch(name.strip())
+    return name if match is None else match["name"] or match["plain"]
+
+
+def axis_in(address: str) -> tuple[str, str] | None:
+    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis.
+
+    Examples
+    --------
+    >>> axis_in("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), axis_in("/DriveVsa/Drive/r0080[u3]")
+    (('1', '3'), None)
+    """
+    match = _INDEX.fullmatch(address.strip())
+    return (match["unit"], match["axis"]) if match and match["axis"] else None

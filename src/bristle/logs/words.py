@@ -10,6 +10,7 @@ from unicodedata import normalize
 import numpy as np
 
 from bristle.core import units
+from bristle.logs.table import without_index
 
 __all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
@@ -18,12 +19,12 @@ ROLES: dict[str, tuple[str, ...]] = {
     "time": ("time", "zeit", "timestamp", "zeitstempel", "t", "stamp", "sec", "secs", "second", "seconds", "sekunden",
              "temps", "tiempo", "tempo", "abtastzeitpunkt", "elapsed"),
     "error": ("followingerror", "schlepp", "poserr", "positionerror", "lageabweichung", "regelabweichung",
-              "regeldifferenz", "contouringerror", "trackingerror", "poslag", "posdiff", "schleppabstand",
+              "regeldifferenz", "contouringerror", "trackingerror", "poslag", "posdiff", "ctrldev", "schleppabstand",
               "schleppfehler",
               "perr", "pe", "positioningerror", "lagefehler", "following", "fehler", "error", "err", "deviation"),
     "effort": ("torque", "trq", "tau", "moment", "drehmoment", "momentenistwert", "nm", "force", "kraft", "effort",
-               "current", "strom", "iq", "isq", "icmd", "ist_strom", "motorstrom", "amps", "ampere", "motorcurrent",
-               "load",
+               "current", "actcurr", "strom", "iq", "isq", "icmd", "ist_strom", "motorstrom", "amps",
+               "ampere", "motorcurrent", "load",
                "thrust", "stellgroesse", "stellgrosse", "control", "voltage", "spannung", "u", "pwm",
                "vorschubkraft", "m",
                "f", "i", "couple", "stromsoll", "last", "auslastung", "duty"),
@@ -168,6 +169,7 @@ def meaning_of(name: str, about: str = "") -> Meaning:
     """
     if name.lower().startswith("x_value"):  # of LabVIEW
         return Meaning("time", sure=1.0)
+    name = without_index(name)
     head, stroke, unit = name.rpartition("/")
     if stroke and head and plain_unit(unit) in units.DECIMAL_UNITS:
         name = head
@@ -284,7 +286,7 @@ WRITTEN = {
     "0,1 %": "‰", "‰ rated": "‰", "1/1000": "‰", "o/oo": "‰",
     "percent": "%", "prozent": "%", "% rated": "%", "%rated": "%", "% mn": "%", "%mn": "%", "pct": "%", "% nenn": "%",
     "nm": "N*m", "n m": "N*m", "n.m": "N*m", "n-m": "N*m", "newtonmeter": "N*m", "newton": "N", "newtons": "N",
-    "mnm": "mN*m", "knm": "kN*m", "ncm": "N*cm", "cnm": "N*cm",
+    "mnm": "mN*m", "knm": "kN*m", "ncm": "N*cm", "cnm": "N*cm", "nmm": "N*mm",
     "arms": "A", "a_rms": "A", "a rms": "A", "aeff": "A", "a_eff": "A", "a eff": "A", "apk": "A", "amp": "A",
     "amps": "A", "ampere": "A", "a(rms)": "A", "marms": "mA",
     "volt": "V", "volts": "V", "sek": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunde": "s",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,7 +13,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.files.proposal import Proposal, propose_axis
 from bristle.logs.readers import read_table
-from bristle.logs.summary import summary_of
+from bristle.logs.summary import Summary, summary_of, summary_of_columns
 from bristle.logs.tables import content_of_log
 
 if TYPE_CHECKING:
@@ -39,7 +41,7 @@ class Inspected(NamedTuple):
     proposal : Proposal or None
         The axis file that it speaks of, where none was given.
     log : Log or None
-        The log in SI; None where it has problems.
+        The log in SI; None where it has problems, or a unit that is not known.
     passages : tuple of Passage
         The experiments that it contains.
     """
@@ -98,15 +100,26 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
     proposal = _proposal(content, size_limit) if axis is None else None
     used = proposal.axis if proposal else axis
     table = proposal.table if proposal else read_table(content, used and used.table, size_limit=size_limit)
-    looked_at = summary_of(table, used)
+    looked_at = _looked_at(table, used, proposal.unknown if proposal else ())
     summary = _with_messages(looked_at.data)
     summary["proposal"] = {"text": None, "missing": []}
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-        if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
+        if {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
+            # Of a size that nobody knows nothing can be said.
             summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
     return Inspected(summary, content, table, used, proposal, looked_at.log, looked_at.passages)
+
+
+def _looked_at(table: Table, axis: Axis | None, unknown: Collection[str]) -> Summary:
+    """Return what is in a table; of channels in a unit that is not known nothing is said in SI."""
+    if axis is None or not unknown:
+        return summary_of(table, axis)
+    usable = {name: column for name, column in axis.columns.items() if name not in unknown}
+    if "time" in unknown or "position" in unknown or not {"position", "velocity"} & set(usable):
+        return summary_of_columns(table)
+    return summary_of(table, replace(axis, columns=usable))
 
 
 def _proposal(content: Content, limit: int) -> Proposal | None:

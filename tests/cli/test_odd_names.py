@@ -1,0 +1,95 @@
+"""Files whose names are bytes and no letters: they are read as any other, and shown escaped wherever they are told."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from pathlib import Path
+
+import pytest
+from tests.fleet.conftest import write_log
+
+from bristle.core.errors import InputError
+from bristle.core.typography import escaped, printable
+from bristle.files.axis import read_axis
+from bristle.logs import read_log
+
+ODD = os.fsdecode(b"press_\xff")
+SHOWN = r"press_\xff"
+
+
+@pytest.fixture
+def odd(tmp_path, monkeypatch):
+    """A log of such a name in a folder of such a name."""
+    monkeypatch.chdir(tmp_path)
+    try:
+        write_log(Path(ODD) / f"{ODD}.csv")
+    except OSError:
+        pytest.skip("this file system takes letters alone")
+    return Path(ODD) / f"{ODD}.csv"
+
+
+def assert_can_be_written(found):
+    assert found.code == 0, found.err
+    (found.out + found.err).encode()  # no half of a letter among them
+
+
+def test_a_log_and_the_axis_file_that_it_speaks_of(bristle, odd):
+    found = bristle("log", str(odd), "--write", "axis.toml", "--json", "--out", "contents")
+    assert_can_be_written(found)
+    assert found.data["file"] == f"{SHOWN}.csv"
+    text = Path("axis.toml").read_text(encoding="utf-8")
+    assert text.startswith(f"# Proposed by bristle from {SHOWN}.csv")
+    assert tomllib.loads(text)["name"] == SHOWN
+    summary = json.loads(Path("contents/summary.json").read_bytes())
+    assert summary["file"] == summary["provenance"]["log"] == f"{SHOWN}.csv"
+    assert f"{SHOWN}.csv" in summary["provenance"]["command"]
+    assert f"{SHOWN}.csv" in Path("contents/report.html").read_text(encoding="utf-8")
+
+
+def test_an_identification_without_an_axis_file_writes_files_that_can_be_read(bristle, odd):
+    found = bristle("identify", str(odd), "--model", "coulomb_viscous", "--draws", "0", "--out", "results")
+    assert_can_be_written(found)
+    assert "\\udcff" not in found.out + found.err
+    for path in Path("results").glob("*.toml"):
+        tomllib.loads(path.read_text(encoding="utf-8"))
+    assert SHOWN in Path("results/report.html").read_text(encoding="utf-8")
+    assert json.loads(Path("results/summary.json").read_bytes())["provenance"]["log"] == f"{SHOWN}.csv"
+
+
+def test_a_fleet_goes_on_with_such_logs_and_is_watched(bristle, odd):
+    command = ("identify", ODD, "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
+    assert_can_be_written(bristle(*command))
+    write_log(Path(ODD) / f"second_{ODD}.csv", seed=1)
+    again = bristle(*command, "--json")
+    assert_can_be_written(again)
+    study = json.loads(Path("fleet/study.json").read_bytes())
+    assert [(log["folder"], log["log"]) for log in study["logs"]] == [
+        (SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv"),
+    ]  # fmt: skip
+    told = bristle("watch", "fleet", "--false-alarms", "1 in 2000 logs")
+    assert "no axis has enough logs" in told.err
+
+
+def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
+    odd.write_text("time,position\n0.0")
+    found = bristle("log", str(odd))
+    assert found.code == 2
+    assert f"{SHOWN}/{SHOWN}.csv" in found.err
+    with pytest.raises(InputError) as caught:
+        read_log(odd)
+    assert SHOWN in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_the_name_of_an_axis_file_too(odd):
+    path = Path(f"{ODD}.toml")
+    path.write_text("schema = 1\nkind = 3\n")
+    with pytest.raises(InputError, match=r"press_\\xff\.toml"):
+        read_axis(path)
+
+
+def test_bytes_that_are_no_letters_are_told_by_their_numbers():
+    assert escaped(os.fsdecode(b"a\xff\xc3\xa4\n")) == "a\\xff\u00e4\n"
+    assert printable(os.fsdecode(b"a\xff\n\x1b")) == "a\\xff  "

@@ -1,0 +1,138 @@
+"""Logs of the speed and no position: the position is the integral of the speed, and what that leaves open is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bristle.core import InputError
+from bristle.files.axis import axis_from
+from bristle.files.proposal import propose_axis
+from bristle.identification import identify
+from bristle.logs import Log, read_log, summarize
+from bristle.workflow.inspected import inspect_log
+
+DT, COUNT = 1e-3, 4000
+T = DT * np.arange(COUNT)
+X = 0.08 * np.sin(4.4 * T) + 0.03 * np.sin(11.9 * T + 0.4)
+V = 0.08 * 4.4 * np.cos(4.4 * T) + 0.03 * 11.9 * np.cos(11.9 * T + 0.4)
+A = -0.08 * 4.4**2 * np.sin(4.4 * T) - 0.03 * 11.9**2 * np.sin(11.9 * T + 0.4)
+F = 12.0 * A + 40.0 * V + 18.0 * np.tanh(V / 2e-3)
+ROUNDING = 1e-6  # m, that straight lines between samples leave of these curves
+SPEED = {"velocity": {"column": "speed", "unit": "mm/s"}, "effort": {"column": "force", "unit": "N"}}
+
+
+def log(time=T, **more):
+    columns = {"time [s]": time, "speed [mm/s]": 1e3 * V, "force [N]": F, **more}
+    rows = [";".join(f"{cell:.7f}" for cell in row) for row in np.column_stack([*columns.values()])]
+    return "\n".join([";".join(columns), *rows, ""]).encode()
+
+
+def axis(more=None, **columns):
+    described = {"schema": 1, "kind": "translational", "columns": {"time": "time", **SPEED, **columns}}
+    return axis_from(described | (more or {}))
+
+
+def remark(found):
+    (note,) = [note for note in found.notes if note.startswith("the log has no position")]
+    return note
+
+
+def test_the_position_is_the_integral_of_the_speed_from_0_on_and_it_is_said():
+    found = read_log(log(), axis())
+    np.testing.assert_allclose(found.position.values, X - X[0], atol=ROUNDING)
+    assert (found.position.unit, found.position.column) == ("m", "speed")
+    assert remark(found) == (
+        "the log has no position: it is the integral of column speed; it begins at 0, where the axis stood nobody "
+        "knows, and an offset of the speed makes it drift. What depends on the place means nothing"
+    )
+
+
+def test_the_trapezoid_is_exact_for_a_speed_of_straight_lines():
+    speed = np.interp(T, [0.0, 1.0, 3.0, 4.0], [0.0, 0.5, -0.5, 0.0])
+    way = np.concatenate([[0.0], np.cumsum(0.5 * DT * (speed[1:] + speed[:-1]))])
+    found = Log.from_columns({"time": T, "velocity": speed, "effort": F})
+    np.testing.assert_allclose(found.position.values, way, atol=1e-12)
+    assert found.position.values[1000] == pytest.approx(0.25, abs=1e-9)
+
+
+def test_a_gap_adds_no_way():
+    time = np.where(np.arange(COUNT) < 2000, T, T + 5.0)
+    found = read_log(log(time), axis())
+    assert len(found.segments) == 2
+    assert found.position.values[2000] == found.position.values[1999]
+    np.testing.assert_allclose(found.position.values[2000:], X[2000:] - X[2000] + X[1999] - X[0], atol=ROUNDING)
+
+
+def test_it_begins_at_the_reference_where_there_is_one():
+    reference = {"position_ref [mm]": 1e3 * X + 70.0}
+    found = read_log(log(**reference), axis(reference={"column": "position_ref", "unit": "mm"}))
+    np.testing.assert_allclose(found.position.values, found.reference.values, atol=ROUNDING)
+    assert "it begins at the reference" in remark(found)
+
+
+def test_what_depends_on_the_place_is_named():
+    found = read_log(log(), axis({"cogging": [{"harmonics": [6]}], "transmission": {"lead": "10 mm"}}))
+    assert remark(found).endswith("What depends on the place, here cogging, means nothing")
+
+
+def test_a_following_error_without_a_position_is_told():
+    found = read_log(log(**{"lag [mm]": 1e-3 * V}), axis(following_error={"column": "lag", "unit": "mm"}))
+    assert found.reference is None
+    assert "column lag is not used: there is no position that it goes with" in found.notes
+
+
+def test_friction_and_inertia_are_those_of_the_same_log_with_its_position():
+    found = []
+    for described in (axis(), axis(position={"column": "position", "unit": "mm"})):
+        both = read_log(log(**{"position [mm]": 1e3 * X}), described)
+        estimates = identify(both, "coulomb_viscous", axis=described, draws=0).best.estimates
+        found.append({estimate.name: estimate.value for estimate in estimates if estimate.name != "offset"})
+    assert set(found[0]) == {"M", "F_C", "F_v"}
+    assert found[0] == pytest.approx(found[1], rel=2e-3)
+
+
+def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
+    described = axis_from({
+        "schema": 1, "kind": "translational", "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+        "columns": {"time": "time", "velocity": {"column": "speed", "unit": "rpm", "side": "motor"}},
+    })  # fmt: skip
+    turning = log().replace(b"speed [mm/s]", b"speed [rpm]")
+    np.testing.assert_allclose(
+        read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7
+    )
+
+
+def test_neither_position_nor_speed_is_refused_with_what_to_write():
+    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or velocity alone"):
+        axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
+
+
+def test_the_kind_of_axis_is_told_by_the_unit_of_the_speed():
+    assert axis_from({"schema": 1, "columns": {"velocity": {"column": "n", "unit": "rpm"}}}).kind == "rotational"
+    assert axis_from({"schema": 1, "columns": SPEED}).kind == "translational"
+    assert Log.from_columns({"time": T, "velocity": V}).kind == "translational"
+
+
+def test_an_axis_file_is_proposed_and_the_log_looked_at():
+    inspected = inspect_log(log())
+    assert 'velocity = { column = "speed", unit = "mm/s" }' in inspected.proposal.text
+    assert inspected.proposal.missing == ()
+    assert set(inspected.proposal.axis.columns) == {"time", "velocity", "effort"}
+    channels = [channel["name"] for channel in inspected.summary["channels"]]
+    assert channels == ["time", "position", "velocity", "effort"]
+    assert inspected.summary["passages"]
+    counted = propose_axis(log().replace(b"mm/s", b"count/s"))
+    assert counted.missing == ("encoder.resolution",)
+    assert inspect_log(log().replace(b"mm/s", b"Skt/s")).log is None
+
+
+def test_a_speed_that_is_only_asked_for_is_no_motion():
+    with pytest.raises(InputError, match="does not say which column is the position"):
+        propose_axis(log().replace(b"speed", b"speed_setpoint"))
+
+
+def test_without_an_axis_file_a_usual_name_will_do():
+    found = summarize(log().replace(b"speed", b"velocity"))
+    assert found["problems"] == []
+    assert "position" in [channel["name"] for channel in found["channels"]]
