@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from bristle.excitation import excite
     from bristle.exports import export
     from bristle.files import (
-        load_model_file,
+        load_code,
+        load_model_file,  # noqa: F401  (former name of load_code)
         propose_axis,
         read_axis,
         read_curves,
@@ -62,7 +63,8 @@ _FROM = {
     "excite": "bristle.excitation",
     "export": "bristle.exports",
     "load": "bristle.workflow",
-    "load_model_file": "bristle.files",
+    "load_code": "bristle.files",
+    "load_model_file": "bristle.files",  # former name of load_code, until the next release
     "propose_axis": "bristle.files",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
@@ -101,7 +103,7 @@ __all__ = [
     "identify",
     "identify_operator",
     "load",
-    "load_model_file",
+    "load_code",
     "plants",
     "predict",
     "prepare",

@@ -27,6 +27,7 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.logs.apart.serve": "begun in a process of its own",
     "bristle.server.worker.main": "begun in a process of its own",
     "bristle.exports.targets.*.TARGET": "a target of the export, in the file that has its name",
+    "bristle.files.user_model.load_model_file": "the former name of `load_code`, until the next release",
     "bristle.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
     "bristle.figures.*.FIGURE": "a figure of a report, in the file that has its name",
     "bristle.*.*.MODEL": "a component, bound in its family by name",

@@ -10,7 +10,7 @@ from bristle import friction
 from bristle.certificates import check, needed_damping
 from bristle.core.contracts import Motion
 from bristle.core.variable import unit_of
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 RATIO = (F_S - F_C) / F_C
@@ -153,5 +153,5 @@ def test_reformed_dahl_gives_more_than_it_took_and_for_ever():
 
 
 def test_nothing_is_claimed_where_no_condition_is_known():
-    of_a_user = load_model_file(EXAMPLE)
+    of_a_user = load_code(EXAMPLE)
     assert not passive_of(of_a_user(**of_a_user.example)).applies

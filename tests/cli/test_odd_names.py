@@ -72,6 +72,18 @@ def test_a_fleet_goes_on_with_such_logs_and_is_watched(bristle, odd):
     assert "no axis has enough logs" in told.err
 
 
+def test_a_fleet_goes_on_where_the_file_of_such_a_name_is_no_log(bristle, odd):
+    for number in range(2):
+        write_log(Path("logs") / f"press_{number}.csv", seed=number)
+    (Path("logs") / f"{ODD}.csv").write_text("this is no log\n")
+    command = ("identify", "logs", "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
+    found = bristle(*command)
+    assert_can_be_written(found)
+    assert "2 of 3 logs were identified, 1 failed" in found.out
+    assert f"{SHOWN}.csv" in found.out
+    assert f"{SHOWN}.csv" in Path("fleet/report.html").read_text(encoding="utf-8")
+
+
 def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
     odd.write_text("time,position\n0.0")
     found = bristle("log", str(odd))

@@ -10,7 +10,7 @@ from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
 from bristle.exports import proof
 from bristle.exports.proof import compiler
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
@@ -255,7 +255,7 @@ def test_two_models_cannot_share_their_parameters():
 def test_a_users_file_is_checked_like_ours(tmp_path):
     path = tmp_path / "my_model.py"
     path.write_text(SOURCE)
-    assert [check for check in check_model(load_model_file(path)) if not check.passed] == []
+    assert [check for check in check_model(load_code(path)) if not check.passed] == []
 
 
 @pytest.mark.parametrize(
@@ -272,9 +272,9 @@ def test_a_bad_file_is_refused_with_its_place(tmp_path, text, words):
     path = tmp_path / "bad.py"
     path.write_text(text)
     with pytest.raises(InputError, match=words):
-        load_model_file(path)
+        load_code(path)
 
 
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="there is no such file"):
-        load_model_file(tmp_path / "nowhere.py")
+        load_code(tmp_path / "nowhere.py")

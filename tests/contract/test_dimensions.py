@@ -25,7 +25,7 @@ from bristle.controllers.law import law
 from bristle.core.dimensions import unit_of
 from bristle.core.motion import Motion, Reference
 from bristle.core.variable import variables_of
-from bristle.files import load_model_file
+from bristle.files import load_code
 from bristle.friction.presliding import presliding
 from bristle.hysteresis.everett import KERNELS
 
@@ -62,7 +62,7 @@ def friction_cases():
     yield "stribeck with pre-sliding", presliding(friction.stribeck), {
         **friction.stribeck.example, "presliding": 1e-6,
     }  # fmt: skip
-    yield "a user's own", load_model_file(EXAMPLE), {}
+    yield "a user's own", load_code(EXAMPLE), {}
 
 
 CASES = {name: (component, change) for name, component, change in friction_cases()}
@@ -177,7 +177,7 @@ def test_a_wrong_formula_is_seen(tmp_path, monkeypatch, formula):
     text = EXAMPLE.read_text(encoding="utf-8").replace(FORMULA, formula)
     text = text.replace("import direction", "import direction, power, tanh")
     (tmp_path / "own.py").write_text(text, encoding="utf-8")
-    own = load_model_file(tmp_path / "own.py")
+    own = load_code(tmp_path / "own.py")
     let_kernels_measure(monkeypatch)
     with pytest.raises(pint.DimensionalityError):
         move_along(own, {})

@@ -10,7 +10,7 @@ import pytest
 import bristle as br
 from bristle import controllers, friction, hysteresis, plants, references, sensors
 from bristle.core import FrictionModel, Model
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 
 FAMILIES = {
     friction: friction.MODELS, hysteresis: hysteresis.OPERATORS, plants: plants.PLANTS,
@@ -119,11 +119,11 @@ MODEL = FrictionModel(name="drag", description="mine", Parameters=Parameters, St
 
 def test_a_model_of_ones_own_is_told_from_its_file(tmp_path):
     (tmp_path / "drag.py").write_text(OWN)
-    component = load_model_file(tmp_path / "drag.py")
+    component = load_code(tmp_path / "drag.py")
     assert component.equations == ("F = q v²",)
     assert component.__doc__.startswith("Mine: a drag.\n\n    F = q v²\n\nParameters\n")
     (tmp_path / "bare.py").write_text(OWN.split('"""\n')[1])
-    assert load_model_file(tmp_path / "bare.py").__doc__.startswith("mine\n\nParameters\n")
+    assert load_code(tmp_path / "bare.py").__doc__.startswith("mine\n\nParameters\n")
 
 
 # --- parameters as attributes -----------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from bristle.core.once import once
 from bristle.core.travel import whereabouts
 from bristle.engine import Contact, run_open_loop
 from bristle.engine.screwed import through_screw
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.friction import SLOTS, is_static, with_presliding, with_slots
 from bristle.identification.fixed_shape import shaped
 from bristle.testing import example_of
@@ -193,7 +193,7 @@ def file(tmp_path):
 
 
 def test_a_model_of_ones_own_travels_with_its_text(file):
-    component = load_model_file(file)
+    component = load_code(file)
     model = with_slots(component, ["position", "asymmetry"])
     model = model(**(example_of(model).values | {"F_C_pos": 2.5, "F_C_neg": 1.5}))
     trace = run_open_loop(plants.inertia(M=1.0), component(), np.full(20, 1e4), 1e-3)
@@ -210,7 +210,7 @@ def test_a_model_of_ones_own_travels_with_its_text(file):
 
 
 def test_a_state_of_it_travels_alone_too(file):
-    state = sys.modules[load_model_file(file).module].State(0.25)
+    state = sys.modules[load_code(file).module].State(0.25)
     file.write_text("edited since")
     assert bits_of(there_and_back(state)) == bits_of(state)
     assert bits_of(copy.deepcopy(state)) == bits_of(state)
@@ -219,7 +219,7 @@ def test_a_state_of_it_travels_alone_too(file):
 def test_a_file_that_two_threads_load_is_run_once(file):
     file.write_text("import time\ntime.sleep(0.05)\n" + USER.format(factor=2.0))
     with Abreast(4) as pool:
-        assert len({id(one) for one in pool.map(load_model_file, [file] * 4)}) == 1
+        assert len({id(one) for one in pool.map(load_code, [file] * 4)}) == 1
 
 
 class Parameters(NamedTuple):

@@ -18,7 +18,7 @@ import bristle as br
 from bristle.core import FrictionModel, Model, Variable, kernel
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.mathematics import direction
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.testing import example_of
 
 
@@ -71,7 +71,7 @@ def main(method: str, file: str) -> list[str]:
     lugre = example_of(br.friction.find("lugre+asymmetry"))
     models = [
         lugre, example_of(br.friction.preisach_lugre), example_of(br.friction.find("maxwell_slip+position")),
-        example_of(load_model_file(file)), OF_THE_SCRIPT(),
+        example_of(load_code(file)), OF_THE_SCRIPT(),
     ]  # fmt: skip
     experiments = [experiment(M, lugre) for M in np.linspace(1.0, 2.0, 100)]
     force = partial(br.response, x=1e-4 * np.sin(np.arange(100.0)), dt=1e-3)

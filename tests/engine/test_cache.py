@@ -22,9 +22,9 @@ import numpy as np
 from bristle import friction
 from bristle.engine import compilation, force_along
 if len(sys.argv) > 1:
-    from bristle.files.user_model import load_model_file
+    from bristle.files.user_model import load_code
     from bristle.testing import example_of
-    model = example_of(load_model_file(sys.argv[1]))
+    model = example_of(load_code(sys.argv[1]))
 else:
     model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5)
 force = force_along(model, np.full(50, 2e-3), 1e-2)

@@ -7,7 +7,7 @@ import pytest
 
 from bristle import friction
 from bristle.engine import run_batch, run_open_loop
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.plants import inertia
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
@@ -17,7 +17,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 def test_the_force_of_a_step_is_found_to_a_billionth(v):
     # 2 M (w - v)/dt = u - F_C - F_q w^2 is a quadratic in the mean velocity w of the step.
     M, F_C, F_q, dt = 2.0, 1.5, 150.0, 0.05
-    model = load_model_file(EXAMPLE)(F_C=F_C, F_q=F_q)
+    model = load_code(EXAMPLE)(F_C=F_C, F_q=F_q)
     for u in np.geomspace(4.0, 4000.0, 40):
         friction = run_open_loop(inertia(M=M), model, np.full(2, u), dt, v=v).friction[0]
         inert, drag = 2.0 * M / dt, F_q

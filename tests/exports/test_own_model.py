@@ -11,7 +11,7 @@ from bristle.engine import interpreted
 from bristle.exports.proof import builds
 from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import subject_of
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.testing import example_of
 
 HEAD = """
@@ -86,7 +86,7 @@ MODEL = FrictionModel(
 
 def model_of(text, folder):
     (folder / "layers.py").write_text(text)
-    return example_of(load_model_file(folder / "layers.py"))
+    return example_of(load_code(folder / "layers.py"))
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")

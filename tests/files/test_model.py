@@ -13,7 +13,7 @@ from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.core.packing import pack
 from bristle.files.model import read_model, write_model
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.friction import MODELS, find
 from bristle.identification import Estimate
 from bristle.testing import example_of
@@ -100,7 +100,7 @@ def test_a_treatment_that_cannot_be_is_named(tmp_path, line, key):
 
 
 def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
-    component = load_model_file(own_model)
+    component = load_code(own_model)
     (tmp_path / "there").mkdir()
     path = tmp_path / "there" / "model.toml"
     write_model(path, None, friction.with_slots(component, ["asymmetry"])(F_0_pos=3.0, F_0_neg=4.0, lambda_=0.5))
@@ -114,7 +114,7 @@ def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
 
 def test_a_users_own_model_is_never_taken_for_one_of_the_same_name(tmp_path, own_model):
     own_model.write_text(own_model.read_text().replace('name="own"', 'name="coulomb"'))
-    model = friction.with_slots(load_model_file(own_model), [])(F_0=3.0)
+    model = friction.with_slots(load_code(own_model), [])(F_0=3.0)
     path = tmp_path / "model.toml"
     write_model(path, None, model)
     with pytest.warns(InputWarning):

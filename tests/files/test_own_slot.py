@@ -73,7 +73,7 @@ def test_a_saved_model_is_the_same_one_wherever_it_is_read(oiled, bench):
 
 def test_a_model_and_a_slot_of_ones_own_go_together(oiled, bench):
     own = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    model = with_slots(br.load_model_file(own), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
+    model = with_slots(br.load_code(own), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
     write_model(bench / "both.toml", None, model)
     text = Path("both.toml").read_text()
     assert 'file = "quadratic_drag.py"' in text
@@ -195,7 +195,7 @@ def test_a_model_is_told_from_a_slot(bench):
     with pytest.raises(InputError, match=r"defines a friction model: write quadratic_drag\.py in front"):
         load_slot_file(own)
     with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
-        br.load_model_file("oiled.py")
+        br.load_code("oiled.py")
     with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or one of your own"):
         find("lugre+oiled.py")
 

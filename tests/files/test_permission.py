@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import io
 import os
 import sys
 import warnings
@@ -9,12 +10,16 @@ from pathlib import Path
 
 import pytest
 
+import bristle
 from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
-from bristle.files import load_model_file, read_model
+from bristle.exports.own import load_target_file
+from bristle.files import load_code, load_slot_file, read_model
 from bristle.files.permission import allow, is_allowed
 from bristle.files.state import state_folder
+from bristle.files.user_model import load_checked
+from bristle.files.user_reader import load_reader_file
 
 MODEL = "schema = 1\n[friction]\nfile = '{file}'\nF_0 = 1.0\n"
 
@@ -114,7 +119,7 @@ def test_what_is_no_code_is_told(tmp_path, file):
 def test_a_file_named_in_python_is_asked_for(treacherous):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        load_model_file(treacherous)
+        load_code(treacherous)
     assert not is_allowed(content_of(treacherous).checksum)  # only a command line remembers
 
 
@@ -129,13 +134,13 @@ def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(
     path = tmp_path / "own.py"
     path.write_bytes("# von Müller\n".encode("latin-1"))
     with pytest.raises(InputError, match=r"own\.py: is not valid Python \(invalid or missing encoding"):
-        load_model_file(path)
+        load_code(path)
     path.write_bytes("x = 1\n\n\n# von Müller\n".encode("latin-1"))
     with pytest.raises(InputError, match=r"own\.py: is not valid Python \('utf-8' codec"):
-        load_model_file(path)
+        load_code(path)
     path.write_bytes("# coding: latin-1\n# von Müller\n".encode("latin-1"))
     with pytest.raises(InputError, match="defines no friction model"):
-        load_model_file(path)
+        load_code(path)
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
@@ -143,7 +148,7 @@ def test_a_stream_that_code_closes_stays_open_and_takes_what_it_says(tmp_path, c
     path = tmp_path / "own.py"
     path.write_text(f"import sys\nprint('said', file=sys.{stream})\nsys.{stream}.close()\n")
     with pytest.raises(InputError, match="defines no friction model"):
-        load_model_file(path)
+        load_code(path)
     sys.stdout.write("out")
     sys.stderr.write("err")
     assert capsys.readouterr() == ("out", "said\nerr")
@@ -153,7 +158,7 @@ def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
     before, path = sys.getrecursionlimit(), tmp_path / "own.py"
     path.write_text("import sys\nsys.setrecursionlimit(150)\n")
     with pytest.raises(InputError, match="defines no friction model"):
-        load_model_file(path)
+        load_code(path)
     assert sys.getrecursionlimit() == before
 
 
@@ -162,7 +167,44 @@ def test_a_name_that_is_no_text_is_refused(tmp_path):
     path.write_text("from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\n"
                     "MODEL = replace(dahl, name=5)\n")  # fmt: skip
     with pytest.raises(InputError, match="a name that cannot be asked for; found 5"):
-        load_model_file(path)
+        load_code(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "found", "mend"),
+    [
+        ("own.toml", ".toml", r'A model file is read by bristle\.read_model\("own\.toml"\)'),
+        ("own.txt", ".txt", r"rename it to own\.py"),
+        ("own.PY", ".PY", r"rename it to own\.py"),
+        ("own.py.bak", ".bak", r"rename it to own\.py"),
+        ("own", "own", r"rename it to own\.py"),
+        ("<own>", "<own>", r"rename it to <own>\.py"),
+    ],
+)
+@pytest.mark.parametrize("load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file])
+def test_what_is_not_called_py_is_refused_and_not_run(treacherous, load, name, found, mend):
+    path = treacherous.rename(treacherous.with_name(name))
+    said = rf"{name}: is not a Python file and is not run; found '{found}', allowed a name that ends with \.py\. "
+    for given in (path, content_of(path)):
+        with pytest.raises(InputError, match=f"{said}.*{mend}$"):
+            load(given)
+    assert not treacherous.with_name("ran").exists()
+
+
+def test_code_without_a_name_is_run(own_model):
+    assert load_code(own_model.read_bytes()).name == load_code(io.BytesIO(own_model.read_bytes())).name == "own"
+    with own_model.open("rb") as opened:
+        assert load_code(opened).name == "own"
+
+
+@pytest.mark.parametrize("module", [bristle, bristle.files])
+def test_the_former_name_loads_the_same_model_and_says_what_to_write(own_model, module):
+    with pytest.warns(DeprecationWarning, match="write load_code") as told:
+        model = module.load_model_file(own_model)
+    assert [Path(one.filename) for one in told] == [Path(__file__)]
+    assert model is module.load_code(own_model)
+    assert "load_code" in module.__all__
+    assert "load_model_file" not in module.__all__
 
 
 def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monkeypatch):
@@ -205,6 +247,6 @@ def test_code_may_raise_anything_and_is_one_message(tmp_path, code):
     path = tmp_path / "own.py"
     path.write_text(code)
     with pytest.raises(InputError) as caught:
-        load_model_file(path)
+        load_code(path)
     assert str(caught.value).startswith(str(path))
     assert len(str(caught.value).splitlines()) == 1

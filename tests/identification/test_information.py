@@ -9,7 +9,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slow_
 from tests.identification.test_elements import elements_log
 
 from bristle import friction
-from bristle.files import load_model_file
+from bristle.files import load_code
 from bristle.identification import identify
 from bristle.report.model_tables import comparison_table
 
@@ -63,5 +63,5 @@ def test_a_model_that_heeds_none_of_its_parameters_is_one_of_which_nothing_is_kn
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
     log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
-    found = identify(log, load_model_file(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
+    found = identify(log, load_code(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
     assert found.best.parameters["F_C"].status == "unidentifiable"

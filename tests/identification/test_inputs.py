@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError
-from bristle.files import load_model_file
+from bristle.files import load_code
 from bristle.friction import coulomb, coulomb_viscous
 from bristle.identification import identify
 from bristle.plants import inertia
@@ -88,7 +88,7 @@ def test_models_that_cannot_be_asked_for(stage, model, said):
 def test_a_model_of_a_persons_own_is_not_taken_for_one_of_bristle(tmp_path, stage):
     (tmp_path / "own.py").write_text(Path(inspect.getfile(coulomb.trial)).read_text())
     with pytest.raises(InputError, match="is the name of a model of bristle, and this is another one; found 'coulomb'"):
-        identify(stage.log, load_model_file(tmp_path / "own.py"), draws=0)
+        identify(stage.log, load_code(tmp_path / "own.py"), draws=0)
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,13 @@ from tests.identification.known_logs import Motion, log_of, sines
 
 from bristle.core import Variable
 from bristle.core.dimensions import exponents_of
-from bristle.files import load_model_file
+from bristle.files import load_code
 from bristle.identification import identify
 from bristle.identification.least_squares import Search, Sliding
 from bristle.identification.parameter_space import Transform
 from bristle.identification.parameters import Scales
 
-OWN = load_model_file(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
+OWN = load_code(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
 TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 
 

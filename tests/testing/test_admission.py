@@ -9,7 +9,7 @@ import pytest
 
 from bristle.core import InputError, InputWarning
 from bristle.engine import response
-from bristle.files import load_model_file
+from bristle.files import load_code
 from bristle.friction import MODELS, with_slots
 from bristle.testing import admit
 
@@ -21,10 +21,10 @@ def edited(folder: Path, old: str, new: str):
     text = EXAMPLE.read_text(encoding="utf-8")
     assert old in text
     (folder / "own.py").write_text(text.replace(old, new), encoding="utf-8")
-    return load_model_file(folder / "own.py")
+    return load_code(folder / "own.py")
 
 
-@pytest.mark.parametrize("model", [*MODELS.values(), load_model_file(EXAMPLE)], ids=lambda one: one.name)
+@pytest.mark.parametrize("model", [*MODELS.values(), load_code(EXAMPLE)], ids=lambda one: one.name)
 def test_a_sound_model_is_admitted_without_a_word(model):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -50,7 +50,7 @@ def test_the_text_that_was_read_is_tried_whatever_has_become_of_its_file(tmp_pat
     file = tmp_path / "own.py"
     for later in ("", "raise ValueError('another text')\n", None):
         file.write_text(text, encoding="utf-8")
-        model = load_model_file(file)
+        model = load_code(file)
         file.unlink() if later is None else file.write_text(later, encoding="utf-8")
         admit(model)
 

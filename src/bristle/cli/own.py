@@ -22,7 +22,7 @@ def own_model(name: str, path: str) -> Any:
     """
     from bristle.core.content import Content, content_of
     from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_model import load_model_file, slots_in
+    from bristle.files.user_model import load_code, slots_in
     from bristle.friction import base_of, find, with_slots
     from bristle.testing import admit
 
@@ -33,7 +33,7 @@ def own_model(name: str, path: str) -> Any:
         return contents[-1]
 
     base, *slots = name.split("+")
-    model = load_model_file(read(base, path)) if base.endswith(".py") else base_of(find(base, path))
+    model = load_code(read(base, path)) if base.endswith(".py") else base_of(find(base, path))
     chosen = with_slots(model, slots_in(slots, path, read), path)
     admit(chosen)
     for content in contents:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from bristle.core.content import Readable, content_of
+from bristle.core.content import Readable
 from bristle.core.errors import InputError
 from bristle.exports.target import Target
 from bristle.exports.targets import TARGETS
 from bristle.exports.writing import NAME
 from bristle.files.declared import declared_in
-from bristle.files.permission import CODE_LIMIT
+from bristle.files.permission import code_at
 
 __all__ = ["load_target_file"]
 
@@ -34,7 +34,7 @@ def load_target_file(path: Readable) -> Target:
     InputError
         If the file cannot be read or run, defines no target, or gives it a name that it cannot have.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
     if not callable(target.write):

@@ -9,14 +9,14 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from bristle.core.content import Readable, content_of
+from bristle.core.content import Readable
 from bristle.core.errors import InputError
 from bristle.figures import style
 from bristle.figures.on_reports import names_on_reports
 from bristle.figures.report_figure import FACTS, Facts, ReportFigure
 from bristle.figures.untouched import untouched
 from bristle.files.declared import declared_in
-from bristle.files.permission import CODE_LIMIT
+from bristle.files.permission import code_at
 
 __all__ = ["draw_own", "figures_named", "load_figure_file", "refuse_unfit"]
 
@@ -46,7 +46,7 @@ def load_figure_file(path: Readable) -> ReportFigure:
     InputError
         If the file cannot be read or run, defines no figure, or does not say what it is called, takes and shows.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     figure, source = declared_in(content, "FIGURE", ReportFigure, title="figure", mend=MEND), str(content.source)
     if not isinstance(figure.name, str) or not NAME.fullmatch(figure.name) or figure.name in names_on_reports():
         raise InputError(

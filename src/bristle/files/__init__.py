@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from bristle.files.log import read_log
     from bristle.files.model import read_model, write_model
     from bristle.files.proposal import Proposal, propose_axis
-    from bristle.files.user_model import load_model_file, load_slot_file
+    from bristle.files.user_model import load_code, load_slot_file
 
 __all__ = [
     "Proposal",
-    "load_model_file",
+    "load_code",
     "load_slot_file",
     "propose_axis",
     "read_axis",
@@ -30,7 +30,8 @@ __all__ = [
 _FROM = {
     "Proposal": "proposal",
     "propose_axis": "proposal",
-    "load_model_file": "user_model",
+    "load_code": "user_model",
+    "load_model_file": "user_model",  # former name of load_code, until the next release
     "load_slot_file": "user_model",
     "read_axis": "axis",
     "read_curves": "curves",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from bristle.core.content import Readable, content_of
+from bristle.core.content import Readable
 from bristle.core.errors import InputError
-from bristle.files.permission import CODE_LIMIT
+from bristle.files.permission import code_at
 from bristle.files.user_model import SourceText
 
 __all__ = ["declared_in"]
@@ -35,7 +35,7 @@ def declared_in(path: Readable, name: str, family: type[Declared], *, title: str
     InputError
         If the file cannot be read or run, or defines no such thing.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     declared = getattr(SourceText(content).module(), name, None)
     if not isinstance(declared, family):
         raise InputError(

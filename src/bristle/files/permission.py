@@ -14,16 +14,38 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from bristle.core.content import Content, FixedLimit, content_of
+from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.state import state_folder
 
-__all__ = ["CODE_LIMIT", "CodeRead", "allow", "code_beside", "code_named", "is_allowed"]
+__all__ = ["CODE_LIMIT", "CodeRead", "allow", "code_at", "code_beside", "code_named", "is_allowed"]
 
 CODE_LIMIT = FixedLimit(2**20)
+NAMELESS = ("<bytes>", "<file>", "<stdin>")
+"""What stands for the name of what was read from no file."""
 CodeRead = Callable[[str, str], Content]
 """What reads the code that a file names, by its name as it is written and the key that it stands under."""
+
+
+def code_at(path: Readable) -> Content:
+    """Return a Python file that is about to be run; bytes and open files without a name are taken for one.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or its name does not end with ``.py``.
+    """
+    content = content_of(path, limit=CODE_LIMIT, what="a Python file")
+    source = content.source
+    if not source.name.endswith(".py") and str(source) not in NAMELESS:
+        raise InputError(
+            "is not a Python file and is not run", path=str(source), value=source.suffix or source.name,
+            allowed="a name that ends with .py",
+            mend=f'A model file is read by bristle.read_model("{source.name}")' if source.suffix == ".toml"
+            else f"If it holds Python, rename it to {source.stem.removesuffix('.py')}.py",
+        )  # fmt: skip
+    return content
 
 
 def code_beside(folder: Path, *, allow_code: bool) -> CodeRead:

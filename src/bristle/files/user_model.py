@@ -8,12 +8,13 @@ import io
 import linecache
 import sys
 import types
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bristle.core.content import Content, Origin, Readable, content_of
+from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
 from bristle.core.errors import BristleError, InputError, told_by
@@ -21,7 +22,7 @@ from bristle.core.locks import LOADING
 from bristle.core.own_code import OWN_CODE
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
-from bristle.files.permission import CODE_LIMIT, CodeRead
+from bristle.files.permission import CodeRead, code_at
 from bristle.friction import base_of, channel_slots_of
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import SLOTS
@@ -32,6 +33,7 @@ __all__ = [
     "codes_of",
     "component_in",
     "load_checked",
+    "load_code",
     "load_component_file",
     "load_model_file",
     "load_slot_file",
@@ -76,15 +78,36 @@ class SourceText:
             return module
 
 
-def load_model_file(path: Readable) -> FrictionModel:
-    """Return the friction model that a Python file defines as ``MODEL``; `load_component_file` tells how.
+def load_code(path: Readable) -> FrictionModel:
+    """Return the friction model that a Python file defines as ``MODEL``; the file is run.
+
+    Parameters
+    ----------
+    path : path-like, bytes, file object or Content
+        A Python file, ``my_model.py``, with ``Parameters``, ``State``, ``trial``, ``commit`` and ``MODEL``. A model
+        file, ``model.toml``, is read by `read_model`.
+
+    Returns
+    -------
+    FrictionModel
+        The model, to be called with its parameters.
 
     Raises
     ------
     InputError
-        If the file cannot be read or run, defines no ``MODEL``, or gives it a name that cannot be asked for.
+        If its name does not end with ``.py``, it cannot be read or run, defines no ``MODEL``, or gives it a name that
+        cannot be asked for.
     """
     return load_component_file(path, FrictionModel)
+
+
+def load_model_file(path: Readable) -> FrictionModel:
+    """Return what `load_code` returns; this is its former name, which is removed in the next release."""
+    warnings.warn(
+        "load_model_file was renamed: write load_code. The old name is removed in the next release",
+        DeprecationWarning, stacklevel=2,
+    )  # fmt: skip
+    return load_code(path)
 
 
 def load_component_file(path: Readable, *families: type[Described]) -> Described:
@@ -111,7 +134,7 @@ def load_component_file(path: Readable, *families: type[Described]) -> Described
         If the file cannot be read or run, defines no ``MODEL`` of this kind, or gives it a name that cannot be asked
         for.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     source = content.source
     model = getattr(SourceText(content).module(), "MODEL", None)
     family = next((family for family in families if isinstance(model, family)), families[0])
@@ -198,7 +221,7 @@ def load_slot_file(path: Readable) -> Slot:
     InputError
         If the file cannot be read or run, defines no ``SLOT``, or one that no model can be given.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     source, module = content.source, SourceText(content).module()
     slot = getattr(module, "SLOT", None)
     if not isinstance(slot, Slot):
@@ -229,7 +252,7 @@ def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
     InputError
         If the file cannot be read or run, or defines neither.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     if hasattr(SourceText(content).module(), "SLOT"):
         return load_slot_file(content)
     return load_component_file(content, FrictionModel, Controller, Sensor)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bristle.core.content import Readable, content_of
+from bristle.core.content import Readable
 from bristle.core.errors import InputError
 from bristle.files.declared import declared_in
-from bristle.files.permission import CODE_LIMIT
+from bristle.files.permission import code_at
 from bristle.logs.formats import LogFormat
 
 __all__ = ["load_reader_file"]
@@ -31,7 +31,7 @@ def load_reader_file(path: Readable) -> LogFormat:
     InputError
         If the file cannot be read or run, or defines no format with a reader.
     """
-    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    content = code_at(path)
     log_format = declared_in(content, "FORMAT", LogFormat, title="reader of logs", mend=MEND)
     if not callable(log_format.recognises) or not callable(log_format.read):
         raise InputError("defines no reader of logs", path=str(content.source), mend=MEND)
