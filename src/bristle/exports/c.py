@@ -101,7 +101,7 @@ class CFiles:
             "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
             "state": self._state_lines(printer), "memory": subject.memory_size,
             "signals": [printer.names.variable(name) for name in subject.signals],
-            "parameters": declared(tuned, self.scalar) if tuned else [],
+            "parameters": declared(tuned, printer) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
@@ -135,7 +135,7 @@ class CFiles:
             f"axis->state.{printer.names.variable(name)} = {literal(value, part, self.scalar)};"
             for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
         ]
-        return lines + (started(tuned, self.scalar) if tuned else [])
+        return lines + (started(tuned, printer) if tuned else [])
 
     # --- the step -------------------------------------------------------------------------------------------------
 

@@ -89,8 +89,9 @@ class LawFiles:
             "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
             "helpers": helpers_text(printer.helpers, scalar, printer.integer), "data": self._data(printer, p, tuned),
             "remembered": "remembered[i]" if np.any(law.memory) else number(0.0, scalar),
-            "parameters": declared(tuned, scalar) if tuned else [], "scalar": scalar,
-            "start": self._start(tuned), "step": self._step(printer, lasting, p, tuned), "after": self._after(printer),
+            "parameters": declared(tuned, printer) if tuned else [], "scalar": scalar,
+            "start": self._start(printer, tuned), "step": self._step(printer, lasting, p, tuned),
+            "after": self._after(printer),
             **self._saved(printer),
         }  # fmt: skip
 
@@ -110,10 +111,10 @@ class LawFiles:
         layout = f"{law_name} {law.dt!r} {fields} {law.memory_size}{' float' if law.single else ''}"
         return saved_facts(printer, ("effort",), fields, law.memory_size, layout)
 
-    def _start(self, tuned: Tunable | None) -> list[str]:
-        scalar = self._scalar
-        lines = [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, scalar)};" for leaf in self._leaves()]
-        return lines + (started(tuned, scalar) if tuned else [])
+    def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
+        leaves = self._leaves()
+        lines = [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, printer.scalar)};" for leaf in leaves]
+        return lines + (started(tuned, printer) if tuned else [])
 
     def _step(self, printer: Printer, lasting: Struct, p: Struct, tuned: Tunable | None) -> list[str]:
         single = self.law.single

@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
+from bristle.exports.names import ascii_name
 
 __all__ = ["Source", "parameter_rows", "parameter_table", "plain", "told"]
 
@@ -57,7 +58,7 @@ def parameter_rows(model: Model, source: Source) -> Iterator[tuple[str, str, str
         interval = facts.get("interval")
         sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
         yield (
-            name,
+            ascii_name(name),
             _value(value),
             "" if unit == "1" else unit,
             _range(variable),

@@ -205,7 +205,7 @@ def _data(
             continue
         if argument in ports.tuned:
             tuned, _ = ports.tuned[argument]
-            fields = [f"    {line}" for line in declared(tuned, "double")]
+            fields = [f"    {line}" for line in declared(tuned, printer)]
             texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
             texts.append(assembled(tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
             handed[argument] = f"made_{argument}(&given_{argument})"
