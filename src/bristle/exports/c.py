@@ -16,6 +16,7 @@ from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
 from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
+from bristle.exports.identity import with_rights
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE, checkpoints
@@ -74,7 +75,7 @@ class CFiles:
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self._facts()
-        return {
+        files = {
             f"{self.name}.h": rendered("c/header.h", facts),
             f"{self.name}.c": rendered("c/source.c", facts),
             f"{self.name}_selftest.c": rendered("c/selftest.c", facts | self._walked()),
@@ -82,6 +83,7 @@ class CFiles:
             "example_main.c": rendered("c/example_main.c", facts),
             "README.md": rendered("c/README.md", facts),
         }
+        return with_rights(files, self.source)
 
     def _facts(self) -> dict[str, Any]:
         subject, model = self.subject, self.subject.model

@@ -20,6 +20,7 @@ from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, array_text, declared, literal, parameters_text, started
 from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, told
+from bristle.exports.identity import with_rights
 from bristle.exports.law import Law
 from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
 from bristle.exports.rendering import rendered
@@ -64,7 +65,7 @@ class LawFiles:
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self._facts()
-        return {
+        files = {
             f"{self.name}.h": rendered("c/law.h", facts),
             f"{self.name}.c": rendered("c/law.c", facts),
             f"{self.name}_selftest.c": rendered("c/law_selftest.c", facts | self._walked()),
@@ -72,6 +73,7 @@ class LawFiles:
             "example_main.c": rendered("c/law_main.c", facts),
             "README.md": rendered("c/law_README.md", facts),
         }
+        return with_rights(files, self.source)
 
     @property
     def _scalar(self) -> str:

@@ -29,11 +29,14 @@ class Source:
         For a parameter, what a model file knows of how sure it is: ``interval``, ``status``.
     remarks : tuple of str
         The effect on the axis and how the files are to be used, a sentence each: they stand above the provenance.
+    model_hash : str
+        The hash of the model, where it is known (`bristle.exports.identity`).
     """
 
     provenance: Mapping[str, str] = field(default_factory=dict)
     uncertainty: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    model_hash: str = ""
 
     @property
     def lines(self) -> list[str]:

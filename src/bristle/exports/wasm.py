@@ -25,6 +25,7 @@ from bristle.exports.c_code import needs_wide_integers
 from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, cycle_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_core import core_of
+from bristle.exports.identity import with_rights
 from bristle.exports.prune import pruned
 from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
@@ -271,7 +272,8 @@ def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | b
         "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
         "facts": source.lines, "rest": rest_rule(subject.model), "ranges": json.dumps(_ranges(subject.model)),
     }  # fmt: skip
-    return {f"{name}.wasm": module.binary, f"{name}.mjs": rendered("wasm/module.mjs", facts)}
+    script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
+    return {f"{name}.wasm": module.binary, **script}
 
 
 def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
