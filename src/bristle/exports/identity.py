@@ -21,15 +21,15 @@ from bristle.exports.described import Source
 from bristle.exports.rendering import version
 from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import subject_of
-from bristle.exports.tree import Function, Node
+from bristle.exports.tree import Function, Node, Unit
 from bristle.exports.types import Array, Scalar, Struct
 
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
 __all__ = [
-    "LICENCE", "copyright_line", "hash_of_law", "hash_of_model", "licence_text", "model_version", "rights_lines",
-    "with_rights",
+    "LICENCE", "copyright_line", "hash_of_law", "hash_of_model", "hash_on_plant", "licence_text", "model_version",
+    "rights_lines", "with_rights",
 ]  # fmt: skip
 
 LICENCE = "BSD-3-Clause"
@@ -49,6 +49,11 @@ def hash_of_model(model: Model) -> str:
         return ""
     start = [subject.virgin, float(subject.memory_size)]
     return _digest(model.name, model.kind, subject.unit.functions, start, model.parameters)
+
+
+def hash_on_plant(friction: str, plant: Model, unit: Unit) -> str:
+    """Return the SHA-256 of a plant with its friction, from the hash of that and the functions of both."""
+    return _digest(friction, plant.name, plant.kind, unit.functions, plant.parameters)
 
 
 def hash_of_law(law: Law) -> str:

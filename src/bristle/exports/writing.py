@@ -227,8 +227,9 @@ def law_for(
     if tunable and np.any(law.memory):
         notes.append("what the compensator was brought through before it begins is that of the exported parameters")
     plain = law_of(variant) if tunable or single else law
-    files = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
-    return checked_product(Product(files, (*remarks, *notes), effect), target)
+    written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
+    product = checked_product(written if isinstance(written, Product) else Product(written), target)
+    return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:
