@@ -14,7 +14,7 @@ from bristle.core.variable import Kind, unit_of, variables_of
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
-from bristle.exports.c_saved import saved_facts
+from bristle.exports.c_saved import layout_of, saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
 from bristle.exports.identity import with_rights
 from bristle.exports.loops import loops_of
@@ -189,8 +189,7 @@ class CFiles:
     def _saved(self, printer: Printer) -> dict[str, Any]:
         state, size = self.subject.state, self.subject.memory_size
         fields = [(printer.names.variable(name), part) for name, part in state.fields]
-        layout = f"{self.subject.model.name} {self.scalar} {state.fields} {size}"
-        return saved_facts(printer, ("position", "force"), fields, size, layout)
+        return saved_facts(printer, ("position", "force"), fields, size, layout_of(self.subject, self.scalar))
 
     # --- self-test and example ------------------------------------------------------------------------------------
 
