@@ -145,6 +145,22 @@ def test_no_name_is_a_word_of_the_language(written, name):
         assert all("__" not in n and not n.endswith("_") and len(n) > 2 for n in names)
 
 
+def loops(text):
+    """Return the first and the last number of each loop that counts."""
+    return re.findall(r"\bFOR \w+ := (.+) TO (.+) DO", text)
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_no_loop_that_counts_can_have_one_pass_which_matiec_skips(written, name):
+    for text in written[name]:
+        assert all(int(first) < int(last) for first, last in loops(text))
+
+
+def test_a_model_of_one_element_has_no_loop_that_counts(tmp_path):
+    model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
+    assert loops(texts(model, tmp_path)[0]) == []
+
+
 def test_names_of_blocks_that_libraries_of_compilers_have_are_not_used():
     assert {"integral", "derivative", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"} <= RESERVED
 
