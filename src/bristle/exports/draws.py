@@ -77,7 +77,7 @@ def draws_files(
     scenes = _scenes(model, plant, of_fit, np.unique(rows))
     if scenes is not None:
         titles = ["draw", *next(iter(scenes.values()), {})]
-        lines = dict(zip(scenes, _lines(each.values() for each in scenes.values()), strict=True))
+        lines = dict(zip(scenes, _lines(scene.values() for scene in scenes.values()), strict=True))
         held = ((place, lines[row]) for place, row in enumerate(rows.tolist()) if row in lines)
         files[f"{name}_mjcf.csv"] = _text(titles, (f"{place},{line}" for place, line in held))
     refused = 0 if scenes is None else int(np.sum(~np.isin(rows, list(scenes))))

@@ -80,9 +80,9 @@ def fmu_files(
         bodies.append((f"{setting.name}_mass", plant))
     for name, body in bodies:
         content = content_of(subject_of(alone if body is None else friction), body, setting.source)
-        told = setting.source.model_hash
-        told = hash_on_plant(told, body, content.unit) if told and body is not None else told
-        source = replace(setting.source, model_hash=told)
+        model_hash = setting.source.model_hash
+        model_hash = hash_on_plant(model_hash, body, content.unit) if model_hash and body is not None else model_hash
+        source = replace(setting.source, model_hash=model_hash)
         written[f"{name}.fmu"], remarks = _archive(content, replace(setting, name=name, source=source))
         notes += [text for text in remarks if text not in notes]
     return written, tuple(notes)

@@ -112,8 +112,8 @@ class Description:
 
     def _author(self) -> str:
         """Return what wrote the model, and from which file where it was one."""
-        made = self.source.provenance
-        file = made.get("model") or made.get("experiment")
+        provenance = self.source.provenance
+        file = provenance.get("model") or provenance.get("experiment")
         return f"bristle {version()}" + (f", from {file}" if file else "")
 
     def _model_exchange(self, root: Element, fmi: int) -> None:

@@ -55,21 +55,22 @@ AHEAD = "{names}: the desired motion of the samples that follow, [1] of the next
 
 def content_of_law(law: Law, name: str, source: Source) -> Content:
     """Return what an FMU of a control law is made of; its parameters may be changed where that is possible."""
-    law, why = _tuned(law)
+    law, constant_note = _tuned(law)
     law = settled_law(law)
     entry, begin = _stepped(law)
     facts = law_facts(law, name, source)
     title = f"{facts['title']}, as in the variant {facts['variant']}: effort [{facts['unit_force']}]"
-    ahead = [f"{each}[1..{law.samples_ahead}]" for each in law.inputs if each.endswith("_ahead")]
+    ahead = [f"{name}[1..{law.samples_ahead}]" for name in law.inputs if name.endswith("_ahead")]
     unit = pruned(Unit([*law.unit.functions, entry]), [entry])
     lines = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
     changed = np.any(law.memory) and law.tunable
     return Content(
-        title, law.controller.kind, unit, entry, None, _ports(law, source, why), "effort", {"p": (law.p, law.types[1])},
-        begin, law.memory, _most(law), f"{law.types[0].fields} {law.memory_size} {law.dt!r}", lines,
+        title, law.controller.kind, unit, entry, None, _ports(law, source, constant_note), "effort",
+        {"p": (law.p, law.types[1])}, begin, law.memory, _most(law),
+        f"{law.types[0].fields} {law.memory_size} {law.dt!r}", lines,
         (ORDER, FIRST, *([AHEAD.format(names=" and ".join(ahead))] if ahead else []),
          f"Fed forward: {'; '.join(facts['fed'])}."),
-        (*([why] if why else []), *([PAST] if changed else [])),
+        (*([constant_note] if constant_note else []), *([PAST] if changed else [])),
     )  # fmt: skip
 
 
@@ -86,12 +87,12 @@ def _tuned(law: Law) -> tuple[Law, str]:
 def _stepped(law: Law) -> tuple[Function, np.ndarray]:
     """Return the step of an FMU around that of a law, and what lasts before the first one."""
     begin = np.array([0.0, *_numbers(law.lasting)])
-    lasting, kept, now = Array(begin.size, writable=True), law.types[0], law.entry.result
+    lasting, state, now = Array(begin.size, writable=True), law.types[0], law.entry.result
     places = count(1)
     arguments: list[Expression] = []
     for parameter in law.entry.parameters:
         if parameter.name == "lasting":
-            arguments.append(_loaded(kept, lasting, places))
+            arguments.append(_loaded(state, lasting, places))
         elif parameter.name == "begun":
             arguments.append(Compare(TRUTH, "!=", _at(lasting, BEGUN), Constant(REAL, 0.0)))
         else:
@@ -99,10 +100,14 @@ def _stepped(law: Law) -> tuple[Function, np.ndarray]:
     body: list[Statement] = [
         Assign(Named(now, "now"), Call(now, law.entry, arguments)),
         Store(Named(lasting, "lasting"), Constant(INTEGER, BEGUN), Constant(REAL, 1.0)),
-        *_stored(kept, ("_1",), now, lasting, count(1)),
+        *_stored(state, ("_1",), now, lasting, count(1)),
         Return(_part(now, ("_0",))),
     ]
-    handed = [Named(each.type, each.name) for each in law.entry.parameters if each.name not in ("lasting", "begun")]
+    handed = [
+        Named(parameter.type, parameter.name)
+        for parameter in law.entry.parameters
+        if parameter.name not in ("lasting", "begun")
+    ]
     return Function("law_stepped", _stepped, [Named(lasting, "lasting"), *handed], REAL, body, writes=True), begin
 
 
@@ -167,17 +172,17 @@ def _most_of(kind: Struct, depth: int) -> Iterator[int]:
             yield {TRUTH: 2, INTEGER: depth if name == "depth" else 2**31}.get(part, 0)  # type: ignore[call-overload]
 
 
-def _ports(law: Law, source: Source, why: str) -> Ports:
+def _ports(law: Law, source: Source, constant_note: str) -> Ports:
     """Return the variables: inputs as those of the law in other targets, the effort, and its parameters."""
     listed = [Port("time", TIME, Variable("time", "time"), 0.0)]
     for name in law.inputs:
-        told, quantity = INPUTS[name]
-        variable = Variable(quantity, f"{told}, held over a step of co-simulation")
-        several = range(1, law.samples_ahead + 1) if name.endswith("_ahead") else ()
-        names = [f"{name}[{place}]" for place in several] or [name]
-        listed += [Port(each, INPUT, variable, 0.0) for each in names]
+        meaning, quantity = INPUTS[name]
+        variable = Variable(quantity, f"{meaning}, held over a step of co-simulation")
+        samples = range(1, law.samples_ahead + 1) if name.endswith("_ahead") else ()
+        names = [f"{name}[{place}]" for place in samples] or [name]
+        listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
     listed.append(Port("effort", OUTPUT, Variable("force", "what the drive is to give, from the last sample on"), 0.0))
-    if why:
+    if constant_note:
         return Ports(tuple(listed), {}, ())
     tuned = tunable_law(law)
     places = {"p": (tuned, len(listed))}

@@ -142,12 +142,12 @@ def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[st
         if argument in names:
             lines.append(f"{argument}_parameters given_{argument};")
             lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
-    known = ARRAYS | dict(handed)
-    arguments = [known.get(parameter.name) or _given(parameter, ports) for parameter in entry.parameters]
+    expressions = ARRAYS | dict(handed)
+    arguments = [expressions.get(parameter.name) or _input_value(parameter, ports) for parameter in entry.parameters]
     return [*lines, f"{entry.name}({', '.join(arguments)});"]
 
 
-def _given(parameter: Any, ports: Ports) -> str:
+def _input_value(parameter: Any, ports: Ports) -> str:
     """Return a variable, or where the first one of several is."""
     if isinstance(parameter.type, Array):
         return f"now->values + {ports.place(f'{parameter.name}[1]')}"

@@ -41,11 +41,11 @@ def twincat_files(parts: Iterable[Array | Record | Pou], source: Source) -> dict
 def _text(part: Array | Record | Pou, rights: str) -> str:
     names = {"name": quoteattr(part.name), "id": quoteattr(f"{{{uuid.uuid5(uuid.NAMESPACE_URL, part.name)}}}")}
     if not isinstance(part, Pou):
-        return HEAD + DUT.format(**names, declaration=_kept(rights + part_text(part))) + TAIL
-    body = _kept("\n".join([*part.body, ""]))
-    return HEAD + POU.format(**names, declaration=_kept(rights + declaration_text(part)), body=body) + TAIL
+        return HEAD + DUT.format(**names, declaration=_as_cdata(rights + part_text(part))) + TAIL
+    body = _as_cdata("\n".join([*part.body, ""]))
+    return HEAD + POU.format(**names, declaration=_as_cdata(rights + declaration_text(part)), body=body) + TAIL
 
 
-def _kept(text: str) -> str:
+def _as_cdata(text: str) -> str:
     """Return text that a reader of XML takes as it stands."""
     return f"<![CDATA[{text.replace(']]>', ']]]]><![CDATA[>')}]]>"
