@@ -2,12 +2,15 @@
 
 import json
 import re
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from tests.cli.conftest import written_in
 
 import bristle as br
+from bristle.exports import fmu_build
 from bristle.files.operator import write_operator
 
 
@@ -97,12 +100,13 @@ def test_the_law_of_a_variant_leaves_as_c(bristle, place):
 def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
     model = bristle("export", "model.toml", "--to", "st", "--name", "knee", "--out", "model_st", "--json")
     assert model.code == 0
-    assert model.data["files"] == ["knee.st", "knee_selftest.st", "knee_plcopen.xml"]
+    assert model.data["files"][:3] == ["knee.st", "knee_selftest.st", "knee_plcopen.xml"]
+    assert {"knee.TcPOU", "knee_selftest.TcPOU"} < set(model.data["files"])
     assert any("-0.0" in note for note in model.data["notes"])
     law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json")
     assert law.code == 0
-    assert law.data["files"] == ["axis_x.st", "axis_x_selftest.st", "axis_x_plcopen.xml"]
-    head = Path("law_st/axis_x.st").read_text().split("*)")[0]
+    assert law.data["files"][:3] == ["axis_x.st", "axis_x_selftest.st", "axis_x_plcopen.xml"]
+    head = Path("law_st/axis_x.st").read_text().split("*)")[4]  # behind four lines on the rights
     assert "friction along the desired motion by coulomb_viscous" in head
     assert "place_ahead[0] to [" in head
     single = bristle("export", "model.toml", "--to", "st", "--float32", "--tunable", "--out", "single")
@@ -112,6 +116,25 @@ def test_a_model_and_a_law_leave_as_structured_text(bristle, place):
     refused = bristle("export", "model.toml", "--to", "mjcf", "--float32", "--out", "refused")
     assert refused.code == 2
     assert "single precision" in refused.err.replace("\n", " ")
+
+
+@pytest.mark.parametrize("to", ["fmu2", "fmu3"])
+def test_the_law_of_a_variant_leaves_as_an_fmu(bristle, place, monkeypatch, to):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    found = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
+    assert found.code == 0
+    assert found.data["files"] == ["axis_x.fmu"]
+    assert written_in("law") == {"axis_x.fmu", "summary.json"}
+    assert any(note.startswith("the internal step is the sample time") for note in found.data["notes"])
+    assert any("place_ahead" in note for note in found.data["notes"])
+    as_c = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "as_c", "--json")
+    assert found.data["effect"] == as_c.data["effect"]
+    with zipfile.ZipFile("law/axis_x.fmu") as archive:
+        described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    told = described.find(".//Model[@sha256]").get("sha256")
+    assert f"Hash of the model: sha256 {told}" in Path("as_c/axis_x.h").read_text()
+    assert described.get("author").endswith(", from experiment.toml")
 
 
 def test_a_law_leaves_with_parameters_that_may_be_changed_and_in_single_precision(bristle, place):

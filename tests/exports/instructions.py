@@ -1,4 +1,4 @@
-"""Instructions of a step on a Cortex-M, and the size of its code: what the page on the export says of them.
+"""Instructions of a step on a Cortex-M, its code and its stack, of one build: what the page on the export says of them.
 
 ``python -m tests.exports.instructions [MODEL ...]``: a row for each model and core, along the walk of the self-test.
 """
@@ -30,9 +30,10 @@ CORES = {"Cortex-M7": False, "Cortex-M4F": True}
 
 
 class Count(NamedTuple):
-    """Instructions of a step, in the mean and at most, in which step that is; bytes of code at ``-Os``, and of stack.
+    """Instructions of a step, in the mean and at most, in which step that is; bytes of code with constants; of stack.
 
-    That of the stack is the sum over all functions that a step may call, as if each called the next.
+    All of one object file. That of the stack is the sum over all functions that a step may call, as if each called the
+    next.
     """
 
     mean: float
@@ -54,14 +55,13 @@ def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
     text = ['#include "axis_x.h"', *(f"#define {name} {value}" for name, value in lines.items()), ""]
     (folder / "walk.h").write_text("\n".join(text), encoding="ascii")
     built = [*target.build, *FLAGS, "-I."]
+    _said([*built, "-fstack-usage", "-c", "axis_x.c", "-o", "axis_x.o"], folder)
     start = _said([*target.build[:5], "-print-file-name=rdimon-crt0.o"], folder)
     count = Path(target.further[0]).with_name("count.c")
-    _said([*built, "axis_x.c", str(count), *target.further, start, "-o", "count", "-lm"], folder)
-    _said([*built, "-Os", "-c", "axis_x.c", "-o", "axis_x.o"], folder)
+    _said([*built, "axis_x.o", str(count), *target.further, start, "-o", "count", "-lm"], folder)
     size = _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder).splitlines()[1].split()[0]
     mean, worst, step = _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
-    _said([*built, "-fstack-usage", "-c", "axis_x.c", "-o", "frames.o"], folder)
-    frames = [line.split("\t") for line in (folder / "frames.su").read_text(encoding="ascii").splitlines()]
+    frames = [line.split("\t") for line in (folder / "axis_x.su").read_text(encoding="ascii").splitlines()]
     stack = sum(int(size) for place, size, _ in frames if not place.endswith(NOT_IN_A_STEP))
     return Count(int(mean) / TICKS, int(worst) / TICKS, int(step), int(size), stack)
 
@@ -84,8 +84,8 @@ def main() -> int:
             with tempfile.TemporaryDirectory() as place:
                 found = counted(example_of(MODELS[name]), core, Path(place) / "out")
             print(
-                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), {found.code} B at -Os, "
-                f"{found.stack} B of stack"
+                f"  {name}: mean {found.mean:.0f}, worst {found.worst:.0f} (step {found.step}), "
+                f"{found.code} B of code, {found.stack} B of stack"
             )
     return 0
 

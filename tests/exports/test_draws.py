@@ -2,6 +2,7 @@
 
 import csv
 import json
+import tracemalloc
 
 import numpy as np
 import pyarrow.parquet
@@ -12,7 +13,7 @@ from bristle import identify
 from bristle.cli.main import main
 from bristle.core import InputError
 from bristle.exports.described import Source
-from bristle.exports.draws import draws_files
+from bristle.exports.draws import MOST, draws_files
 from bristle.exports.mjcf import mjcf_text
 from bristle.friction import coulomb_viscous, lugre, with_slots
 from bristle.plants import inertia
@@ -76,6 +77,30 @@ def test_without_draws_there_is_nothing_to_export():
         draws_files(MODEL, PLANT, {}, 10, "axis_x")
 
 
+@pytest.mark.parametrize("count", [0, -1, MOST + 1, 10**9])
+def test_more_rows_than_a_table_holds_are_refused_before_anything_is_made(count):
+    with pytest.raises(InputError, match=rf"found {count}, allowed 1 to 1000000\b"):
+        draws_files(MODEL, PLANT, DRAWN, count, "axis_x")
+
+
+def test_a_long_table_is_made_of_the_rows_of_the_fit_in_the_memory_of_its_text():
+    count = 40_000
+    draws_files(MODEL, PLANT, DRAWN, 1, "axis_x")  # imports are none of the memory of a table
+    tracemalloc.start()
+    files, _ = draws_files(MODEL, PLANT, DRAWN, count, "axis_x")
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    texts = [files[f"axis_x_{name}.csv"] for name in ("draws", "mjcf")]
+    assert [text.count("\n") for text in texts] == [count + 1] * 2
+    assert most < 3.5 * sum(map(len, texts))
+    _, found = rows(texts[0])
+    scenes = list(csv.DictReader(texts[1].splitlines()))
+    for row in (0, 17, count - 1):
+        assert [float(scenes[row][name]) for name in ("joint.frictionloss", "joint.damping")] == found[row][1:3]
+        assert float(scenes[row]["inertial.mass"]) == found[row][0]
+        assert scenes[row]["draw"] == str(row)
+
+
 def test_results_leave_with_their_draws(tmp_path, capsys):
     identified = identify(sliding_log(), "coulomb_viscous", draws=20)
     identified.save(tmp_path / "results")
@@ -86,5 +111,8 @@ def test_results_leave_with_their_draws(tmp_path, capsys):
     for name in table.column_names:
         assert table[name].to_pylist() == identified.draws[name][:10].tolist()
     assert table.schema.field("F_C").metadata == {b"unit": b"N"}
+    assert main(["export", results, "--to", "draws", "--draws", "1000000000", "--out", str(tmp_path / "many")]) == 2
+    assert "1 to 1000000" in capsys.readouterr().err
+    assert not (tmp_path / "many").exists()
     assert main(["export", results, "--to", "c", "--draws", "10", "--out", str(tmp_path / "c")]) == 2
     assert "c: holds one model, not draws of it" in capsys.readouterr().err

@@ -17,6 +17,8 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu_build
+from bristle.exports.described import Source
+from bristle.exports.identity import hash_of_model
 from bristle.files.model import write_model
 from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
@@ -296,6 +298,47 @@ def test_the_source_gives_no_warning_and_the_archive_is_always_the_same(fmus, tm
     first, second = [br.export(example_of(MODELS["dahl"]), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch, fmi):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    model = example("lugre_2")
+    source = Source({"model": "a<b.toml", "command": "bristle export"}, {"F_S": {"interval": (24.0, 31.5)}})
+    br.export(model, f"fmu{fmi}", tmp_path / "out", source=source, plant=PLANT)
+    hashes = []
+    for name in ("axis_x", "axis_x_mass"):
+        with zipfile.ZipFile(tmp_path / "out" / f"{name}.fmu") as archive:
+            described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+            page = archive.read("documentation/index.html").decode()
+            licence = archive.read("documentation/licenses/license.txt").decode()
+            text = archive.read(f"sources/{name}.c").decode()
+        told = described.find(".//Model[@sha256]").get("sha256")
+        hashes.append(told)
+        assert described.get("version") == f"{br.__version__}+{told[:12]}"
+        assert described.get("author") == f"bristle {br.__version__}, from a<b.toml"
+        assert described.get("license").startswith("BSD-3-Clause")
+        assert described.get("copyright") in licence
+        assert described.get("generationTool") == f"bristle {br.__version__}"
+        assert text.splitlines()[0] == "/* SPDX-License-Identifier: BSD-3-Clause */"
+        assert f"sha256 {told}" in text.splitlines()[3]
+        root = ElementTree.fromstring(page.partition("\n")[2])  # well-formed, whatever a file is called
+        rows = {row[0].text or row[0][0].text: [cell.text or "" for cell in row] for row in root.iter("tr") if len(row)}
+        assert rows["Version"][1].startswith(described.get("version"))
+        assert rows["model"][1] == "a<b.toml"
+        assert rows["F_S"][1:3] == [f"{model.values['F_S']:.9g}", "N"]
+        assert rows["F_S"][3].startswith(">= ")
+        assert rows["F_S"][4] == "95 % interval 24 to 31.5"
+        assert {port.get("name") for port in described.find("ModelVariables")} - {"time"} <= set(rows)
+        assert "0.0005 s" in page
+    br.export(model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5))
+    with zipfile.ZipFile(tmp_path / "heavier" / "axis_x_mass.fmu") as archive:
+        hashes.append(
+            ElementTree.fromstring(archive.read("modelDescription.xml")).find(".//Model[@sha256]").get("sha256")
+        )
+    assert hashes[0] == hash_of_model(model)
+    assert len(set(hashes)) == 3
 
 
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):

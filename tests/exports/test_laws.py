@@ -408,6 +408,19 @@ def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, 
     assert tuned_blocks.selftest(name) == (True, True)
 
 
+@pytest.mark.parametrize("to", ["c", "st"])
+@pytest.mark.parametrize("tunable", [False, True])
+@pytest.mark.parametrize(
+    ("given", "path"), [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")]
+)
+def test_what_is_fed_forward_beyond_single_precision_is_refused(tmp_path, to, tunable, given, path):
+    variant = variant_of("cascade", "all")
+    beyond = replace(variant, feedforward=replace(variant.feedforward, **given))
+    with pytest.raises(br.core.InputError, match=rf"{path}: is larger than any number of single precision"):
+        br.export(beyond, to, tmp_path / "out", float32=True, tunable=tunable, accept_harm=True)
+    assert not (tmp_path / "out").exists()
+
+
 def test_what_is_not_changed_with_a_parameter_is_told(tmp_path):
     variant = variant_of("cascade", "desired")
     led = replace(variant, feedforward=replace(PAPER, conditioning=2e-6))

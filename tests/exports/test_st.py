@@ -145,6 +145,22 @@ def test_no_name_is_a_word_of_the_language(written, name):
         assert all("__" not in n and not n.endswith("_") and len(n) > 2 for n in names)
 
 
+def loops(text):
+    """Return the first and the last number of each loop that counts."""
+    return re.findall(r"\bFOR \w+ := (.+) TO (.+) DO", text)
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_no_loop_that_counts_can_have_one_pass_which_matiec_skips(written, name):
+    for text in written[name]:
+        assert all(int(first) < int(last) for first, last in loops(text))
+
+
+def test_a_model_of_one_element_has_no_loop_that_counts(tmp_path):
+    model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
+    assert loops(texts(model, tmp_path)[0]) == []
+
+
 def test_names_of_blocks_that_libraries_of_compilers_have_are_not_used():
     assert {"integral", "derivative", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"} <= RESERVED
 
@@ -361,11 +377,14 @@ def local(element):
 
 
 @pytest.fixture(scope="module")
-def project(tmp_path_factory):
+def folder_of_project(tmp_path_factory):
     folder = tmp_path_factory.mktemp("project")
-    model = example("varied_gms")
-    st = texts(model, folder)
-    return st, ElementTree.parse(folder / "out_axis_x" / "axis_x_plcopen.xml").getroot()
+    return texts(example("varied_gms"), folder), folder / "out_axis_x"
+
+
+@pytest.fixture(scope="module")
+def project(folder_of_project):
+    return folder_of_project[0], ElementTree.parse(folder_of_project[1] / "axis_x_plcopen.xml").getroot()
 
 
 def test_the_xml_has_the_structure_of_its_schema(project):
@@ -420,6 +439,50 @@ def test_the_xml_is_the_same_program(project):
     assert sorted(Translator(st_text(root)).out) == sorted(Translator(*st).out)
 
 
+def twincat_text(path, rights):
+    """Return the text that a file of TwinCAT stands for, without the comment on its rights, and its identifier."""
+    root = ElementTree.parse(path).getroot()
+    assert (root.tag, root.get("Version")) == ("TcPlcObject", "1.1.0.1")
+    (part,) = root
+    assert part.tag == {".TcPOU": "POU", ".TcDUT": "DUT"}[path.suffix]
+    assert part.get("Name") == path.stem
+    declaration = part.find("Declaration").text
+    assert declaration.startswith(rights)
+    declaration = declaration.removeprefix(rights)
+    if path.suffix == ".TcDUT":
+        return declaration, part.get("Id")
+    ends = {"FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "FUNCTION": "END_FUNCTION", "PROGRAM": "END_PROGRAM"}
+    kind = next(word for word in declaration.split() if word in ends)
+    return f"{declaration}\n{part.find('Implementation/ST').text}{ends[kind]}\n", part.get("Id")
+
+
+def test_each_part_is_a_file_of_twincat_with_the_same_text(folder_of_project):
+    (st, st_test), folder = folder_of_project
+    rights = "".join(line for line in st.splitlines(keepends=True)[:4])
+    assert rights.count("(* ") == rights.count(" *)\n") == 4
+    names = re.findall(r"^(?:FUNCTION|FUNCTION_BLOCK|PROGRAM|TYPE\n   ) (\w+)", st + st_test, flags=re.MULTILINE)
+    files = {path.stem: path for path in folder.iterdir() if path.suffix in (".TcPOU", ".TcDUT")}
+    assert sorted(files) == sorted(names)
+    assert {name.lower() for name in names} == {name.lower() for name in files}
+    found = {name: twincat_text(files[name], rights) for name in names}
+    text = "\n".join(found[name][0] for name in names)
+    bodies = [whole[whole.index("\nTYPE\n" if "\nTYPE\n" in whole else "\nPROGRAM") + 1 :] for whole in (st, st_test)]
+    assert text == "\n".join(bodies)
+    assert all(re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", one) for _, one in found.values())
+    assert len({one for _, one in found.values()}) == len(names)
+
+
+def test_what_is_exported_again_replaces_itself_in_a_project_of_twincat(folder_of_project, tmp_path):
+    br.export(example("varied_gms").with_values(F_C_pos=9.5), "st", tmp_path / "again")
+    pattern = r'Id="(\{.*?\})"'
+    for name in ("axis_x", "axis_x_selftest"):
+        first, second = [
+            (folder / f"{name}.TcPOU").read_text() for folder in (folder_of_project[1], tmp_path / "again")
+        ]
+        assert re.search(pattern, first)[1] == re.search(pattern, second)[1]
+        assert first != second
+
+
 # --- what else it says and refuses ------------------------------------------------------------------------------------
 
 
@@ -427,7 +490,7 @@ def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     source = Source({"log": "knee (*) run *) 3"}, {"F_S": {"interval": (0.039, 0.041)}})
     st = texts(model, tmp_path, "knee", source=source)
-    head = st[0].split("*)")[0]
+    head = next(comment for comment in st[0].split("*)") if "SPDX" not in comment and "\n\n" in comment)
     assert "F_S" in head
     assert "0.039 to 0.041" in head
     assert "N*m" in head

@@ -1,5 +1,6 @@
 """WebAssembly of friction models: written without a compiler, run in node, to the bit."""
 
+import ctypes
 import json
 import shutil
 import subprocess
@@ -12,14 +13,16 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from tests.exports.native import differing, walk
+from tests.exports.native import COMPILER, FLAGS, differing, walk
 from tests.lab.browser import browser
 
 import bristle as br
 from bristle.exports.subject import subject_of
+from bristle.exports.walk import digest_of
 from bristle.exports.wasm import ALONE, module_of
 from bristle.exports.wasm_binary import leb, signed_leb
 from bristle.friction import MODELS, with_slots
+from bristle.friction.resting import rest_rule, with_rest
 from bristle.testing import example_of
 
 NODE = shutil.which("node")
@@ -148,6 +151,137 @@ def test_it_begins_anew_holds_and_takes_other_parameters(tmp_path):
     assert told["k_i"] == [5e6, 3e6, 1e6]
     assert told["beyond"].startswith("F_S_neg: -1 is not allowed; from 1e-12")
     assert set(told["names"]) == set(model.values)
+
+
+SAVED = """
+import { readFileSync, writeFileSync } from "node:fs";
+import { load } from "./out/axis_x.mjs";
+const x = new Float64Array(new Uint8Array(readFileSync("x.bin")).buffer);
+const [first, rest] = [x.subarray(0, 1500), x.subarray(1500)];
+const axis = await load();
+const apart = [...first].map((at) => axis.force(at, 5e-4));
+const bytes = axis.save();
+writeFileSync("saved.bin", bytes);
+const going = axis.forces(rest, 5e-4);
+const other = await load();
+const batch = other.forces(first, 5e-4);
+other.start();
+other.load(bytes);
+const again = other.forces(rest, 5e-4);
+const refused = (changed) => {
+  const before = other.save().join();
+  try { other.load(changed); } catch (error) { return error instanceof RangeError && other.save().join() === before; }
+  return false;
+};
+const damaged = [...bytes.keys()].filter((at) => {
+  const changed = bytes.slice();
+  changed[at] ^= 4;
+  return refused(changed);
+});
+const wrong = [bytes.slice(0, -8), new Uint8Array([...bytes, 0]), new Uint8Array(0), "bytes"].every(refused);
+for (const name of readFileSync("others.txt", "utf8").split(" ")) {
+  if (name && !refused(new Uint8Array(readFileSync(name)))) throw new Error(`${name} was taken`);
+}
+const same = (one, two) => one.length === two.length && [...one].every((each, at) => Object.is(each, two[at]));
+console.log(JSON.stringify({
+  batch: same(apart, batch) && batch instanceof Float64Array, again: same(going, again), damaged: damaged.length,
+  bytes: bytes.length, wrong, parameters: other.get(other.parameters[0]),
+}));
+"""
+IN_C = """
+#include "out_axis_x/axis_x.h"
+void saved(const double *x, int count, unsigned char *bytes)
+{
+    axis_x axis;
+    axis_x_start(&axis);
+    for (int i = 0; i < count; ++i) {
+        (void)axis_x_force(&axis, x[i], 5e-4);
+    }
+    axis_x_save(&axis, bytes);
+}
+int size(void) { return AXIS_X_SAVED; }
+"""
+
+
+def saved_by_c(model, folder, x):
+    """Return what the export to C saves behind some positions."""
+    br.export(model, "c", folder / "out_axis_x", rest="middle" if rest_rule(with_rest(model, "middle")) else None)
+    (folder / "saved.c").write_text(IN_C)
+    line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "saved.c", "out_axis_x/axis_x.c", "-o", "saved.so", "-lm"]
+    subprocess.run(line, cwd=folder, check=True)
+    library = ctypes.CDLL(str(folder / "saved.so"))
+    content = ctypes.create_string_buffer(library.size())
+    library.saved(np.ascontiguousarray(x).ctypes.data_as(ctypes.c_void_p), len(x), content)
+    return content.raw
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
+def test_a_saved_state_goes_on_and_what_is_damaged_is_refused(exported, tmp_path, name):
+    x = walk(3000, seed=9)
+    x.tofile(tmp_path / "x.bin")
+    br.export(example(name), "wasm", tmp_path / "out")
+    others = []
+    if COMPILER is not None:
+        expected = saved_by_c(example(name), tmp_path, x[:1500])
+        others = [f"{other}.bin" for other in ("sided_dahl", "sided_maxwell_slip")]
+        for other in others:
+            (tmp_path / "of_another").mkdir(exist_ok=True)
+            content = saved_by_c(example(other.removesuffix(".bin")), tmp_path / "of_another", x[:10])
+            (tmp_path / other).write_bytes(content)
+            shutil.rmtree(tmp_path / "of_another")
+    (tmp_path / "others.txt").write_text(" ".join(others))
+    told = json.loads(node(tmp_path, SAVED))
+    assert (told["batch"], told["again"], told["wrong"]) == (True, True, True)
+    assert told["damaged"] == told["bytes"]
+    if COMPILER is not None:
+        assert (tmp_path / "saved.bin").read_bytes() == expected
+
+
+@needs_node
+def test_bytes_that_hold_what_a_contact_never_has_are_refused_even_with_a_right_checksum(tmp_path):
+    model = example("sided_preisach_lugre")
+    br.export(model, "wasm", tmp_path / "out")
+    walk(3000, seed=9).tofile(tmp_path / "x.bin")
+    (tmp_path / "others.txt").write_text("")
+    node(tmp_path, SAVED)
+    saved = (tmp_path / "saved.bin").read_bytes()
+    names = subject_of(model).state.fields
+    depth = 32 + 8 * next(place for place, (name, _) in enumerate(names) if name.endswith("depth"))
+    cases = {"as_it_was": (depth, saved[depth : depth + 8]), "deep": (depth, (10**6).to_bytes(8, "little")),
+             "nan": (8, np.array(np.nan).tobytes()), "flags": (28, (4).to_bytes(4, "little"))}  # fmt: skip
+    for name, (at, content) in cases.items():
+        changed = saved[:at] + content + saved[at + len(content) : -8]
+        (tmp_path / name).write_bytes(changed + digest_of(changed).to_bytes(8, "little"))
+    script = (
+        'import { readFileSync } from "node:fs"; import { load } from "./out/axis_x.mjs"; const axis = await load();'
+        "const taken = (name) => { try { axis.load(new Uint8Array(readFileSync(name))); return true; }"
+        " catch { return false; } };"
+        "console.log(JSON.stringify(process.argv.slice(2).filter(taken)));"
+    )
+    assert json.loads(node(tmp_path, script, *cases)) == ["as_it_was"]
+
+
+WRONG = """
+import { load } from "./out/axis_x.mjs";
+const axis = await load();
+const before = axis.parameters.map((name) => axis.get(name));
+const tried = [["F_C", 5], ["toString", 1], ["k_i", 1e6], ["k_i", [1e6, 2e6]], ["F_S_neg", [26, 27]],
+  ["F_S_neg", NaN], ["F_S_neg", "2"], ["k_i", [1e6, -2e6, 3e6]], ["F_S_neg", "26"]];
+const refused = tried.map(([name, value]) => {
+  try { axis.set(name, value); } catch (error) { return error instanceof RangeError; }
+  return false;
+});
+const after = axis.parameters.map((name) => axis.get(name));
+console.log(JSON.stringify({ refused, same: JSON.stringify(before) === JSON.stringify(after) }));
+"""
+
+
+@needs_node
+def test_what_is_no_value_of_a_parameter_is_refused_and_changes_nothing(tmp_path):
+    br.export(example("sided_gms"), "wasm", tmp_path / "out")
+    told = json.loads(node(tmp_path, WRONG))
+    assert told == {"refused": [True] * 9, "same": True}
 
 
 def test_counts_are_written_as_the_format_has_them():

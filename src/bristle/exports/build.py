@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core.dispatch import implementation_of, is_dispatch
+from bristle.exports.names import ascii_name
 from bristle.exports.scope import NotExportableError, definition_of
 from bristle.exports.statements import Translation
 from bristle.exports.tree import Function, Unit
@@ -92,7 +93,7 @@ class Builder:
         """
         module = kernel.__module__.rpartition(".")[2]
         module = "own" if module.startswith("bristle_user_") else module
-        own = kernel.__name__.lstrip("_")
+        own = ascii_name(kernel.__name__.lstrip("_"))
         first = f"{module}_{own}_kernel" if own in FACE else f"{module}_{own}"
         name, count = first, 1
         while name in self._names:

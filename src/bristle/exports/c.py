@@ -14,8 +14,9 @@ from bristle.core.variable import Kind, unit_of, variables_of
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, declared, literal, parameters_text, started
-from bristle.exports.c_saved import saved_facts
+from bristle.exports.c_saved import layout_of, saved_facts
 from bristle.exports.described import Source, parameter_table, plain, told
+from bristle.exports.identity import with_rights
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
 from bristle.exports.single import TOLERANCE, checkpoints
@@ -74,7 +75,7 @@ class CFiles:
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self._facts()
-        return {
+        files = {
             f"{self.name}.h": rendered("c/header.h", facts),
             f"{self.name}.c": rendered("c/source.c", facts),
             f"{self.name}_selftest.c": rendered("c/selftest.c", facts | self._walked()),
@@ -82,6 +83,7 @@ class CFiles:
             "example_main.c": rendered("c/example_main.c", facts),
             "README.md": rendered("c/README.md", facts),
         }
+        return with_rights(files, self.source)
 
     def _facts(self) -> dict[str, Any]:
         subject, model = self.subject, self.subject.model
@@ -101,7 +103,7 @@ class CFiles:
             "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
             "state": self._state_lines(printer), "memory": subject.memory_size,
             "signals": [printer.names.variable(name) for name in subject.signals],
-            "parameters": declared(tuned, self.scalar) if tuned else [],
+            "parameters": declared(tuned, printer) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
@@ -135,7 +137,7 @@ class CFiles:
             f"axis->state.{printer.names.variable(name)} = {literal(value, part, self.scalar)};"
             for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
         ]
-        return lines + (started(tuned, self.scalar) if tuned else [])
+        return lines + (started(tuned, printer) if tuned else [])
 
     # --- the step -------------------------------------------------------------------------------------------------
 
@@ -187,8 +189,7 @@ class CFiles:
     def _saved(self, printer: Printer) -> dict[str, Any]:
         state, size = self.subject.state, self.subject.memory_size
         fields = [(printer.names.variable(name), part) for name, part in state.fields]
-        layout = f"{self.subject.model.name} {self.scalar} {state.fields} {size}"
-        return saved_facts(printer, ("position", "force"), fields, size, layout)
+        return saved_facts(printer, ("position", "force"), fields, size, layout_of(self.subject, self.scalar))
 
     # --- self-test and example ------------------------------------------------------------------------------------
 

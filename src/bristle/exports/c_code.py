@@ -118,7 +118,7 @@ class Printer:
         self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
         used = [kind for function in unit.functions for kind in types_in(function)]
         self.structures = structures_of([*used, *also])
-        self.names = Names(self.structures)
+        self.names = Names(self.structures, [function.name for function in unit.functions])
         self.helpers: set[str] = set()
 
     def definitions(self) -> str:

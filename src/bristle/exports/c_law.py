@@ -20,6 +20,7 @@ from bristle.exports.c_helpers import helpers_text
 from bristle.exports.c_parameters import CONSTANT, array_text, declared, literal, parameters_text, started
 from bristle.exports.c_saved import saved_facts
 from bristle.exports.described import Source, told
+from bristle.exports.identity import with_rights
 from bristle.exports.law import Law
 from bristle.exports.law_described import PER_VELOCITY, law_facts, law_walk
 from bristle.exports.rendering import rendered
@@ -64,7 +65,7 @@ class LawFiles:
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self._facts()
-        return {
+        files = {
             f"{self.name}.h": rendered("c/law.h", facts),
             f"{self.name}.c": rendered("c/law.c", facts),
             f"{self.name}_selftest.c": rendered("c/law_selftest.c", facts | self._walked()),
@@ -72,6 +73,7 @@ class LawFiles:
             "example_main.c": rendered("c/law_main.c", facts),
             "README.md": rendered("c/law_README.md", facts),
         }
+        return with_rights(files, self.source)
 
     @property
     def _scalar(self) -> str:
@@ -89,8 +91,9 @@ class LawFiles:
             "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
             "helpers": helpers_text(printer.helpers, scalar, printer.integer), "data": self._data(printer, p, tuned),
             "remembered": "remembered[i]" if np.any(law.memory) else number(0.0, scalar),
-            "parameters": declared(tuned, scalar) if tuned else [], "scalar": scalar,
-            "start": self._start(tuned), "step": self._step(printer, lasting, p, tuned), "after": self._after(printer),
+            "parameters": declared(tuned, printer) if tuned else [], "scalar": scalar,
+            "start": self._start(printer, tuned), "step": self._step(printer, lasting, p, tuned),
+            "after": self._after(printer),
             **self._saved(printer),
         }  # fmt: skip
 
@@ -110,10 +113,10 @@ class LawFiles:
         layout = f"{law_name} {law.dt!r} {fields} {law.memory_size}{' float' if law.single else ''}"
         return saved_facts(printer, ("effort",), fields, law.memory_size, layout)
 
-    def _start(self, tuned: Tunable | None) -> list[str]:
-        scalar = self._scalar
-        lines = [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, scalar)};" for leaf in self._leaves()]
-        return lines + (started(tuned, scalar) if tuned else [])
+    def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
+        leaves = self._leaves()
+        lines = [f"axis->state.{leaf.name} = {literal(leaf.value, leaf.type, printer.scalar)};" for leaf in leaves]
+        return lines + (started(tuned, printer) if tuned else [])
 
     def _step(self, printer: Printer, lasting: Struct, p: Struct, tuned: Tunable | None) -> list[str]:
         single = self.law.single

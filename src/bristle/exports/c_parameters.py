@@ -34,13 +34,13 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
 
 def initial_value(value: Any, kind: Struct, printer: Printer, arrays: list[str], path: str = "") -> str:
     """Return the initial value of a structure; arrays of it become constants of their own."""
-    parts = []
+    parts: list[str] = []
     for (name, part), field in zip(kind.fields, value, strict=True):
         if isinstance(part, Struct):
             parts.append(initial_value(field, part, printer, arrays, f"{path}{name}_"))
         elif isinstance(part, Array):
-            arrays.append(array_text(f"{path}{name}", field, printer))
-            parts.append(f"{path}{name}")
+            parts.append(f"fixed_{path}{name}")
+            arrays.append(array_text(parts[-1], field, printer))
         else:
             parts.append(literal(field, part, printer.scalar))
     return "{" + (", ".join(parts) or "0") + "}"
@@ -62,23 +62,28 @@ def literal(value: Any, kind: Type, scalar: str) -> str:
 # --- fields that may be changed ---------------------------------------------------------------------------------------
 
 
-def declared(tuned: Tunable, scalar: str) -> list[str]:
+def declared(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the fields of the structure of the parameters."""
     lines = []
     for name, value in tuned.values.items():
         variable = tuned.variables[name]
         size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
         allowed = plain(variable.allowed(tuned.kind))
-        lines.append(f"{scalar} {name}{size}; /* {told(variable, tuned.kind)}{f', {allowed}' if allowed else ''} */")
+        field = f"{printer.scalar} {printer.names.variable(name)}{size}"
+        lines.append(f"{field}; /* {told(variable, tuned.kind)}{f', {allowed}' if allowed else ''} */")
     return lines
 
 
-def started(tuned: Tunable, scalar: str) -> list[str]:
+def started(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the lines that set the values that were exported."""
     return [
-        f"axis->parameters.{name}{'' if place is None else f'[{place}]'} = {number(value, scalar)};"
+        f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};"
         for name, place, value in tuned.numbers()
     ]
+
+
+def _at(name: str, place: int | None, printer: Printer) -> str:
+    return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 
 class _Assembly(NamedTuple):
@@ -93,7 +98,7 @@ class _Assembly(NamedTuple):
             if isinstance(part, Struct):
                 parts.append(self.structure(part, inner))
             elif inner in self.tuned.places:
-                parts.append(f"given->{self.tuned.places[inner]}")
+                parts.append(f"given->{self.printer.names.variable(self.tuned.places[inner])}")
             elif isinstance(part, Array):
                 constant = f"fixed_{'_'.join(inner)}"
                 self.arrays.append(array_text(constant, self.tuned.fixed[inner], self.printer))
@@ -108,7 +113,7 @@ def within_ranges(tuned: Tunable, printer: Printer, structure: str) -> str:
     largest = {"double": "DBL_MAX", "float": "FLT_MAX"}[printer.scalar]
     tests = []
     for name, place, compared in bounds_of(tuned):
-        field = f"given->{name}{'' if place is None else f'[{place}]'}"
+        field = f"given->{_at(name, place, printer)}"
         for operator, bound in compared:
             text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{largest}"
             tests.append(f"{field} {operator} {text}")

@@ -6,12 +6,23 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bristle.exports.c_code import Printer
+from bristle.exports.subject import Subject
 from bristle.exports.types import REAL, Type
 from bristle.exports.walk import digest_of
 
-__all__ = ["saved_facts"]
+__all__ = ["capacity_of", "layout_of", "saved_facts"]
 
 MARKS = 8  # bytes of `begun` and `flags`
+
+
+def layout_of(subject: Subject, scalar: str) -> str:
+    """Return what tells the saved bytes of a friction model or an operator from those of another one."""
+    return f"{subject.model.name} {scalar} {subject.state.fields} {subject.memory_size}"
+
+
+def capacity_of(name: str, memory_size: int) -> int:
+    """Return how many values a whole number of the state takes, from 0 on: as many turning points as there is room."""
+    return memory_size // 2 if name.endswith("depth") and memory_size else 2**31
 
 
 def saved_facts(
@@ -42,10 +53,9 @@ def saved_facts(
             save, restore = f"put_real(at, {'' if wide else '(double)'}{field})", f"got_real({at})"
             refused, restore = f"!is_finite(got_real({at}))", restore if wide else f"(float){restore}"
         else:
-            # As many turning points as the memory has room for, and one for the present.
-            capacity = memory_size // 2 if name.endswith("depth") and memory_size else 2**31
             save = f"put(at, (uint64_t){field})"
-            restore, refused = f"({printer.type_name(kind)})got({at})", f"got({at}) >= {capacity}U"
+            restore = f"({printer.type_name(kind)})got({at})"
+            refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
         lines.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
     memory_at = first + 8 * len(lines)
     return {

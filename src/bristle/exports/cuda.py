@@ -14,6 +14,7 @@ from bristle.core.errors import InputError
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
 from bristle.exports.described import Source
+from bristle.exports.identity import with_rights
 from bristle.exports.rendering import rendered
 from bristle.exports.subject import Subject, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
@@ -47,7 +48,8 @@ class CudaFiles(CFiles):
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self._facts() | self._lane() | {"device": "__device__ ", "inline": CudaPrinter.inline}
-        return {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
+        files = {f"{self.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
+        return with_rights(files, self.source)
 
     def _lane(self) -> dict[str, Any]:
         columns = list(_columns(tunable_of(self.subject.model, self.fixed))) if self.tunable else []

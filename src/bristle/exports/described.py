@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
+from bristle.exports.names import ascii_name
 
 __all__ = ["Source", "parameter_rows", "parameter_table", "plain", "told"]
 
@@ -28,11 +29,14 @@ class Source:
         For a parameter, what a model file knows of how sure it is: ``interval``, ``status``.
     remarks : tuple of str
         The effect on the axis and how the files are to be used, a sentence each: they stand above the provenance.
+    model_hash : str
+        The hash of the model, where it is known (`bristle.exports.identity`).
     """
 
     provenance: Mapping[str, str] = field(default_factory=dict)
     uncertainty: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    model_hash: str = ""
 
     @property
     def lines(self) -> list[str]:
@@ -57,7 +61,7 @@ def parameter_rows(model: Model, source: Source) -> Iterator[tuple[str, str, str
         interval = facts.get("interval")
         sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
         yield (
-            name,
+            ascii_name(name),
             _value(value),
             "" if unit == "1" else unit,
             _range(variable),

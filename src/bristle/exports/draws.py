@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from bristle.exports.mjcf import mjcf_attributes
 
 __all__ = ["draws_files"]
 
+MOST = 1_000_000
+"""Rows of a table: it is made whole, in the memory."""
 SEED = 0
 MASS, OFFSET = "M", "offset"
 
@@ -49,29 +51,36 @@ def draws_files(
     Raises
     ------
     InputError
-        If there are no draws, or fewer than one is wanted.
+        If there are no draws, or fewer than one or more than `MOST` are wanted.
     """
     if not drawn:
         raise InputError("holds no draws: it was identified without intervals", path="draws",
                          mend="Identify again with --draws 1000, and export the folder of its results")  # fmt: skip
-    if count < 1:
-        raise InputError("out of range", path="draws", value=count, allowed="1 or more")
+    if not 1 <= count <= MOST:
+        raise InputError("out of range", path="draws", value=count, allowed=f"1 to {MOST}",
+                         mend="Draw rows of the file again, as often as the simulator needs them")  # fmt: skip
     stored = min(len(values) for values in drawn.values())
     notes = [f"{count} of the {stored} draws of the fit"] if count <= stored else [
         f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"
     ]  # fmt: skip
     rows = np.arange(count) if count <= stored else np.random.default_rng(SEED).integers(stored, size=count)
-    chosen = {key: np.asarray(values, dtype=float)[rows] for key, values in drawn.items()}
-    columns = {column: values for key, array in chosen.items() for column, values in _columns(key, array).items()}
+    of_fit = {key: np.asarray(values, dtype=float)[:stored] for key, values in drawn.items()}
+    columns = {column: values for key, array in of_fit.items() for column, values in _columns(key, array).items()}
     units = {column: _unit(column.partition("[")[0], model, plant) for column in columns}
-    files: dict[str, str | bytes] = {f"{name}_draws.csv": _text(columns, units)}
+    titles = [f"{name} [{units[name]}]" if units.get(name, "1") not in ("", "1") else name for name in columns]
+    lines = _lines(zip(*(values.tolist() for values in columns.values()), strict=True))
+    files: dict[str, str | bytes] = {f"{name}_draws.csv": _text(titles, (lines[row] for row in rows))}
     try:
-        files[f"{name}_draws.parquet"] = _parquet(columns, units)
+        files[f"{name}_draws.parquet"] = _parquet({key: values[rows] for key, values in columns.items()}, units)
     except MissingExtraError:
         notes.append('Parquet needs pyarrow: pip install "bristle[io]"')
-    scenes, refused = _attributes(model, plant, chosen, count)
+    scenes = _scenes(model, plant, of_fit, np.unique(rows))
     if scenes is not None:
-        files[f"{name}_mjcf.csv"] = _text(scenes, {})
+        titles = ["draw", *next(iter(scenes.values()), {})]
+        lines = dict(zip(scenes, _lines(scene.values() for scene in scenes.values()), strict=True))
+        held = ((place, lines[row]) for place, row in enumerate(rows.tolist()) if row in lines)
+        files[f"{name}_mjcf.csv"] = _text(titles, (f"{place},{line}" for place, line in held))
+    refused = 0 if scenes is None else int(np.sum(~np.isin(rows, list(scenes))))
     if refused:
         notes.append(f"{refused} of them break a condition of the model and are left out of {name}_mjcf.csv")
     return files, tuple(notes)
@@ -87,46 +96,43 @@ def _unit(name: str, model: Model, plant: Model | None) -> str:
     return "" if owner is None else owner.component.variables[name].unit(owner.kind)
 
 
-def _text(columns: Mapping[str, Any], units: Mapping[str, str]) -> str:
+def _lines(rows: Iterable[Iterable[Any]]) -> list[str]:
+    """Return rows of a table as lines."""
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([f"{name} [{units[name]}]" if units.get(name, "1") not in ("", "1") else name for name in columns])
-    writer.writerows(zip(*(values.tolist() if isinstance(values, np.ndarray) else values
-                           for values in columns.values()), strict=True))  # fmt: skip
-    return out.getvalue()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue().splitlines(keepends=True)
+
+
+def _text(titles: Iterable[str], lines: Iterable[str]) -> str:
+    return "".join(_lines([titles])) + "".join(lines)
 
 
 def _parquet(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> bytes:
     wanted_by = "draws as Parquet"
     pyarrow, parquet = library("pyarrow", wanted_by), library("pyarrow.parquet", wanted_by)
     fields = [pyarrow.field(name, pyarrow.float64(), metadata={"unit": units[name]}) for name in columns]
-    arrays = [pyarrow.array(values.tolist(), pyarrow.float64()) for values in columns.values()]
+    arrays = [pyarrow.array(values, pyarrow.float64()) for values in columns.values()]
     sink = pyarrow.BufferOutputStream()
     parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), sink)
     return sink.getvalue().to_pybytes()
 
 
-def _attributes(
-    model: Model, plant: Model | None, chosen: Mapping[str, np.ndarray], count: int
-) -> tuple[dict[str, list[str]] | None, int]:
-    """Return what each draw is in a scene of MuJoCo, and how many are none; None where it has no such friction."""
-    own = {key: values for key, values in chosen.items() if key in model.component.variables}
+def _scenes(
+    model: Model, plant: Model | None, of_fit: Mapping[str, np.ndarray], rows: np.ndarray
+) -> dict[int, dict[str, str]] | None:
+    """Return what each draw of the fit is in a scene of MuJoCo, those that are models; None without such friction."""
+    own = {key: values for key, values in of_fit.items() if key in model.component.variables}
     mass = float(plant.values.get(MASS, 1.0)) if plant is not None else 1.0
-    masses = chosen.get(MASS, np.full(count, mass))
-    columns: dict[str, list[str]] = {}
-    refused = 0
-    for row in range(count):
+    scenes: dict[int, dict[str, str]] = {}
+    for row in rows.tolist():
         try:
             drawn = model.with_values(**{key: values[row] for key, values in own.items()})
         except InputError:
-            refused += 1
-            continue
+            continue  # a condition of the model is broken
         try:
-            attributes = {"draw": str(row), **mjcf_attributes(drawn, float(masses[row]))}
+            scenes[row] = mjcf_attributes(drawn, float(of_fit[MASS][row]) if MASS in of_fit else mass)
         except InputError:
-            return None, 0
+            return None
         if OFFSET in own:  # a motor with constant control
-            attributes["key.ctrl"] = f"0 {-float(own[OFFSET][row])!r}"
-        for key, value in attributes.items():
-            columns.setdefault(key, []).append(value)
-    return columns, refused
+            scenes[row]["key.ctrl"] = f"0 {-float(own[OFFSET][row])!r}"
+    return scenes

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from bristle.core.dimensions import Kind, exponents_of
+from bristle.exports.described import Source
 from bristle.exports.fmu_variables import (
     CONSTANT,
     INPUT,
@@ -22,6 +23,7 @@ from bristle.exports.fmu_variables import (
     Port,
     Ports,
 )
+from bristle.exports.identity import LICENCE, copyright_line, model_version
 from bristle.exports.rendering import version
 
 __all__ = ["Description", "build_text"]
@@ -61,6 +63,8 @@ class Description:
         Internal step [s].
     token : str
         What tells it from others.
+    source : Source
+        Where the values come from.
     """
 
     name: str
@@ -69,12 +73,17 @@ class Description:
     ports: Ports
     step: float
     token: str
+    source: Source
 
     def text(self, fmi: int) -> str:
         """Return the file."""
         root = Element("fmiModelDescription", fmiVersion=f"{fmi}.0", modelName=self.name)
         root.set("guid" if fmi == 2 else "instantiationToken", self.token)
         root.set("description", self.title)
+        root.set("version", model_version(self.source))
+        root.set("author", self._author())
+        root.set("copyright", copyright_line())
+        root.set("license", f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours")
         root.set("generationTool", f"bristle {version()}")
         root.set("variableNamingConvention", "structured")
         if self.ports.states:
@@ -86,14 +95,26 @@ class Description:
         experiment = SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(self.step))
         if self.ports.states:
             experiment.set("tolerance", TOLERANCE)
+        if fmi == 2 and self.source.model_hash:
+            tool = SubElement(SubElement(root, "VendorAnnotations"), "Tool", name="bristle")
+            SubElement(tool, "Model", sha256=self.source.model_hash)
         if fmi == 2 and self.ports.states:
             root.set("numberOfEventIndicators", str(len(self.ports.margins)))
         variables = SubElement(root, "ModelVariables")
         for reference, port in enumerate(self.ports.listed):
             (self._scalar if fmi == 2 else self._float)(variables, reference, port)
         self._structure(root, fmi)
+        if fmi == 3 and self.source.model_hash:
+            annotation = SubElement(SubElement(root, "Annotations"), "Annotation", type="bristle")
+            SubElement(annotation, "Model", sha256=self.source.model_hash)
         ElementTree.indent(root)
         return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, "unicode") + "\n"
+
+    def _author(self) -> str:
+        """Return what wrote the model, and from which file where it was one."""
+        provenance = self.source.provenance
+        file = provenance.get("model") or provenance.get("experiment")
+        return f"bristle {version()}" + (f", from {file}" if file else "")
 
     def _model_exchange(self, root: Element, fmi: int) -> None:
         element = SubElement(root, "ModelExchange", modelIdentifier=self.name)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable, variables_of
 from bristle.exports.described import Source
@@ -17,7 +17,8 @@ from bristle.exports.fmu_exchange import Exchange
 from bristle.exports.tunable import Tunable, tunable_of
 
 __all__ = [
-    "CONSTANT", "INPUT", "MARGIN", "OUTPUT", "PARAMETER", "RATE", "START", "STATE", "TIME", "Port", "Ports", "ports_of",
+    "CONSTANT", "INPUT", "MARGIN", "OUTPUT", "PARAMETER", "RATE", "START", "STATE", "TIME", "Port", "Ports",
+    "parameter_ports", "ports_of",
 ]  # fmt: skip
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
@@ -111,7 +112,7 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
             fixed.append(f"the parameters of {model.name} are constant: it makes something else of them at the start")
         listed += [
             Port(f"{model.name}_{port.name}" if port.name in names else port.name, role, *port_rest(port))
-            for port in _parameters(model, values, role, source)
+            for port in parameter_ports(model.component.variables, values, role, source)
         ]
     if exchange is None:
         return Ports(tuple(listed), tuned, tuple(fixed))
@@ -171,10 +172,13 @@ def _signals(core: Core) -> list[Port]:
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
 
 
-def _parameters(model: Model, values: dict[str, Any], role: int, source: Source) -> list[Port]:
+def parameter_ports(
+    variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source
+) -> list[Port]:  # fmt: skip
+    """Return a variable for each number of some parameters."""
     ports = []
     for name, value in values.items():
-        variable, facts = model.component.variables[name], source.uncertainty.get(name, {})
+        variable, facts = variables[name], source.uncertainty.get(name, {})
         interval = facts.get("interval")
         sure = f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}" if interval else str(facts.get("status", ""))
         if isinstance(value, np.ndarray):

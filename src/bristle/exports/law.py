@@ -32,7 +32,7 @@ from bristle.exports.build import Builder
 from bristle.exports.law_load import Load, loads_of
 from bristle.exports.prune import pruned
 from bristle.exports.scope import NotExportableError, defined, is_kernel
-from bristle.exports.single import CONSTANTS
+from bristle.exports.single import CONSTANTS, refuse_parameters_beyond_single
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, TRUTH, Array, Struct, type_of
 from bristle.friction.resting import with_rest
@@ -273,6 +273,8 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
             p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass,
             carried.place or NoPlace(),
         )  # fmt: skip
+    if single:
+        refuse_parameters_beyond_single(p)
     written = _defined(text, component)
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
              "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip

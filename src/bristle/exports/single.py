@@ -17,7 +17,10 @@ from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
 from bristle.hysteresis import everett
 
-__all__ = ["CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "refuse_beyond_single", "single_note"]
+__all__ = [
+    "CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "refuse_beyond_single",
+    "refuse_parameters_beyond_single", "single_note",
+]  # fmt: skip
 
 TOLERANCE = 1e-3
 """How far the output may be off that of double precision, over the largest one, in the self-test."""
@@ -60,12 +63,31 @@ def refuse_beyond_single(model: Model) -> None:
     InputError
         If there is one.
     """
-    largest = float(np.finfo(np.float32).max)
     for name, value in model.values.items():
-        numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
-        if np.any(np.isfinite(numbers) & (numbers > largest)):
-            raise InputError("is larger than any number of single precision", path=name, value=float(np.max(numbers)),
-                             allowed=f"<= {largest:.3g}", mend="Leave float32 out")  # fmt: skip
+        _refuse_beyond(name, value)
+
+
+def refuse_parameters_beyond_single(parameters: Any, path: str = "") -> None:
+    """Refuse parameters of a control law, tuples in one another, with a finite number that single precision lacks.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for name, value in zip(parameters._fields, parameters, strict=True):
+        if hasattr(value, "_fields"):
+            refuse_parameters_beyond_single(value, f"{path}{name}.")
+        else:
+            _refuse_beyond(f"{path}{name}", value)
+
+
+def _refuse_beyond(path: str, value: Any) -> None:
+    largest = float(np.finfo(np.float32).max)
+    numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
+    if np.any(np.isfinite(numbers) & (numbers > largest)):
+        raise InputError("is larger than any number of single precision", path=path, value=float(np.max(numbers)),
+                         allowed=f"<= {largest:.3g}", mend="Leave float32 out")  # fmt: skip
 
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:

@@ -92,7 +92,7 @@ class StFiles:
         judged = Judged(self.name, outputs, self.single)
         arrays = (ArrayPart(f"{self.name}_Scales", len(walk.scales), LREAL), *judged.arrays())
         block, test = self._block(printer), self._selftest(printer, walk, judged)
-        return Project(self.name, printer, self._facts(), block, test, arrays).files("st/head.st")
+        return Project(self.name, printer, self._facts(), block, test, arrays).files("st/head.st", self.source)
 
     @property
     def _bounds(self) -> dict[str, str]:

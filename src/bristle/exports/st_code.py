@@ -21,6 +21,7 @@ from bristle.exports.tree import (
     Call,
     Constant,
     Evaluate,
+    Expression,
     For,
     Function,
     If,
@@ -188,14 +189,25 @@ class Body(Values):
             self._block(block)
 
     def _for(self, s: For) -> None:
+        """Print a loop over whole numbers as WHILE: MATIEC skips a FOR loop that has one pass."""
         counter = self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
-        start = self._of(s.start)
-        last = self._of(Constant(INTEGER, int(s.stop.value) - 1)) if isinstance(s.stop, Constant) else (
-            f"{self._of(s.stop, BINDS['-'])} - 1"
-        )  # fmt: skip
-        self._line(f"FOR {counter} := {start} TO {last} DO")
-        self._inner(s.body)
-        self._line("END_FOR;")
+        last = self._one_less(s.stop)
+        if not isinstance(s.stop, Constant):
+            held = self._aside(INTEGER)
+            self._line(f"{held} := {last};")
+            last = held
+        self._line(f"{counter} := {self._one_less(s.start)};")
+        self._line(f"WHILE {counter} < {last} DO")
+        with self._inside():
+            self._line(f"{counter} := {counter} + 1;")
+            self._block(s.body)
+        self._line("END_WHILE;")
+
+    def _one_less(self, number: Expression) -> str:
+        """Return the text of a whole number, less one."""
+        if isinstance(number, Constant):
+            return self._of(Constant(INTEGER, int(number.value) - 1))
+        return f"{self._of(number, BINDS['-'])} - 1"
 
     def _while(self, s: While) -> None:
         safe = is_safe(s.test)

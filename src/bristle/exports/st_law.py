@@ -71,7 +71,7 @@ class StLawFiles:
         test, arrays = self._selftest(printer, facts)
         facts |= {key: commented(facts[key]) for key in ("description", "variant", "table", "fed_table")}
         facts |= {key: [commented(line) for line in facts[key]] for key in ("facts", "fed")} | {"count": COUNT}
-        return Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st")
+        return Project(self.name, printer, facts, block, test, arrays).files("st/law_head.st", self.source)
 
     def _block(self, printer: Printer, facts: dict[str, Any]) -> Pou:
         law, (lasting, p) = self.law, self.law.types

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.exports.names import ascii_name
 from bristle.exports.types import Struct
 
 __all__ = [
@@ -80,7 +81,7 @@ class Names:
 
     def new(self, proposal: str) -> str:
         """Return a name that nothing else has."""
-        first = self._prefix + re.sub("_+", "_", proposal).strip("_")
+        first = self._prefix + re.sub("_+", "_", ascii_name(proposal)).strip("_")
         if first[0].isdigit():
             first = f"part_{first}"
         if len(first) <= SHORT or first.lower() in RESERVED:

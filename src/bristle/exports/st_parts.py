@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-__all__ = ["INDENT", "Array", "Pou", "Record", "Variable", "commented", "part_text", "used_of"]
+__all__ = ["INDENT", "Array", "Pou", "Record", "Variable", "commented", "declaration_text", "part_text", "used_of"]
 
 INDENT = "    "
 ENDS = {"FUNCTION": "END_FUNCTION", "FUNCTION_BLOCK": "END_FUNCTION_BLOCK", "PROGRAM": "END_PROGRAM"}
@@ -73,7 +73,7 @@ def used_of(types: Sequence[Array | Record], pous: Iterable[Pou]) -> list[Array 
 def part_text(part: Array | Record | Pou) -> str:
     """Return a part as Structured Text."""
     if isinstance(part, Pou):
-        return _pou_text(part)
+        return "\n".join([declaration_text(part), *part.body, ENDS[part.kind], ""])
     if isinstance(part, Array):
         return f"TYPE\n{INDENT}{part.name} : ARRAY[0..{part.size - 1}] OF {part.of};\nEND_TYPE\n"
     fields = [f"{INDENT * 2}{line}" for line in _declarations(part.fields)]
@@ -81,14 +81,15 @@ def part_text(part: Array | Record | Pou) -> str:
     return "\n".join([*head, *fields, *end])
 
 
-def _pou_text(pou: Pou) -> str:
+def declaration_text(pou: Pou) -> str:
+    """Return what stands before the body of a POU: its kind, its name and its variables."""
     lines = [f"(* {commented(pou.meaning)} *)"] if pou.meaning else []
     lines.append(f"{pou.kind} {pou.name}{f' : {pou.returns}' if pou.returns else ''}")
     for section in SECTIONS:
         declared = pou.declared(section)
         if declared:
             lines += [section, *(f"{INDENT}{line}" for line in _declarations(declared)), "END_VAR"]
-    return "\n".join([*lines, "", *pou.body, ENDS[pou.kind], ""])
+    return "\n".join([*lines, ""])
 
 
 def _declarations(variables: Iterable[Variable]) -> list[str]:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from bristle.exports.c_code import wrapped
-from bristle.exports.described import plain
+from bristle.exports.described import Source, plain
+from bristle.exports.identity import with_rights
 from bristle.exports.plcopen import project_text
 from bristle.exports.rendering import rendered
 from bristle.exports.single import CHECKPOINT, TOLERANCE, checkpoints
@@ -18,6 +19,7 @@ from bristle.exports.st_code import RESULT, Printer
 from bristle.exports.st_helpers import helpers_of
 from bristle.exports.st_names import LREAL, REAL, real_literal, whole_literal
 from bristle.exports.st_parts import INDENT, Array, Pou, Variable, part_text, used_of
+from bristle.exports.tcpou import twincat_files
 from bristle.exports.tree import Function
 from bristle.exports.types import REAL as NUMBER
 from bristle.exports.types import TRUTH, Struct, Type
@@ -77,22 +79,22 @@ class Project:
     test: Pou
     arrays: tuple[Array, ...]
 
-    def files(self, head: str) -> dict[str, str]:
+    def files(self, head: str, source: Source) -> dict[str, str]:
         """Return the text of each file by its name; `head` is the template of the comment that they begin with."""
         types, functions = self.printer.parts()
         functions = [*self._helpers(), *functions]
         types = used_of(types, [*functions, self.block])
         comment = rendered(head, self.facts)
         test_head = rendered("st/selftest_head.st", self.facts | {"per_cycle": PER_CYCLE})
-        return {
-            f"{self.name}.st": "\n".join([comment, *(part_text(part) for part in (*types, *functions, self.block))]),
-            f"{self.name}_selftest.st": "\n".join(
-                [test_head, *(part_text(part) for part in (*self.arrays, self.test))]
-            ),
+        parts, of_test = [*types, *functions, self.block], [*self.arrays, self.test]
+        files = {
+            f"{self.name}.st": "\n".join([comment, *map(part_text, parts)]),
+            f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, of_test)]),
             f"{self.name}_plcopen.xml": project_text(
                 self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]
             ),
         }
+        return with_rights(files, source) | twincat_files([*parts, *of_test], source)
 
     def _helpers(self) -> list[Pou]:
         printer, helpers = self.printer, []

@@ -130,8 +130,8 @@ class Target:
     title : str
         What people call it, where that is not its name.
     write_law : callable or None
-        ``write_law(law, name, source)``: the files of a control law, for a target that holds one; ``law.tunable`` and
-        ``law.single`` are as those of a `Request`.
+        ``write_law(law, name, source)``: the files of a control law, or a `Product` where there are notes on them, for
+        a target that holds one; ``law.tunable`` and ``law.single`` are as those of a `Request`.
     tunable : bool
         Whether it can leave parameters to be changed at run time.
     single : bool
@@ -159,7 +159,7 @@ class Target:
     description: str
     write: Callable[[Request], Product]
     title: str = ""
-    write_law: Callable[[Law, str, Source], dict[str, str | bytes]] | None = None
+    write_law: Callable[[Law, str, Source], dict[str, str | bytes] | Product] | None = None
     tunable: bool = False
     single: bool = False
     operators: bool = False

@@ -22,15 +22,18 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.exports.build import Builder
 from bristle.exports.c_code import needs_wide_integers
-from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, cycle_of
+from bristle.exports.c_saved import capacity_of, layout_of
+from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, cycle_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_core import core_of
+from bristle.exports.identity import with_rights
 from bristle.exports.prune import pruned
 from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Call, Function, Unit, walk
 from bristle.exports.tunable import tunable_of
-from bristle.exports.types import REAL, Array, Struct, Type, type_of
+from bristle.exports.types import INTEGER, REAL, Array, Struct, Type, type_of
+from bristle.exports.walk import FNV_OFFSET, FNV_PRIME, digest_of
 from bristle.exports.wasm_binary import (
     CALL,
     END,
@@ -264,14 +267,19 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
 
 def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
     """Return the module of a friction model, and the script that loads it."""
-    module = module_of(subject, added=ALONE)
+    module, state = module_of(subject, added=ALONE), subject.state.fields
     facts = {
         "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
         "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,
         "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
         "facts": source.lines, "rest": rest_rule(subject.model), "ranges": json.dumps(_ranges(subject.model)),
+        "contact": module.contact, "memory": subject.memory_size, "STATE": STATE,
+        "values": [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in state],
+        "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}", "FNV_OFFSET": FNV_OFFSET,
+        "FNV_PRIME": FNV_PRIME,
     }  # fmt: skip
-    return {f"{name}.wasm": module.binary, f"{name}.mjs": rendered("wasm/module.mjs", facts)}
+    script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
+    return {f"{name}.wasm": module.binary, **script}
 
 
 def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:

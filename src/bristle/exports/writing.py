@@ -53,6 +53,8 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
         If there is no such target, it does not hold what is asked for, or its files make the following error larger and
         `accept_harm` is not set.
     """
+    from bristle.exports.identity import hash_of_model
+
     target = target_named(to)
     _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
     _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples",
@@ -67,7 +69,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
     remarks = (*_unseen(request), *(effect.lines() if effect else ()), *_said_of_use(request, target))
-    source = replace(request.source, remarks=remarks)
+    source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.model))
     product = checked_product(target.write(replace(request, source=source)), target)
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
 
@@ -204,6 +206,7 @@ def law_for(
     import numpy as np
 
     from bristle.exports.effect_of import effect_of_law
+    from bristle.exports.identity import hash_of_law
     from bristle.exports.law import law_of
     from bristle.exports.single import single_note
 
@@ -223,8 +226,10 @@ def law_for(
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
         notes.append("what the compensator was brought through before it begins is that of the exported parameters")
-    files = target.write_law(law, name, replace(source, remarks=remarks))
-    return checked_product(Product(files, (*remarks, *notes), effect), target)
+    plain = law_of(variant) if tunable or single else law
+    written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
+    product = checked_product(written if isinstance(written, Product) else Product(written), target)
+    return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:

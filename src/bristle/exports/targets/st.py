@@ -14,7 +14,7 @@ __all__ = ["TARGET"]
 
 
 def write(request: Request) -> Product:
-    """Return the function block, its self-test, and both as XML."""
+    """Return the function block, its self-test, both as XML, and as files of TwinCAT 3."""
     from bristle.exports.single import CONSTANTS, single_note
     from bristle.exports.st import OUT, st_files
     from bristle.exports.st_names import checked
@@ -51,5 +51,6 @@ TARGET = Target(
     tunable=True,
     single=True,
     operators=True,
-    description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen",
+    description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files "
+    "of TwinCAT 3",
 )

@@ -61,7 +61,7 @@ static void look(Situation *now)
     }
 {% for place in exchange.margins %}    now->values[{{ place }}] = slope[VARYING + {{ loop.index0 }}U];
 {% endfor %}    if (now->exchanged) {
-        now->values[{{ force_at }}] = force;
+        now->values[{{ output_at }}] = force;
     }
 }
 

@@ -70,7 +70,7 @@ static void begin_anew(Situation *now)
     memcpy(now->values, starts, sizeof starts);
     memcpy(now->lasting, virgin, sizeof virgin);
     for (size_t i = 0; i < MEMORY; ++i) {
-        now->memory[i] = 0.0;
+        now->memory[i] = {{ remembered }};
     }
 {% if exchange %}    for (size_t i = 0; i < VARYING; ++i) {
         now->varying[i] = 0.0;
@@ -101,11 +101,11 @@ static const char *given(Situation *now, unsigned reference, double value)
 static const char *one_step(Situation *now)
 {
 {% for line in stepping[:-1] %}    {{ line }}
-{% endfor %}    const double force = {{ stepping[-1] }}
-    if (!is_finite(force){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
+{% endfor %}    const double {{ output }} = {{ stepping[-1] }}
+    if (!is_finite({{ output }}){% if plant %} || !(magnitude_of(now->lasting[0]) + magnitude_of(now->lasting[1]) < 1e100){% endif %}) {
         return "the model has left the numbers";
     }
-    now->values[{{ force_at }}] = force;
+    now->values[{{ output_at }}] = {{ output }};
 {% for reference, place in shown %}    now->values[{{ reference }}] = now->lasting[{{ place }}];
 {% endfor %}    return NULL;
 }

@@ -1,0 +1,177 @@
+"""The source of an FMU: one file with the functions of the tree, and around them what FMI calls.
+
+What FMI has and an FMU here has not answers with an error; these functions are listed by the headers of the standard,
+so that there is no list to keep.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from bristle.exports.c_code import Printer, number, wrapped
+from bristle.exports.c_helpers import helpers_text
+from bristle.exports.c_parameters import array_text, assembled, declared, initial_value
+from bristle.exports.described import Source, plain
+from bristle.exports.fmu_content import Content
+from bristle.exports.fmu_description import FLAGS
+from bristle.exports.fmu_exchange import Exchange
+from bristle.exports.fmu_variables import START, Ports
+from bristle.exports.identity import with_rights
+from bristle.exports.rendering import rendered, version
+from bristle.exports.tree import Function
+from bristle.exports.types import Array
+from bristle.exports.walk import digest_of
+
+__all__ = ["HEADERS", "header_text", "source_text"]
+
+HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
+
+
+def source_text(content: Content, name: str, source: Source, step: float, fmi: int) -> tuple[str, str]:
+    """Return the source, and the token that tells it from every other one.
+
+    Parameters
+    ----------
+    content : Content
+        What the FMU is made of.
+    name : str
+        What it is called.
+    source : Source
+        Where the values come from.
+    step : float
+        Internal step [s].
+    fmi : {2, 3}
+        Version of FMI.
+    """
+    facts = _facts(content, name, source, step, fmi)
+    token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
+    token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
+    file = f"{name}.c"
+    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, source)[file], token
+
+
+def _facts(content: Content, name: str, source: Source, step: float, fmi: int) -> dict[str, object]:
+    exchange, ports = content.exchange, content.ports
+    printer = Printer(content.unit, "double", [kind for _, kind in content.values.values()])
+    definitions = printer.definitions()
+    data, handed = _data(content, printer)
+    listed, size = ports.listed, content.memory.size
+    layout = f"{name} {content.layout} {[port.name for port in listed]}"
+    starts = [i for i, port in enumerate(listed) if port.role == START]
+    meanings = [
+        plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed
+    ]
+    return {
+        "title": plain(content.title), "version": version(), "facts": [*source.lines, *content.tables], "flags": FLAGS,
+        "fmi": fmi, "helpers": helpers_text(printer.helpers, "double", printer.integer), "definitions": definitions,
+        "data": data, "step": number(step),
+        "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
+        "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
+        "highest": [number(port.range[1]) for port in listed], "memory": size,
+        "begin": [number(value) for value in content.begin] or ["0.0"],
+        "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
+        "most": [number(float(most)) for most in content.most] or ["0.0"],
+        "layout": f"0x{digest_of(layout.encode()):016X}", "plant": content.failures_at >= 0,
+        "failures_at": content.failures_at, "first_start": starts[0] if starts else 0, "output": content.output,
+        "output_at": ports.place(content.output), "shown": [(at, place) for place, at in enumerate(starts)],
+        "stepping": _called(content.entry, ports, handed), "absent": _absent(fmi, exchange is not None),
+        "exchange": None if exchange is None else _exchanged(exchange, ports, handed),
+    }  # fmt: skip
+
+
+def _exchanged(exchange: Exchange, ports: Ports, handed: Mapping[str, str]) -> dict[str, object]:
+    """Return what the source says of model exchange."""
+    return {
+        "states": ports.states, "rates": ports.rates, "margins": ports.margins, "held": exchange.held,
+        "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
+        "most": [number(float(most)) for most in exchange.held or (0,)],
+        **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
+    }  # fmt: skip
+
+
+def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
+    """Return the parameters in C, and how each argument for them is handed on."""
+    texts, handed = [], {}
+    exchange = content.exchange
+    entries = [content.entry, *(() if exchange is None else (exchange.flowing, exchange.begun, exchange.arrived))]
+    needed = {parameter.name for entry in entries for parameter in entry.parameters}
+    for argument, (values, kind) in content.values.items():
+        if argument not in needed:
+            continue
+        if argument in content.ports.tuned:
+            tuned, _ = content.ports.tuned[argument]
+            fields = [f"    {line}" for line in declared(tuned, printer)]
+            texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
+            texts.append(assembled(tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
+            handed[argument] = f"made_{argument}(&given_{argument})"
+        else:
+            arrays: list[str] = []
+            text = initial_value(values, kind, printer, arrays, f"{argument}_")
+            constant = f"static const {printer.named(kind, f'constant_{argument}')} = {text};"
+            texts += [*arrays, *wrapped(constant, ""), ""]
+            handed[argument] = f"constant_{argument}"
+    if content.failures_at >= 0:
+        texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")
+    if np.any(content.memory):
+        texts.append(array_text("remembered", content.memory, printer) + "\n")
+    return "\n".join(texts), handed
+
+
+# What kernels work on, as functions of the source have it.
+ARRAYS = {
+    "lasting": "now->lasting", "memory": "now->memory", "varying": "now->varying", "held": "now->held",
+    "slope": "slope", "dt": "STEP",
+}  # fmt: skip
+
+
+def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
+    """Return the lines that call a kernel; the last one is the call."""
+    names = [parameter.name for parameter in entry.parameters]
+    lines = []
+    for argument, (_, first) in ports.tuned.items():
+        if argument in names:
+            lines.append(f"{argument}_parameters given_{argument};")
+            lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
+    expressions = ARRAYS | dict(handed)
+    arguments = [expressions.get(parameter.name) or _input_value(parameter, ports) for parameter in entry.parameters]
+    return [*lines, f"{entry.name}({', '.join(arguments)});"]
+
+
+def _input_value(parameter: Any, ports: Ports) -> str:
+    """Return a variable, or where the first one of several is."""
+    if isinstance(parameter.type, Array):
+        return f"now->values + {ports.place(f'{parameter.name}[1]')}"
+    return f"now->values[{ports.place(parameter.name)}]"
+
+
+def _absent(fmi: int, exchange: bool) -> str:
+    """Return the functions of the standard that the templates have not, each with an error for an answer."""
+    template = _text(f"fmi{fmi}.c") + (_text(f"exchange{fmi}.c") if exchange else "")
+    texts = []
+    for kind, name, arguments in DECLARED.findall(header_text(f"fmi{fmi}FunctionTypes.h")):
+        if re.search(rf"\b{name}\(", template):
+            continue
+        words = [re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*") for argument in arguments.split(",")]
+        unused = "".join(f"    (void){word};\n" for word in words)
+        result = f"fmi{fmi}Error" if kind.endswith("Status") else "NULL"
+        texts.append(f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n")
+    return "\n".join(texts)
+
+
+def header_text(name: str) -> str:
+    """Return a header of the standard, or the licence of them."""
+    return _text(f"headers/{name}")
+
+
+def _text(name: str) -> str:
+    return (resources.files("bristle.exports") / "templates" / "fmu" / name).read_text(encoding="utf-8")

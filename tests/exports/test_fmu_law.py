@@ -1,0 +1,183 @@
+"""Control laws as FMUs: what they are told goes in as in C, and the effort comes out with the bits of C."""
+
+import ctypes
+import subprocess
+import zipfile
+from functools import cache
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from tests.exports.importing import Importer, needs_compiler, needs_fmpy
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
+from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, variant_of
+
+import bristle as br
+from bristle.exports import fmu_build
+from bristle.exports.c_law import law_files
+from bristle.exports.described import Source
+from bristle.exports.fmu import Setting, law_fmu_files
+from bristle.exports.identity import hash_of_law
+from bristle.exports.law import law_of
+from bristle.exports.law_described import law_walk
+
+pytestmark = [needs_compiler, needs_fmpy]
+COUNT = 600
+# A law without a compensator, one along the measured motion, one led ahead with a past, and one that gravity passes to.
+LAWS = {
+    "cascade_nothing": ("cascade", "nothing", 2), "twisting_measured": ("twisting", "measured", 3),
+    "sliding_mode_all": ("sliding_mode", "all", 2), "cascade_toothed": ("cascade", "toothed", 3),
+}  # fmt: skip
+TUNED = ("cascade", "toothed")
+
+
+@cache
+def law(controller, fed, *, tunable=False):
+    return law_of(variant_of(controller, fed), tunable=tunable)
+
+
+@cache
+def inputs_of(controller, fed):
+    """Return what a law is told along the walk of its self-test, a row for each sample."""
+    told, each = law(controller, fed), []
+    walk, count, _ = law_walk(told, 2)
+    x = walk.positions(COUNT + count)
+    v = np.diff(x) / DT
+    for k in range(COUNT):
+        ahead = slice(k + 1, k + 1 + told.samples_ahead)
+        sample = {"position": x[k], "velocity": v[k], "acceleration": 100.0 * v[k], "measured": x[max(k - 1, 0)],
+                  "place_ahead": x[ahead], "acceleration_ahead": 100.0 * v[ahead]}  # fmt: skip
+        each.append(np.hstack([sample[name] for name in told.inputs]))
+    return np.array(each)
+
+
+@pytest.fixture(scope="module")
+def in_c(tmp_path_factory):
+    """The same laws in C, as one library; parameters of one of them are changed where that is asked for."""
+    folder, sources = tmp_path_factory.mktemp("in_c"), []
+    for name, (controller, fed, _) in LAWS.items():
+        tuned = (controller, fed) == TUNED
+        for file, text in law_files(law(controller, fed, tunable=tuned), name, Source()).items():
+            (folder / name).mkdir(exist_ok=True)
+            (folder / name / file).write_text(text, encoding="ascii")
+        changes = CHANGED[TUNED][0].items() if tuned else ()
+        lines = " ".join(f"axis.parameters.{field} = {value!r};" for field, value in changes) or "(void)changed;"
+        (folder / name / "run.c").write_text(RUN_CHANGED.format(name=name, lines=lines))
+        sources += [f"{name}/{name}.c", f"{name}/run.c"]
+    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
+    made = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:4000]
+    return ctypes.CDLL(str(folder / "laws.so"))
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("law_fmus")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fmu_build, "zig", list)
+        for name, (controller, fed, fmi) in LAWS.items():
+            told = law(controller, fed)
+            source = Source(model_hash=hash_of_law(told))
+            files, notes = law_fmu_files(told, Setting(name, source, told.dt, fmi))
+            assert any("sample time, 0.0005 s" in note for note in notes)
+            (folder / f"{name}.fmu").write_bytes(files[f"{name}.fmu"])
+    return folder
+
+
+@pytest.fixture
+def opened(fmus, tmp_path):
+    open_ones = []
+
+    def open_one(name):
+        open_ones.append(Importer(fmus / f"{name}.fmu", tmp_path / f"unpacked_{len(open_ones)}"))
+        return open_ones[-1].start()
+
+    yield open_one
+    for each in open_ones:
+        each.close()
+
+
+def stepped(unit, rows, first=0):
+    """Return the effort after each sample; the inputs of an FMU stand in the order of those in C."""
+    names = [variable.name for variable in unit.described.modelVariables if variable.causality == "input"]
+    efforts = []
+    for k, row in enumerate(rows, first):
+        unit.step(k * DT, DT, **dict(zip(names, row.tolist(), strict=True)))
+        efforts += unit.get("effort")
+    return np.array(efforts)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_an_importer_finds_no_problem(fmus, name):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(fmus / f"{name}.fmu")) == []
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_each_effort_has_the_bits_of_the_law_in_c(in_c, opened, name):
+    controller, fed, _ = LAWS[name]
+    rows = inputs_of(controller, fed)
+    found = stepped(opened(name), rows)
+    assert np.ptp(found) > 20.0
+    assert differing(found, replayed(in_c, name, rows, 0)) == 0
+
+
+def test_changed_parameters_are_those_of_the_law_in_c(in_c, opened):
+    rows = inputs_of(*TUNED)
+    unit = opened("cascade_toothed")
+    unit.set(**CHANGED[TUNED][0])
+    found = stepped(unit, rows)
+    assert differing(found, replayed(in_c, "cascade_toothed", rows, 1)) == 0
+    assert differing(found, replayed(in_c, "cascade_toothed", rows, 0)) > COUNT // 2
+    for values in ({"controller_k_p": -1.0}, {"measured": np.nan}, {"effort": 1.0}):
+        with pytest.raises(Exception, match="SetFloat64 failed"):
+            unit.set(**values)
+
+
+@pytest.mark.parametrize("name", ["sliding_mode_all", "cascade_toothed"])
+def test_its_state_goes_on_and_a_damaged_one_is_refused(opened, name):
+    rows = inputs_of(*LAWS[name][:2])
+    unit, other = opened(name), opened(name)
+    virgin = unit.saved()
+    first = stepped(unit, rows[:300])
+    saved = unit.saved()
+    rest = stepped(unit, rows[300:], 300)
+    other.restore(saved)
+    assert differing(stepped(other, rows[300:], 300), rest) == 0
+    other.restore(virgin)
+    assert differing(stepped(other, rows[:300]), first) == 0
+    for place in (0, 17, len(saved) // 2, len(saved) - 1):
+        with pytest.raises(Exception, match=r"erialize.* failed"):
+            unit.restore(saved[:place] + bytes([saved[place] ^ 4]) + saved[place + 1 :])
+
+
+def test_its_source_gives_no_warning(fmus, tmp_path):
+    for name in LAWS:
+        with zipfile.ZipFile(fmus / f"{name}.fmu") as archive:
+            archive.extractall(tmp_path / name)
+        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, f"{name}.c"]
+        ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stderr[:2000]
+
+
+def test_it_tells_its_inputs_and_how_it_is_stepped(fmus):
+    with zipfile.ZipFile(fmus / "cascade_toothed.fmu") as archive:
+        described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        page = archive.read("documentation/index.html").decode()
+    variables = {each.get("name"): each for each in described.find("ModelVariables")}
+    assert [name for name, each in variables.items() if each.get("causality") == "input"] == [
+        "position", "velocity", "acceleration", "measured", "place_ahead[1]", "place_ahead[2]", "acceleration_ahead[1]",
+        "acceleration_ahead[2]",
+    ]  # fmt: skip
+    assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == ("N", "tunable")
+    assert described.find("CoSimulation").get("fixedInternalStepSize") == repr(DT)
+    assert described.find("ModelExchange") is None
+    assert "Step the law before the plant" in page
+    assert "place_ahead[1..2] and acceleration_ahead[1..2]" in page
+
+
+def test_what_an_fmu_does_not_hold_of_a_law_is_refused_as_of_a_model(tmp_path):
+    with pytest.raises(br.core.InputError, match="single precision"):
+        br.export(variant_of("cascade", "nothing"), "fmu3", tmp_path / "out", float32=True)
+    assert not (tmp_path / "out").exists()

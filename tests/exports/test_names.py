@@ -1,0 +1,193 @@
+"""Names of a person's own model that are words, macros or twins elsewhere: valid text there, with the same bits."""
+
+import json
+import re
+import shutil
+import subprocess
+import zipfile
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
+
+import bristle as br
+from bristle.engine import interpreted
+from bristle.exports import fmu_build
+from bristle.exports.names import Names
+from bristle.exports.proof import builds
+from bristle.files.user_model import load_model_file
+from bristle.testing import example_of
+
+HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
+DT = 1e-3
+TEXT = """
+from typing import Annotated, NamedTuple
+import numpy as np
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction, exp
+
+
+class Parameters(NamedTuple):
+    int: Annotated[float, Variable("force", "Coulomb friction force", min=1e-9, excitation="sliding")]
+    Int: Annotated[float, Variable("force", "what is added", min=0.0)]
+    INT: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    int_: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    NULL: Annotated[float, Variable("length", "distance", min=1e-9)]
+    double: Annotated[np.ndarray, Variable("force/length", "stiffness", min=1e-9)]
+    parameters: Annotated[np.ndarray, Variable("force/length", "stiffness", min=1e-9)]
+    memory: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    For: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    NAN: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    DBL_MAX: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    linux: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    constructor: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+    μ: Annotated[float, Variable("1", "share", min=0.0, max=1.0)]
+
+
+class State(NamedTuple):
+    struct: Annotated[float, Variable("length", "a state")] = 0.0
+    STRUCT: Annotated[float, Variable("length", "another one")] = 0.0
+    union: Annotated[int, Variable("1", "turns")] = 0
+
+
+class Bits(NamedTuple):
+    auto: float
+    AUTO: float
+
+
+@kernel
+def typedef(double, Double, p):
+    goto = double + Double
+    GOTO = goto * p.NAN + p.double[0] * p.NULL * 1e-3 + p.parameters[1] * p.NULL * 1e-4
+    own_typedef = p.memory * p.For * p.DBL_MAX * p.linux
+    return GOTO * p.INT + p.int_ * own_typedef * p.constructor * p.μ
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    dx = motion.v * dt
+    register = direction(motion.v)
+    own_typedef = typedef(state.struct, state.STRUCT, p) + memory[0]
+    return register * (p.int + p.Int + own_typedef) * (1.0 - exp(-abs(dx) / p.NULL)), Bits(dx, register)
+
+
+@kernel
+def commit(state, memory, move, p):
+    memory[0] = 0.5 * memory[0] + 1e-3 * move.AUTO
+    return State(0.9 * state.struct + move.auto, 0.5 * state.STRUCT - move.auto, state.union + int(move.AUTO > 0.0))
+
+
+MODEL = FrictionModel(
+    name="odd", description="words of languages as names", Parameters=Parameters, State=State, trial=trial,
+    commit=commit, memory_size=lambda p: 1,
+    example={
+        "int": 5.0, "Int": 0.5, "INT": 0.25, "int_": 0.75, "NULL": 1e-6, "double": [1e5, 2e5],
+        "parameters": [3e5, 4e5], "memory": 0.5, "For": 0.375, "NAN": 0.25, "DBL_MAX": 0.125, "linux": 0.625,
+        "constructor": 0.875, "μ": 0.9,
+    },
+)
+"""
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    file = tmp_path_factory.mktemp("own") / "odd.py"
+    file.write_text(TEXT, encoding="utf-8")
+    return example_of(load_model_file(file))
+
+
+@pytest.fixture(scope="module")
+def forces(model):
+    x = walk(2000, seed=5)
+    with interpreted():
+        expected = br.response(model, x, DT)
+    assert len(np.unique(expected)) > 500
+    return x, expected
+
+
+@needs_compiler
+@pytest.mark.parametrize("tunable", [False, True])
+def test_its_c_compiles_and_has_the_bits(model, forces, tmp_path, tunable):
+    native = Native({"axis_x": model}, tmp_path / "native", tunable=tunable)
+    assert differing(native.forces("axis_x", forces[0], DT), forces[1]) == 0
+
+
+@needs_compiler
+@pytest.mark.parametrize("standard", ["c99", "gnu17"])
+def test_its_c_with_parameters_that_change_is_taken_by_compilers_of_c_and_of_cpp(model, tmp_path, standard):
+    br.export(model, "c", tmp_path / "out", tunable=True, float32=True)
+    line = [COMPILER, f"-std={standard}", "-O1", "-ffp-contract=off", *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-lm"]
+    made = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:2000]
+    ran = subprocess.run(["./a.out"], cwd=tmp_path / "out", capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout
+    if builds("c++"):
+        (tmp_path / "out" / "use.cpp").write_text('#include "axis_x.h"\n')
+        line = ["c++", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp"]
+        assert subprocess.run(line, cwd=tmp_path / "out", check=False).returncode == 0
+
+
+@needs_compiler
+def test_its_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
+    monkeypatch.setattr(fmu_build, "zig", list)
+    monkeypatch.setattr(fmu_build, "compiler", lambda: None)
+    br.export(model, "fmu3", tmp_path / "out", plant=br.plants.inertia(M=2.0))
+    with zipfile.ZipFile(tmp_path / "out" / "axis_x_mass.fmu") as archive:
+        archive.extractall(tmp_path / "fmu")
+    line = [COMPILER, "-O1", "-fsyntax-only", *FLAGS, *WARNINGS, "axis_x_mass.c"]
+    ran = subprocess.run(line, cwd=tmp_path / "fmu" / "sources", capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr[:2000]
+
+
+@needs_compiler
+def test_its_structured_text_has_the_bits_with_each_parameter_an_input(model, forces, tmp_path):
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    br.export(model, "st", tmp_path / "out", tunable=True)
+    texts = [(tmp_path / "out" / f"axis_x{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
+    block = StructuredText({"axis_x": texts}, tmp_path / "block")
+    assert block.selftest("axis_x") == (True, True)
+    inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", texts[0], flags=re.DOTALL)[1]
+    names = [line.split(" : ")[0].strip().lower() for line in inputs.splitlines()]
+    assert len(set(names)) == len(names) == 2 + 12 + 4 + 2  # motion, numbers, two pairs, restart and clear
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_its_webassembly_has_the_bits_and_tells_its_parameters_apart(model, forces, tmp_path):
+    from tests.exports.test_wasm import RUN, node
+
+    x, expected = forces
+    x.tofile(tmp_path / "x.bin")
+    br.export(model, "wasm", tmp_path / "odd")
+    node(tmp_path, RUN.replace("5e-4", repr(DT)), "odd")
+    assert differing(np.fromfile(tmp_path / "odd.bin"), expected) == 0
+    script = (
+        'import { load } from "./odd/axis_x.mjs"; const axis = await load(); axis.set("Int", 0.125);'
+        "console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));"
+    )
+    values = json.loads(node(tmp_path, script))
+    assert values == {
+        name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items()
+    } | {"Int": 0.125}
+
+
+@needs_compiler
+@pytest.mark.parametrize("standard", ["c99", "gnu17"])
+def test_no_variable_has_the_name_of_a_macro_of_the_headers(tmp_path, standard):
+    includes = "".join(f"#include <{header}.h>\n" for header in HEADERS)
+    ran = subprocess.run([COMPILER, f"-std={standard}", "-dM", "-E", "-xc", "-"], input=includes, capture_output=True,
+                         text=True, check=True)  # fmt: skip
+    macros = re.findall(r"^#define ([A-Za-z]\w*) ", ran.stdout, flags=re.MULTILINE)
+    assert {"NULL", "INT32_MAX", "NAN"} <= set(macros)
+    names = Names([])
+    assert [name for name in macros if names.variable(name) == name] == []
+
+
+def test_names_of_friction_stay_as_they_are_and_two_names_stay_two():
+    names = Names([], ["own_spread"])
+    for name in ("F_C", "K_1", "M_1", "INTERCEPT", "v_S", "sigma_0", "dt", "M_pos"):
+        assert names.variable(name) == name
+    odd = ("int", "int_", "int__", "Int", "INT", "NULL", "NULL_", "own_spread")
+    assert len({names.variable(name) for name in odd}) == len(odd)
