@@ -15,7 +15,7 @@ from bristle.engine import interpreted
 from bristle.exports import fmu_build
 from bristle.exports.names import Names
 from bristle.exports.proof import builds
-from bristle.files.user_model import load_model_file
+from bristle.files.user_model import load_code
 from bristle.testing import example_of
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
@@ -94,7 +94,7 @@ needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler
 def model(tmp_path_factory):
     file = tmp_path_factory.mktemp("own") / "odd.py"
     file.write_text(TEXT, encoding="utf-8")
-    return example_of(load_model_file(file))
+    return example_of(load_code(file))
 
 
 @pytest.fixture(scope="module")
