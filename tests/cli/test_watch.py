@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -111,7 +112,8 @@ def test_what_does_not_go_together_is_refused(at, capsys, monkeypatch, options, 
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [(("--since", "soon"), "is no date"), (("--false-alarms", "rarely"), "is no rate"),
+    [(("--since", "soon"), "is no date"), (("--since", "2026-01-01; rm"), "is no date"),
+     (("--false-alarms", "rarely"), "is no rate"),
      (("--false-alarms", "1 in 90000000 days"), "a rate that was not simulated"),
      (("--track", "friction.F_S"), "is no quantity of this fleet")],
 )  # fmt: skip
@@ -127,3 +129,11 @@ def test_a_fleet_none_of_whose_logs_is_fitted_ends_with_1(at, capsys):
         (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
     assert main(["identify", "bad", *EACH[2:], "--out", "none"]) == 1
     assert "0 of 2 logs were fitted, 2 failed." in capsys.readouterr().out
+
+
+def test_a_link_to_nowhere_does_not_end_a_fleet(at, capsys):
+    (at / "linked").mkdir()
+    shutil.copy(next((at / "logs").rglob("*.csv")), at / "linked" / "good_2026-03-01.csv")
+    (at / "linked" / "gone_2026-03-02.csv").symlink_to(at / "nowhere.csv")
+    assert main(["identify", "linked", *EACH[2:], "--out", "links"]) == 0
+    assert "1 of 2 logs were fitted, 1 failed." in capsys.readouterr().out

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -94,9 +95,9 @@ def _moment(text: str | None) -> float | None:
     if text is None:
         return None
     from bristle.core import InputError
-    from bristle.fleet.moment import moment_in
 
-    moment = moment_in(text)
-    if moment is None:
-        raise InputError("is no date", path="--since", value=text, allowed="2026-03-01, or 2026-03-01T12:00")
-    return moment
+    with suppress(ValueError):
+        moment = datetime.fromisoformat(text)
+        if moment.tzinfo is None:  # clocks of logs have none either
+            return moment.replace(tzinfo=UTC).timestamp()
+    raise InputError("is no date", path="--since", value=text, allowed="2026-03-01, or 2026-03-01T12:00")

@@ -64,7 +64,7 @@ def _places(name: str) -> Iterator[str]:
 def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     """Yield the logs in a file; one that cannot be read is listed all the same: its row tells why."""
     file = place if os.path.lexists(place) else place.rpartition(WITHIN)[0] or place
-    if not os.path.exists(file):
+    if not os.path.lexists(file):
         raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
     source = Path(os.path.abspath(file))
     try:
