@@ -168,13 +168,20 @@ class Judgement:
         away, free = self.problem.away, np.ones(len(self.solution.space.names), dtype=bool)
         return Contrast.of(self.solution, replace(away, rows=away.far), free).determined
 
+    @cached_property
+    def _opposes_nothing(self) -> bool:
+        """Whether neither a level of friction nor a damping takes any effort."""
+        roles, variables = (Role.LEVEL, Role.BREAK_AWAY, Role.VISCOUS), self.excitation.variables
+        names = (name for role in roles for name in names_of(role, variables))
+        return all(self.solution.at_edge.get(name) == "smallest" or not self.excitation.values[name] for name in names)
+
     def _at_edge(self, name: str) -> Diagnostic:
         edge, variable = self.solution.at_edge[name], self.excitation.variables[name]
         value = self.excitation.values[name]
         numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
         if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
             return Diagnostic("edge_no_fall", name, "warning", numbers, self._kind)
-        if edge == "smallest" and Role.LEVEL.fits(variable):
+        if edge == "smallest" and Role.LEVEL.fits(variable) and self._opposes_nothing:
             return Diagnostic("no_friction", name, "warning", numbers, self._kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
