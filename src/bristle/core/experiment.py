@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -277,7 +277,7 @@ class Start:
 @guarded(
     name=TEXT, plant=model("plant"), friction=model("friction"), controller=model("controller"), sensor=model("sensor"),
     reference=model("reference"), feedforward=instance(Feedforward, "a Feedforward"), run=instance(Run, "a Run"),
-    disturbance=optional(array()), learning=optional(instance(Learning, "a Learning")),
+    disturbance=optional(array()), injected=optional(array()), learning=optional(instance(Learning, "a Learning")),
     table=optional(model("friction")), sensor_at=among(*SIDES), axis=optional(instance(Axis, "an Axis")),
     effort=optional(instance(Effort, "an Effort")), start=optional(instance(Start, "a Start")),
 )  # fmt: skip
@@ -297,6 +297,8 @@ class Variant:
         How long and how finely it is simulated.
     disturbance : ndarray or None, shape (sample,)
         Force against the motion that no model explains, such as the residual of an identification [N or N*m].
+    injected : ndarray or None, shape (sample,)
+        Known input that joins the output of the controller before the limit of the drive [N or N*m].
     learning : Learning or None
         How the motion is learned, where it is repeated.
     table : Model or None
@@ -320,12 +322,21 @@ class Variant:
     feedforward: Feedforward
     run: Run
     disturbance: np.ndarray | None = None
+    injected: np.ndarray | None = None
     learning: Learning | None = None
     table: Model | None = None
     sensor_at: str = "load"
     axis: Axis | None = None
     effort: Effort | None = None
     start: Start | None = None
+
+    def first(self, count: int) -> Variant:
+        """Return the loop over its first samples."""
+        run = replace(self.run, duration=count * self.run.sample_time)
+        disturbance, injected = (
+            None if signal is None else signal[:count] for signal in (self.disturbance, self.injected)
+        )
+        return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def __post_init__(self) -> None:
         if not self.run.tolerance:

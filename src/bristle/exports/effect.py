@@ -315,8 +315,7 @@ def effect_in_loop(
         without, with_it, too_much = map(_error, results)
         along.append(Along(MOVES, times * distance[0], without, with_it, too_much=too_much))
     count = min(round(loop.run.duration / loop.run.sample_time), MOST_SAMPLES)
-    own = replace(loop, run=replace(loop.run, duration=count * loop.run.sample_time),
-                  disturbance=None if loop.disturbance is None else loop.disturbance[:count])  # fmt: skip
+    own = loop.first(count)
     t = own.run.sample_time * np.arange(count)
     if np.ptp(own.reference.component.sample(t, own.reference.parameters)[0]) > 0.0:
         results = [simulate_with(own, None), compensated(own, ahead, 1.0)]
@@ -382,7 +381,7 @@ def _origin(loop: Variant) -> float:
 
 def _at_rest(loop: Variant) -> Variant:
     """Return a loop that begins at rest, holding the constant force, and that nothing unexplained pushes."""
-    return replace(loop, disturbance=None, learning=None, start=Start(_origin(loop), effort=_held(loop)))
+    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(_origin(loop), effort=_held(loop)))
 
 
 def _following(loop: Variant, x: np.ndarray) -> Variant:

@@ -82,7 +82,7 @@ def next_experiment(
 def _record_of(loop: Variant) -> LoopRecord:
     position, run = np.asarray(loop.reference.values["position"]), loop.run
     left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
-    return LoopRecord(loop.plant.kind, run.sample_time, position, left)
+    return LoopRecord(loop.plant.kind, run.sample_time, position, left, loop.injected)
 
 
 def _motion_of(loop: Variant) -> tuple[str, ...]:
@@ -93,6 +93,9 @@ def _motion_of(loop: Variant) -> tuple[str, ...]:
         f'file = "{LOOP}"\n'
     )
     unexplained = f'[disturbance]                 # force that the model does not explain, replayed\nfile = "{LOOP}"\n'
+    if loop.injected is not None:
+        before = "[injected]                    # known input of the log, before the limit of the drive"
+        unexplained += f'\n{before}\nfile = "{LOOP}"\n'
     lag = f'current_lag = "{run.current_lag:.9g} s"\n' if run.current_lag else ""
     judged = f'[run]\nsettle = "{run.settle:.9g} s"           # at the start, left out of the statistics\n{lag}'
     if start is None:

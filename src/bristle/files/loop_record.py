@@ -4,6 +4,8 @@
 
     time [s],reference [m],unexplained [N]
     0,0.0125,-1.83
+
+Where known inputs join the output of the controller, a column ``injected [N]`` follows.
 """
 
 from __future__ import annotations
@@ -21,23 +23,27 @@ __all__ = ["LoopRecord", "holds_loop", "loop_text", "read_loop"]
 
 FORMAT = "%.12g"
 COLUMNS = 3
+INJECTED = ",injected"
 EVEN = 1e-6  # of a sample time: how far a step may be off
 
 
 class LoopRecord(NamedTuple):
-    """The desired motion of a log [m or rad] and the force that no model explains [N or N*m], sample by sample."""
+    """By sample: the desired motion of a log [m or rad], the force that no model explains, known inputs [N or N*m]."""
 
     kind: Kind
     sample_time: float
     reference: np.ndarray
     unexplained: np.ndarray
+    injected: np.ndarray | None = None
 
 
 def loop_text(record: LoopRecord) -> str:
     """Return the table as text."""
     out, time = io.StringIO(), record.sample_time * np.arange(record.reference.size)
-    rows = np.column_stack([time, record.reference, record.unexplained])
-    np.savetxt(out, rows, fmt=FORMAT, delimiter=",", header=_header(record.kind), comments="")
+    columns, header = [time, record.reference, record.unexplained], _header(record.kind)
+    if record.injected is not None:
+        columns, header = [*columns, record.injected], f"{header}{INJECTED} [{unit_of('force', record.kind)}]"
+    np.savetxt(out, np.column_stack(columns), fmt=FORMAT, delimiter=",", header=header, comments="")
     return out.getvalue()
 
 
@@ -52,7 +58,7 @@ def read_loop(content: Content) -> LoopRecord:
     Raises
     ------
     InputError
-        If it is no such table, a row has no three finite numbers, or the samples are not evenly spaced.
+        If it is no such table, a row lacks a finite number, or the samples are not evenly spaced.
     """
     kind = _kind_of(content)
     if kind is None:
@@ -62,13 +68,14 @@ def read_loop(content: Content) -> LoopRecord:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:
         raise InputError(f"cannot be read: {error}", value=content.source.name) from None
-    if rows.shape[0] < COLUMNS or rows.shape[1] != COLUMNS or not np.all(np.isfinite(rows)):
-        raise InputError("needs three finite numbers in each of at least three rows", value=content.source.name)
+    columns = COLUMNS + (INJECTED.encode() in content.data.partition(b"\n")[0])
+    if rows.shape[0] < COLUMNS or rows.shape[1] != columns or not np.all(np.isfinite(rows)):
+        raise InputError("needs a finite number in each column, and three rows", value=content.source.name)
     steps = np.diff(rows[:, 0])
     dt = float(np.mean(steps))
     if not dt > 0.0 or np.max(np.abs(steps - dt)) > EVEN * dt + 1e-11 * abs(rows[-1, 0]):
         raise InputError("has samples that are not evenly spaced", value=content.source.name)
-    return LoopRecord(kind, dt, rows[:, 1], rows[:, 2])
+    return LoopRecord(kind, dt, rows[:, 1], rows[:, 2], rows[:, COLUMNS] if columns > COLUMNS else None)
 
 
 def _kind_of(content: Content) -> Kind | None:

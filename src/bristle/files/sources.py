@@ -172,8 +172,8 @@ class Sources:
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
-    def unexplained(self, file: Any, path: str) -> LoopRecord:
-        """Return the force that no model explains, with the motion of its log."""
+    def loop_record(self, file: Any, path: str) -> LoopRecord:
+        """Return the loop of a log: its motion, and what pushes besides."""
         return self._once(("loop", self._file(file, path)), path, read_loop, content_of_log)
 
     def _loop_of(self, file: Any, path: str) -> LoopRecord | None:
@@ -185,7 +185,7 @@ class Sources:
             or not holds_loop(content_of_log(place, limit=self.size_limit))
         ):
             return None
-        return self.unexplained(file, path)
+        return self.loop_record(file, path)
 
     def _file(self, file: Any, path: str) -> Path:
         if not isinstance(file, str) or not file:

@@ -44,7 +44,7 @@ __all__ = ["SECTIONS", "Tables", "merged", "variant_from"]
 
 SECTIONS = (
     "axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "disturbance",
-    "start", "run",
+    "injected", "start", "run",
 )  # fmt: skip
 
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
@@ -132,27 +132,32 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         reference=reference,
         feedforward=_feedforward(tables, plant, kind, sources),
         learning=_learning(tables, kind),
-        disturbance=_disturbance(tables, run, sources),
+        disturbance=_replayed("disturbance", tables, run, sources),
+        injected=_replayed("injected", tables, run, sources),
         start=_start(tables, kind),
         run=run,
     )
 
 
-def _disturbance(tables: Tables, run: Run, sources: Sources) -> np.ndarray | None:
-    """Return the force that no model explains, at each sample of a run."""
-    if "disturbance" not in tables.content:
+def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.ndarray | None:
+    """Return the force that no model explains, or the known input of a log, at each sample of a run."""
+    if section not in tables.content:
         return None
-    path, entries = tables.path("disturbance"), tables.table("disturbance")
+    path, entries = tables.path(section), tables.table(section)
     check_keys(entries, ("file",), path)
-    force = sources.unexplained(entries.get("file"), f"{path}.file")
-    at = np.floor(run.sample_time / force.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
-    if at[-1] >= force.unexplained.size:
+    record = sources.loop_record(entries.get("file"), f"{path}.file")
+    force = record.unexplained if section == "disturbance" else record.injected
+    if force is None:
+        raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"],
+                         mend=f"Take [{path}] out of the file")  # fmt: skip
+    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
+    if at[-1] >= force.size:
         raise InputError(
-            f"is longer than the force in {entries['file']}, {force.unexplained.size * force.sample_time:g} s",
+            f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s",
             path=tables.path("run", "duration"), value=run.duration,
             mend=f"Leave duration out, or take [{path}] out of the file",
         )  # fmt: skip
-    return force.unexplained[at.astype(int)]
+    return force[at.astype(int)]
 
 
 def _start(tables: Tables, kind: Kind) -> Start | None:

@@ -134,7 +134,7 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     count = min(round(run.duration / dt), MOST_SAMPLES)
     reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
     x, v, a = (float(signal[0]) for signal in reference)
-    start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit)
+    start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
     # A perfect encoder reads the first position as it is; one with counts, the nearest of them.
     sensor = variant.sensor.parameters
     read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
@@ -172,6 +172,8 @@ def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, An
     step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / FINE or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
     force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
+    if variant.injected is not None:  # the same while the drive is not at its limit
+        force = force - np.asarray(variant.injected)[:count]
     pushed = float(np.sqrt(np.mean(force**2))) / PUSHED or 1.0
     numbers = [differences(np.round(moved / step), 2), differences(np.round(force / pushed), 1)]
     return {"origin": origin, "step": step, "pushed": pushed, "numbers": packed_numbers(numbers)}

@@ -119,6 +119,7 @@ def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
         table=None if variant.table is None else _seeded(variant.table, shift),
         sensor=_seeded(variant.sensor, shift),
         disturbance=None,
+        injected=None,
         learning=None,
         run=replace(variant.run, duration=duration, settle=0.5 * duration, seeds=1),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
@@ -52,6 +54,7 @@ def loop_of(
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
     longest, limit = longest_of(log), axis.effort_limit or math.inf
+    injected = log.injected_effort[longest] if np.any(log.injected_effort) else None
     left = unexplained_force(
         plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow,
         position_smoothing=position_smoothing,
@@ -68,8 +71,9 @@ def loop_of(
         resolution=axis.resolution or 0.0,
         effort_limit=limit,
         lag=axis.lag if lag is None else lag,
-        disturbance=(left - log.injected_effort)[longest],
-        start=_start(within_drive(axis.controller, limit), log, axis, longest),
+        disturbance=left[longest],
+        injected=injected,
+        start=_start(within_drive(axis.controller, limit, injected), log, axis, longest),
         name=axis.name,
     )
 

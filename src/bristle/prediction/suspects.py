@@ -102,8 +102,7 @@ class _Trial(NamedTuple):
         run, count = variant.run, min(error.size, MOST)
         time = run.sample_time * np.arange(count)
         desired = variant.reference.component.sample(time, variant.reference.parameters)[0]
-        unseen = None if variant.disturbance is None else variant.disturbance[:count]
-        shorter = replace(variant, run=replace(run, duration=count * run.sample_time), disturbance=unseen)
+        shorter = variant.first(count)
         return cls(shorter, error[:count], time >= run.settle, desired)
 
     def followed(self, variant: Variant) -> np.ndarray | None:

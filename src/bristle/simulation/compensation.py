@@ -34,14 +34,14 @@ def settling(duration: float) -> float:
 @guarded(
     plant=model("plant"), friction=FRICTION, compensator=FRICTION, controller=model("controller"),
     reference=array(least=3), sample_time=amount(RUN["sample_time"]), disturbance=optional(array()),
-    resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
+    injected=optional(array()), resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
     effort_limit=amount(RUN["effort_limit"], endless=True), lag=amount(RUN["current_lag"]),
     start=optional(instance(Start, "a Start")), name=TEXT,
 )  # fmt: skip
 def compensation_experiment(
     plant: Model, friction: Model, compensator: Model, controller: Model, reference: Any, sample_time: Amount, *,
     resolution: Amount = 0.0, effort_limit: Amount = math.inf, lag: Amount = 0.0, disturbance: Any = None,
-    start: Start | None = None, name: str = "axis",
+    injected: Any = None, start: Start | None = None, name: str = "axis",
 ) -> Experiment:  # fmt: skip
     """Return the experiment that shows what feedforward and friction compensation gain.
 
@@ -68,6 +68,8 @@ def compensation_experiment(
         Time constant with which the drive follows its controller [s].
     disturbance : ndarray, shape (sample,), optional
         Force that the friction model does not explain [N or N*m].
+    injected : ndarray, shape (sample,), optional
+        Known input that joins the output of the controller before the limit of the drive [N or N*m].
     start : Start, optional
         Where the loops begin; where the reference does, if not given.
     name : str
@@ -96,6 +98,7 @@ def compensation_experiment(
             current_lag=lag,
         ),
         disturbance=disturbance,
+        injected=injected,
         start=start,
     )
     # A law with an inertia of its own feeds it forward by itself.

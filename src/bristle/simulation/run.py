@@ -168,7 +168,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     return run_closed_loop(
         variant.plant,
         friction,
-        within_drive(variant.controller, run.effort_limit),
+        within_drive(variant.controller, run.effort_limit, variant.injected),
         _seeded(variant.sensor, number),
         desired,
         run.sample_time,
@@ -176,6 +176,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         sensor_at=variant.sensor_at,
         steps=run.substeps,
         compensator=compensator_of(variant.feedforward, _carried(variant)),
+        injected=variant.injected,
         disturbance=variant.disturbance,
         limit=run.effort_limit,
         delay=run.delay,

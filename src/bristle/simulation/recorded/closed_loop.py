@@ -211,8 +211,7 @@ def closed_loop_of(
         )  # fmt: skip
     desired = desired_of(log.reference.values[part], log.sample_time)
     limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
-    # A known input takes off again what a law asks for beyond the drive: the drive bounds their sum.
-    law = within_drive(axis.controller, limit + float(np.max(np.abs(injected), initial=0.0)))
+    law = within_drive(axis.controller, limit, injected)
     beginning = beginning_of(log, first, axis.resolution)
     return ClosedLoop(
         law, desired, injected, log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
