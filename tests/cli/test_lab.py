@@ -1,9 +1,12 @@
 """`bristle lab`: a page for all models, or for the given one first; nothing else is ever replaced."""
 
+import os
+
 import pytest
 
 import bristle as br
 from bristle.cli.application import run
+from bristle.files.single import sealed
 from bristle.lab.page import MARK
 
 
@@ -49,18 +52,34 @@ def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--force"]])
 def test_nothing_of_another_is_replaced(page, options, capsys):
     page.write_text("mine")
-    with pytest.raises(br.core.InputError, match="something else than a page of the lab"):
+    with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
         run(["lab", "--out", str(page), *options])
     assert page.read_text() == "mine"
 
 
 def test_a_page_is_replaced_only_when_asked_for(page):
-    page.write_text(f"{MARK} old")
+    page.write_text(sealed(f"{MARK} old"))
+    old = page.read_text()
     with pytest.raises(br.core.InputError, match="there already"):
         run(["lab", "--out", str(page)])
-    assert page.read_text().endswith("old")
+    assert page.read_text() == old
     assert run(["lab", "--out", str(page), "--force"]) == 0
-    assert not page.read_text().endswith("old")
+    assert page.read_text() != old
+    assert run(["lab", "--out", str(page), "--force"]) == 0
+
+
+def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tmp_path):
+    assert run(["lab", "--out", str(page)]) == 0
+    written = page.read_text()
+    (tmp_path / "link.html").symlink_to(page)
+    os.mkfifo(tmp_path / "pipe.html")
+    for name in ("link.html", "pipe.html"):
+        with pytest.raises(br.core.InputError, match="is no page of the lab, or was changed since"):
+            run(["lab", "--out", str(tmp_path / name), "--force"])
+    page.write_text(written.replace("None", "None, and an hour of work"))
+    with pytest.raises(br.core.InputError, match="or was changed since"):
+        run(["lab", "--out", str(page), "--force"])
+    assert "an hour of work" in page.read_text()
 
 
 def test_a_folder_that_is_not_there_is_told(tmp_path, page):

@@ -79,7 +79,7 @@ def test_a_fleet_goes_on_where_the_file_of_such_a_name_is_no_log(bristle, odd):
     command = ("identify", "logs", "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
     found = bristle(*command)
     assert_can_be_written(found)
-    assert "2 of 3 logs were identified, 1 failed" in found.out
+    assert "2 of 3 logs were fitted, 1 failed" in found.out
     assert f"{SHOWN}.csv" in found.out
     assert f"{SHOWN}.csv" in Path("fleet/report.html").read_text(encoding="utf-8")
 

@@ -1,11 +1,10 @@
 """A folder that is held open stays that folder, whatever its path leads to by now; links in it are not followed."""
 
-import json
 import os
 
 import pytest
 
-from bristle.files.owned import NOTE, Folder, note_in, remove_own
+from bristle.files.owned import NOTE, Folder, line_of, note_in, remove_own
 
 pytestmark = pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
 
@@ -63,7 +62,7 @@ HEAD = {"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}
 
 
 def note_of(folder, head, *lines):
-    (folder / NOTE).write_text("".join(json.dumps(one) + "\n" for one in (head, *lines)))
+    (folder / NOTE).write_text("".join(map(line_of, (head, *lines))))
     with Folder(folder) as held:
         return note_in(held)
 

@@ -21,7 +21,8 @@ from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
 from bristle.files import owned, renaming, results
-from bristle.files.owned import NOTE, Folder, note_in
+from bristle.files.growing import growing_folder
+from bristle.files.owned import NOTE, Folder, line_of, note_in
 from bristle.files.results import SUMMARY, results_folder
 
 resource = pytest.importorskip("resource", reason="signals and limits of POSIX")
@@ -51,6 +52,23 @@ def fill(folder, mark: str, size: int = 3) -> None:
 def write_results(out: Path, mark: str = "new", force: bool = True) -> None:
     with results_folder(out, force=force) as folder:
         fill(folder, mark)
+
+
+def test_a_remark_in_the_note_is_kept(tmp_path):
+    write_results(tmp_path / "out")
+    with (tmp_path / "out" / NOTE).open("a") as note:
+        note.write("# my remark\n")
+    with pytest.raises(InputError, match=f"holds files that were changed since: {NOTE}"):
+        write_results(tmp_path / "out")
+    assert "# my remark" in (tmp_path / "out" / NOTE).read_text()
+
+
+def test_a_folder_that_grew_over_many_runs_is_replaced_by_nothing(tmp_path):
+    with growing_folder(tmp_path / "out", "study") as (grown, _):
+        grown.write("summary.json", "{}")
+    with pytest.raises(InputError, match="holds a study, which grew over many runs"):
+        write_results(tmp_path / "out")
+    assert (tmp_path / "out" / "summary.json").is_file()
 
 
 def mark_of(out: Path, size: int = 3) -> str:
@@ -734,7 +752,7 @@ def test_results_that_were_put_aside_by_a_killed_process_are_known_by_their_note
     write_results(out)
     assert [new.suffix for _, new in put] == [".replaced", ""]  # the old results aside, the new ones in their place
     with (out / NOTE).open("a") as note:
-        note.write(json.dumps({"aside": "a" * 32}) + "\n")
+        note.write(line_of({"aside": "a" * 32}))
     out.rename(out.with_name(f"bristle-{'a' * 32}.replaced"))  # and a process that ended between both names
     refused(out, "exists already", force=False)
     assert mark_of(out) == "new"

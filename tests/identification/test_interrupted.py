@@ -19,6 +19,14 @@ request = importlib.import_module("bristle.identification.identify")
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
 
 
+@pytest.fixture(autouse=True)
+def handled():
+    """Handle Ctrl-C where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture(scope="module")
 def log():
     return slow_log(TRUTH, duration=8.0)

@@ -11,6 +11,7 @@ import pytest
 from tests.study.conftest import content
 
 from bristle.core.errors import InputError, InputWarning
+from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder
 from bristle.study import run_study
 from bristle.study.block import Simulator
@@ -84,6 +85,65 @@ def test_every_bit_of_a_block_is_guarded(bench):
     file.write_bytes((out / "runs" / "0000000000.parquet").read_bytes())  # a whole block, but another one
     with pytest.raises(InputError, match=r"damaged.*0000000004"):
         runs_in(out)
+
+
+def test_every_bit_of_the_description_and_of_the_note_is_guarded(bench):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    for name, step in (("study.json", 331), (NOTE, 257)):
+        file = out / name
+        whole = file.read_bytes()
+        for bit in range(0, 8 * len(whole), step):
+            data = bytearray(whole)
+            data[bit // 8] ^= 1 << bit % 8
+            file.write_bytes(data)
+            with pytest.raises(InputError, match=re.escape(name)):
+                runs_in(out)
+            with pytest.raises(InputError, match=re.escape(name)):
+                run_study(study, out, workers=1)
+        file.write_bytes(whole)
+    assert run_study(study, out, workers=1).before == 3
+
+
+def test_runs_without_the_description_of_their_study_are_continued_by_no_other_one(bench):
+    out = bench.folder / "out"
+    run_study(bench.study(), out, workers=1, provenance={})
+    (out / "study.json").unlink()
+    with pytest.raises(InputError, match=r"study\.json: is missing, and nothing else tells which study"):
+        run_study(bench.study(change=("seed = 7", "seed = 8")), out, workers=1, provenance={})
+    assert run_study(bench.study(), out, workers=1, provenance={}).before == 3
+
+
+def test_a_persons_file_under_the_name_of_one_that_was_being_written_is_left_alone(bench):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    name = re.search(r"runs/bristle-[0-9a-f]{32}\.partial", (out / NOTE).read_text())[0]
+    (out / name).write_text("mine")
+    with pytest.raises(InputError, match=f"changed since: {name}"):
+        run_study(study, out, workers=1)
+    assert (out / name).read_text() == "mine"
+
+
+def test_a_line_of_the_note_that_a_kill_cut_is_no_damage(bench):
+    study, out = bench.study(), bench.folder / "out"
+    run_study(study, out, workers=1)
+    with (out / NOTE).open("a") as note:
+        note.write('{"file": "runs/bristle-00')
+    assert run_study(study, out, workers=1).before == 3
+    assert run_study(study, out, workers=1).before == 3
+
+
+def test_a_link_in_the_place_of_the_figures_is_refused(bench):
+    study, out, mine = bench.study(), bench.folder / "out", bench.folder / "mine"
+    mine.mkdir()
+    run_study(study, out, workers=1)
+    (out / "figures").symlink_to(mine)
+    with (
+        growing_folder(out, "study", used=lambda name: False) as (grown, _),
+        pytest.raises(InputError, match="figures: is a link or a file"),
+    ):
+        grown.write("figures/mine.svg", "<svg/>")
+    assert not list(mine.iterdir())
 
 
 @pytest.mark.parametrize("name", ["study.json", "runs/0000000008.parquet", "traces/0000000001.parquet", "report.html"])

@@ -251,6 +251,6 @@ def _hertz(text: str | None) -> float | None:
     if text is None:
         return None
     from bristle.core import Variable
-    from bristle.core.units import quantity
+    from bristle.core.edge import amount
 
-    return quantity(text, Variable("frequency", "cut-off of the filter"), path="--cutoff")
+    return amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)(text, "--cutoff", None)

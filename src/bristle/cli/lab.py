@@ -67,7 +67,7 @@ def lab(
     out = _page_named(out, port=port, no_open=no_open)
     from bristle.core.content import content_of
     from bristle.files.provenance import provenance
-    from bristle.files.single import write_whole
+    from bristle.files.single import sealed, write_whole
     from bristle.files.summary import as_json as json_text
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
@@ -95,7 +95,7 @@ def lab(
             elif model is not None and model.is_dir():
                 inputs["replay"] = _replay_of_results(model)
         source = provenance(context.obj, model=content, code=code, **recorded)
-        page = lab_page(**inputs, provenance=source)
+        page = sealed(lab_page(**inputs, provenance=source))
     write_whole(out, page, new=not force)
     if as_json:
         sys.stdout.write(json_text(_summary(out, page, inputs) | {"provenance": source}))
@@ -194,7 +194,7 @@ def _read(content: Any, *, allow_code: bool) -> tuple[Model, dict[str, Any], Mod
 def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     """Refuse to replace anything but a page of the lab, and that only where it is asked for."""
     from bristle.core import InputError
-    from bristle.lab.page import MARK
+    from bristle.files.single import is_sealed
 
     if not os.path.lexists(out):
         return
@@ -202,9 +202,7 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
         raise InputError("is the model that is read", path=str(out), mend="Name another file")
     if out.is_dir():
         raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
-    with suppress(OSError), out.open("rb") as present:
-        if present.read(len(MARK)) == MARK.encode("ascii"):
-            if force:
-                return
-            raise InputError("is there already", path=str(out), mend="Add --force to replace it, or name another file")
-    raise InputError("holds something else than a page of the lab", path=str(out), mend="Name another file")
+    if not is_sealed(out):
+        raise InputError("is no page of the lab, or was changed since", path=str(out), mend="Name another file")
+    if not force:
+        raise InputError("is there already", path=str(out), mend="Add --force to replace it, or name another file")

@@ -117,6 +117,9 @@ def _kind_of(handed: Mapping[str, Any]) -> Kind | None:
     return named if isinstance(named, str) and named in KINDS else None  # type: ignore[return-value]
 
 
+SMALLEST = 1e-300  # below, a quotient is no number any more
+
+
 def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False) -> Converter:
     """Return what takes a number in SI, or text with a unit.
 
@@ -132,6 +135,9 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
 
     def convert(value: Any, path: str, kind: Kind | None) -> float:
         number = _number(value, variable, path, kind, endless)
+        if 0.0 < abs(number) < SMALLEST:
+            raise InputError("is out of any range", path=path, value=value,
+                             allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?")  # fmt: skip
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:

@@ -47,6 +47,7 @@ _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
 LONGEST_UNIT, LONGEST_NUMBER = 64, 40
 LARGEST = 1e100
+AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
 """No quantity of an axis is larger: products of a few of them are still numbers."""
 _FACTOR = r"(?:[^\W\d_]\w*|%|‰|1)(?:\^-?(?:[1-9](?:\.5)?|0\.5))?"
 _PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
@@ -266,11 +267,13 @@ def is_unit(text: str) -> bool:
 
     Examples
     --------
-    >>> is_unit("mm/s"), is_unit("vir")
-    (True, False)
+    >>> is_unit("mm/s"), is_unit("vir"), is_unit("mil")
+    (True, False, False)
     """
     if _spelt(text) in DECIMAL_UNITS:
         return True
+    if text.strip().lower() in AMBIGUOUS:
+        return False
     try:
         _unit(_spelt(text))
     except InputError:

@@ -27,7 +27,7 @@ from bristle.files.arguments import AXIS
 __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
 
 DURATION, LEAST = 60.0, 2.0  # [s]
-SAMPLES_LEAST, SAMPLES_MOST = 100, 5_000_000
+SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 DRAWS, FEWEST_DRAWS, MOST_DRAWS = 100, 20, 100_000
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all

@@ -25,7 +25,7 @@ using virtual wchar_t xor xor_eq
 MACROS_BY_NAME = """
 BIG_ENDIAN BYTE_ORDER DECIMAL_DIG FD_SETSIZE HUGE_VAL HUGE_VALF HUGE_VALL INFINITY LITTLE_ENDIAN MAXFLOAT MB_CUR_MAX
 NAN NFDBITS NULL PDP_ENDIAN RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED errno far fd_set linux
-math_errhandling near physadr quad signgam strtodf unix
+main math_errhandling near physadr quad signgam strtodf unix
 """
 MACROS = re.compile(
     r"(DBL|DEC\d*|EXIT|FLT|FP|INT|INT_\w+|INT\d+|INTMAX|INTPTR|LDBL|MATH|PTRDIFF|PTHREAD|SCHED|SIG_ATOMIC|SIZE|UINT_\w+"

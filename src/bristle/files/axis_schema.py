@@ -13,6 +13,9 @@ from bristle.files.schema import ColumnName, Quantity, Strict
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry", "long_form"]
 
 
+Harmonic = Annotated[int, Field(ge=1, le=10_000)]
+
+
 def _no_truth_value(value: Any) -> Any:
     """Refuse what Python takes for a number, and nobody for a sign."""
     if isinstance(value, bool):
@@ -73,7 +76,7 @@ class CoggingEntry(Strict):
     """What of the effort comes back with every turn of something."""
 
     turn: Literal["motor", "screw"] = "motor"
-    harmonics: list[Annotated[int, Field(ge=1, le=10_000)]] | Literal["identify"] = "identify"
+    harmonics: Annotated[list[Harmonic], Field(max_length=200)] | Literal["identify"] = "identify"
 
 
 class EffortEntry(Strict):

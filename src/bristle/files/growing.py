@@ -21,9 +21,12 @@ from pathlib import Path
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.owned import (
     NOTE,
+    UNFINISHED,
     Folder,
     Note,
+    complete,
     is_own_name,
+    listed,
     lock,
     new_note,
     note_in,
@@ -36,8 +39,7 @@ __all__ = ["DAMAGED", "Growing", "growing_folder", "verified"]
 
 DAMAGED = ".damaged"
 """What stands behind the name of a file whose content is not the one that was written: it is kept."""
-MOST_LISTED = 5
-_UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
+_NO_FOLDER = {errno.ENOTDIR, errno.ELOOP}
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.EACCES, errno.EPERM}
 
 
@@ -68,6 +70,10 @@ class Growing:
         """The files that were written and are there."""
         return [name for name, sums in self._sums.items() if any(sums) and self._folder.is_file(name)]
 
+    def has_held(self, name: str, content: str) -> bool:
+        """Return whether a file was written with this very content."""
+        return hashlib.sha256(content.encode("utf-8", "backslashreplace")).hexdigest() in self._sums.get(name, ())
+
     def is_whole(self, name: str) -> bool:
         """Return whether a file is there with a content that was written."""
         return name in self.names and self._folder.checksum(name) in self._sums[name]
@@ -96,6 +102,9 @@ class Growing:
             try:
                 self._place_file(name, data)
             except OSError as error:
+                if error.errno in _NO_FOLDER:
+                    raise InputError("is a link or a file, not a folder", path=str((self.path / name).parent),
+                                     mend="Move it elsewhere") from error  # fmt: skip
                 if error.errno not in _FULL:
                     raise
                 raise InputError(
@@ -190,6 +199,7 @@ def growing_folder(
             try:
                 _lock(opened, path, note)
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
+                complete(opened)
                 write_line(opened, {"process": str(os.getpid())})
                 _clear(folder, note)
                 yield Growing(folder, opened, note), damaged
@@ -212,15 +222,24 @@ def verified(path: Path, names: list[str]) -> None:
     """
     with Folder(path) as folder:
         note = note_in(folder)
+        if folder.is_there(NOTE) and not (note and note.is_intact):
+            raise _damaged_note(path)
         if note is None:
             return
         damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())]
     if damaged:
         raise InputError(
             f"{'is' if len(damaged) == 1 else 'are'} damaged, or {'was' if len(damaged) == 1 else 'were'} not written "
-            f"here: {_listed(damaged)}", path=str(path),
-            mend="Give the command that wrote the folder again: it makes damaged files anew, and keeps them beside",
+            f"here: {listed(damaged)}", path=str(path),
+            mend="Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside",
         )  # fmt: skip
+
+
+def _damaged_note(path: Path) -> InputError:
+    return InputError(
+        "is damaged or was changed, and tells no more what was written", path=str(path / NOTE),
+        mend="Take out what was added to it; or name another folder, and the command writes all anew",
+    )  # fmt: skip
 
 
 def _place(out: str | os.PathLike[str]) -> Path:
@@ -248,7 +267,7 @@ def _noted(folder: Folder, path: Path, kind: str) -> tuple[Note | None, int]:
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"holds something else than a {kind}: {_listed(present)}", path=str(path),
+        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path),
                          mend="Name another folder")  # fmt: skip
     return None, new_note(path, secrets.token_hex(16), path.name, kind)
 
@@ -270,16 +289,19 @@ def _looked_through(
         raise InputError(f"holds something else than a {kind}: {note.kind or 'results of another command'}",
                          path=str(path), mend="Name another folder")  # fmt: skip
     foreign, changed = strangers_in(folder, note)
+    if NOTE in changed:
+        raise _damaged_note(path)
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
-        raise InputError(f"holds what was not written here: {_listed(foreign)}", path=str(path),
+        raise InputError(f"holds what was not written here: {listed(foreign)}", path=str(path),
                          mend="Move it elsewhere: it would be replaced, or read as if it were")  # fmt: skip
-    unfinished = {name for name in changed if _UNFINISHED.fullmatch(name)}
-    if altered := [name for name in changed if name not in unfinished and not made_anew(name)]:
-        raise InputError(f"holds files that were changed since: {_listed(altered)}", path=str(path),
+    unfinished = {name for name in changed if UNFINISHED.fullmatch(name) and not note.sums[name]}
+    changed = [name for name in changed if name not in unfinished]
+    if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
+        raise InputError(f"holds files that were changed since: {listed(altered)}", path=str(path),
                          mend="Move them elsewhere: they would be replaced")  # fmt: skip
-    return [name for name in changed if name not in unfinished]
+    return changed
 
 
 def _opened(folder: Folder, name: str) -> list[str]:
@@ -294,11 +316,6 @@ def _opened(folder: Folder, name: str) -> list[str]:
 def _clear(folder: Folder, note: Note | None) -> None:
     """Remove what a process left half written that was killed: the lock says that none writes."""
     for name in note.files if note is not None else ():
-        if _UNFINISHED.fullmatch(name) and folder.is_file(name):
+        if UNFINISHED.fullmatch(name) and folder.is_file(name):  # of a person it would have been refused
             with suppress(OSError):
                 folder.remove(name)
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    return f"{', '.join(names[:MOST_LISTED])}{more}"

@@ -13,6 +13,7 @@ import json
 import os
 import re
 import time
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -22,10 +23,14 @@ from bristle.files.folder import Folder
 
 __all__ = [
     "NOTE",
+    "UNFINISHED",
     "Folder",
     "Note",
+    "complete",
     "is_own_name",
     "is_plain",
+    "line_of",
+    "listed",
     "lock",
     "new_note",
     "note_aside",
@@ -37,8 +42,13 @@ __all__ = [
 ]
 
 NOTE = ".bristle-results"
+UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
+"""The names of files that are being written, which are renamed once they are whole."""
+NAMES_SHOWN = 5
 LARGEST_NOTE = 2**26  # [byte]
 DEEPEST = 2  # names in the path of a file
+_CHECK = "check"  # CRC-32 of the rest of a line
+_BEGIN = '{"'  # of every line: one that was cut where a process was killed, too
 _LOCKED_BYTE = 2**30  # far behind the end of a note: where locks keep others from reading, they keep nobody from it
 
 
@@ -64,6 +74,8 @@ class Note:
         The token of the folder whose content takes the place of this one; empty where none does.
     process : str
         The process that wrote last into a folder that grows.
+    is_intact : bool
+        Whether each line is as it was written. Of one that is not, nothing else in it can be relied on.
     """
 
     token: str
@@ -74,6 +86,7 @@ class Note:
     kind: str = ""
     aside: str = ""
     process: str = ""
+    is_intact: bool = True
 
     @property
     def folders(self) -> list[str]:
@@ -102,9 +115,18 @@ def new_note(folder: Path, token: str, target: str, kind: str = "") -> int:
     return opened
 
 
+def _check(line: Mapping[str, object]) -> str:
+    return f"{zlib.crc32(json.dumps(dict(line)).encode()):08x}"
+
+
+def line_of(line: Mapping[str, object]) -> str:
+    """Return a line of a note, with its check sum."""
+    return json.dumps(dict(line) | {_CHECK: _check(line)}) + "\n"
+
+
 def write_line(opened: int, line: Mapping[str, str]) -> None:
     """Append a line to a note."""
-    text = json.dumps(line).encode() + b"\n"
+    text = line_of(line).encode()
     while text:
         text = text[os.write(opened, text) :]
 
@@ -167,7 +189,7 @@ def note_in(folder: Folder) -> Note | None:
 
 
 def _note_of(text: bytes) -> Note | None:
-    head, *lines = _objects_in(text)
+    (head, *lines), is_intact = _objects_in(text)
     token, target, began = (head.get(key) for key in ("folder", "target", "began"))
     if "bristle" not in head or not (isinstance(token, str) and isinstance(target, str) and isinstance(began, str)):
         return None
@@ -175,7 +197,7 @@ def _note_of(text: bytes) -> Note | None:
         return None
     files: dict[str, str] = {}
     sums: dict[str, set[str]] = {}
-    beside = {"aside": "", "process": ""}
+    beside, partial = {"aside": "", "process": ""}, ""
     for line in lines:
         if keys := beside.keys() & line.keys():
             beside |= {key: str(line[key]) for key in keys}
@@ -185,23 +207,45 @@ def _note_of(text: bytes) -> Note | None:
             return None
         files[name] = checksum
         sums.setdefault(name, set()).add(checksum)
+        if partial and checksum:  # of the file that was renamed to this one
+            sums[partial].add(checksum)
+        partial = name if UNFINISHED.fullmatch(name) and not checksum else ""
     held = {name: frozenset(all_sums - {""}) for name, all_sums in sums.items()}
     kind = head.get("kind", "")
-    return Note(token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside)
+    return Note(
+        token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside, is_intact=is_intact
+    )
 
 
-def _objects_in(text: bytes) -> Iterator[dict[str, object]]:
-    """Yield the objects of the whole lines, the first one in any case: the last line may be cut."""
-    complete = text.decode("utf-8", "replace").split("\n")[:-1]
-    for index, line in enumerate(complete or [""]):
-        try:
-            parsed = json.loads(line)
-        except (ValueError, RecursionError):
-            parsed = None
-        if isinstance(parsed, dict):
-            yield parsed
-        elif index == 0:
-            yield {}
+def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
+    """Return the objects of the lines, the first one in any case, and whether all are as they were written.
+
+    The last line may be cut.
+    """
+    *complete, last = text.decode("utf-8", "replace").split("\n")
+    objects = [_object_in(line) for line in complete or [""]]
+    return [line for line in (objects[0] or {}, *objects[1:]) if line is not None], (
+        None not in objects[1:] and last[: len(_BEGIN)] == _BEGIN[: len(last)]
+    )
+
+
+def _object_in(line: str) -> dict[str, object] | None:
+    """Return the object in a line; None where it is not as it was written."""
+    try:
+        parsed = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(parsed, dict):
+        return None
+    return parsed if parsed.pop(_CHECK, "") == _check(parsed) else None
+
+
+def complete(opened: int) -> None:
+    """Take off the line that a killed process left half written at the end of a note."""
+    text = os.pread(opened, LARGEST_NOTE, 0) if hasattr(os, "pread") else b""
+    end = text.rfind(b"\n") + 1
+    if end < len(text) and text[end:].startswith(_BEGIN.encode()[: len(text) - end]):
+        os.ftruncate(opened, end)
 
 
 def sync_folder(folder: Path) -> None:
@@ -213,6 +257,12 @@ def sync_folder(folder: Path) -> None:
         os.fsync(opened)
     finally:
         os.close(opened)
+
+
+def listed(names: list[str]) -> str:
+    """Return the first names, and how many more there are."""
+    more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
+    return f"{', '.join(names[:NAMES_SHOWN])}{more}"
 
 
 def is_plain(name: str) -> bool:
@@ -228,6 +278,8 @@ def is_own_name(name: str) -> bool:
 
 def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
     """Return what a person put into a folder, and what of bristle's own a person changed."""
+    if not note.is_intact:
+        return [], [NOTE]
     present = list(_names_in(folder, note.folders))
     foreign = [name for name in present if name not in note.files]
     own = [name for name in present if name in note.files]
@@ -266,7 +318,7 @@ def remove_own(path: Path, *, half_written: bool = False) -> bool:
     try:
         with Folder(path) as folder:
             note = note_in(folder)
-            if note is None:
+            if note is None or not note.is_intact:
                 return False
             for name, checksum in note.files.items():
                 with contextlib.suppress(OSError):

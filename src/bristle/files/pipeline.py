@@ -18,7 +18,7 @@ from bristle.core.content import Origin, content_of
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Variant
 from bristle.files.components import check_keys, table_at
-from bristle.files.owned import Folder, note_in, strangers_in
+from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.variant import SECTIONS, Tables, merged, variant_from
@@ -86,6 +86,9 @@ class Planned:
             text = (self.folder / DEPENDS_ON).read_text("utf-8") if DEPENDS_ON in names else "{}"
         except (OSError, UnicodeDecodeError):
             return False
+        if NOTE in changed:
+            mend = f"Remove {self.folder}: it is identified anew"
+            raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
             raise InputError("was changed since it was identified", path=str(self.folder / MODEL),
                              mend=f'Name it with file = "..." under another name, or remove {self.folder}')  # fmt: skip

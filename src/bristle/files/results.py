@@ -30,6 +30,7 @@ from bristle.files.owned import (
     Folder,
     Note,
     is_own_name,
+    listed,
     lock,
     new_note,
     note_aside,
@@ -46,7 +47,6 @@ __all__ = ["SUMMARY", "Results", "remove_unfinished", "results_folder"]
 SUMMARY = "summary.json"
 """The file that every folder of results of a command holds."""
 
-NAMES_SHOWN = 5
 BEGUN_LONG_AGO = 60.0  # [s]
 _UNFINISHED = re.compile(r"bristle-([0-9a-f]{32})\.(?:partial|replaced)")
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
@@ -213,7 +213,7 @@ def _check_free(target: Path, force: bool) -> None:
                 raise InputError("exists already", path=str(target),
                                  mend="Name another folder, or add --force to replace these results")  # fmt: skip
             if used := read_in(target):
-                raise InputError(f"holds what is read here: {_listed(used)}", path=str(target),
+                raise InputError(f"holds what is read here: {listed(used)}", path=str(target),
                                  mend="It would be replaced with the rest: name another folder")  # fmt: skip
             if target.is_mount():
                 raise InputError("is a mount point and cannot be renamed", path=str(target), mend="Name a folder in it")
@@ -233,23 +233,21 @@ def _check_own(folder: Folder, target: Path) -> None:
             raise InputError(
                 f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle "
                 "0.1: they are not replaced", path=str(target),
-                mend=f"Name another folder, or remove by hand what is no longer needed: {_listed(present)}",
+                mend=f"Name another folder, or remove by hand what is no longer needed: {listed(present)}",
             )  # fmt: skip
-        raise InputError(f"holds something else than results: {_listed(present)}", path=str(target),
+        raise InputError(f"holds something else than results: {listed(present)}", path=str(target),
                          mend="Name another folder")  # fmt: skip
+    if note.kind:
+        raise InputError(f"holds a {note.kind}, which grew over many runs and is replaced by nothing", path=str(target),
+                         mend="Name another folder, or remove this one by hand")  # fmt: skip
     foreign, changed = strangers_in(folder, note)
     for reason, names in (
         ("holds files besides the results", foreign),
         ("holds files that were changed since", changed),
     ):
         if names:
-            raise InputError(f"{reason}: {_listed(names)}", path=str(target),
+            raise InputError(f"{reason}: {listed(names)}", path=str(target),
                              mend="Move them elsewhere, for the whole folder is replaced, or name another")  # fmt: skip
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
-    return f"{', '.join(names[:NAMES_SHOWN])}{more}"
 
 
 def _begin(target: Path) -> Results:

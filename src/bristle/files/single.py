@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import secrets
+import stat
 from contextlib import suppress
 from pathlib import Path
 
 from bristle.core.errors import InputError
 
-__all__ = ["write_whole"]
+__all__ = ["is_sealed", "sealed", "write_whole"]
 
+_SEAL = "<!-- sha256 of all above: {} -->\n"
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -53,6 +56,23 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
             raise _unwritable(file, error) from None
         raise
     return file
+
+
+def sealed(text: str) -> str:
+    """Return a page with its checksum behind it."""
+    return text + _SEAL.format(hashlib.sha256(text.encode()).hexdigest())
+
+
+def is_sealed(path: Path) -> bool:
+    """Return whether a file, and no link to one, holds a page as it was sealed."""
+    size = len(_SEAL.format(64 * "0"))
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return False
+        content = path.read_bytes()
+    except OSError:
+        return False
+    return content[-size:] == _SEAL.format(hashlib.sha256(content[:-size]).hexdigest()).encode()
 
 
 def _unwritable(file: Path, error: OSError) -> InputError:

@@ -100,7 +100,7 @@ def pattern_of(text: str | None) -> re.Pattern[str] | None:
         return None
     try:
         pattern = re.compile(text)
-    except re.error as error:
+    except (re.error, RecursionError) as error:
         raise InputError(f"is no regular expression: {error}", path="--axis-from", value=text) from None
     if "axis" not in pattern.groupindex:
         raise InputError("has no group called axis", path="--axis-from", value=text,

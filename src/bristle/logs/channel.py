@@ -29,7 +29,7 @@ def quantisation(values: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def clear_step(values: np.ndarray) -> float:
+def clear_step(values: np.ndarray, *, most: float = FEW_STEPS) -> float:
     """Return the step that all values are multiples of, where few lie between samples; 0 where there is none."""
     finite = np.asarray(values, dtype=float)[np.isfinite(values)]
     step = quantisation(finite)
@@ -37,7 +37,7 @@ def clear_step(values: np.ndarray) -> float:
         return 0.0
     multiples = (finite - finite.min()) / step
     moves = np.abs(np.diff(multiples))
-    is_clear = np.median(moves[moves > OFF_STEP]) <= FEW_STEPS
+    is_clear = np.median(moves[moves > OFF_STEP]) <= most
     return step if is_clear and np.max(np.abs(multiples - np.round(multiples))) < OFF_STEP else 0.0
 
 

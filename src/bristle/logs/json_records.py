@@ -22,6 +22,8 @@ from bristle.logs.words import is_time, unit_of_time
 __all__ = ["looks_like_json", "read"]
 
 DEEPEST = 8
+MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records
+WIDE = 1000
 LARGE = 10**15  # of a count of µs or less since long ago
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
@@ -61,7 +63,10 @@ def read(data: bytes, request: Request) -> Table:
         If it is no JSON, or holds no records and no columns.
     """
     content = _parsed(data, request.source)
-    tables = dict(_tables(content, "", 0))
+    try:
+        tables = dict(_tables(content, "", 0))
+    except InputError as error:
+        raise error.at(str(request.source)) from None
     if not tables:
         raise InputError("holds no records and no columns of numbers", path=str(request.source), mend=MEND)
     name = _chosen(tables, request.table, request.source)
@@ -152,6 +157,9 @@ def _signals(node: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], dict[str
 def _of_records(records: list[dict[str, Any]]) -> dict[str, list[Any]]:
     flat = [dict(_flat(record, "", 0)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
+    if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
+        raise InputError(f"has {len(names)} different names in {len(flat)} records",
+                         allowed=f"{MOST_NAMES} names; beyond {WIDE}, {MOST_CELLS} values", mend=MEND)  # fmt: skip
     return {name: [record.get(name) for record in flat] for name in names}
 
 
@@ -194,7 +202,7 @@ def _table(
     numbers: dict[str, np.ndarray] = {}
     texts: dict[str, InputError] = {}
     for name, values in zip(called, columns.values(), strict=True):
-        column = _numbers(values)
+        column = _numbers(values, is_time(name))
         if column is None:
             odd = next((value for value in values if not isinstance(value, (int, float))), None)
             texts[name] = InputError("is not a number", path=f"{source}: {name!r}", value=str(odd)[:60])
@@ -259,12 +267,13 @@ def _counted(values: list[int]) -> np.ndarray:
     return np.array([value - values[0] for value in values], dtype=np.int64) / size
 
 
-def _numbers(values: list[Any]) -> np.ndarray | None:
-    """Return a list as numbers: a missing one is NaN, dates are seconds from the first."""
+def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
+    """Return a list as numbers: a missing one is NaN, dates and counts of a time are seconds from the first."""
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if len(filled) == len(values) and all(type(value) is int for value in values) and abs(values[0]) > LARGE:
+    is_counted = may_count and len(filled) == len(values) and all(type(value) is int for value in values)
+    if is_counted and abs(values[0]) > LARGE:
         return _counted(values)
     if all(isinstance(value, (int, float)) for value in filled):
         return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 from unicodedata import normalize
 
@@ -157,6 +158,7 @@ def words_of(name: str) -> list[str]:
     return [word.lower() for word in re.split(r"[^A-Za-z]+", split) if word]
 
 
+@lru_cache(maxsize=2**16)
 def meaning_of(name: str, about: str = "") -> Meaning:
     """Return what the name of a column means; what else is said of it counts where the name says nothing.
 

@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.core.tabular import library
 from bristle.files.growing import verified
-from bristle.study.store import OF_STUDIES, RUNS, study_in
+from bristle.study.store import OF_STUDIES, RUNS, STUDY, study_in
 
 __all__ = ["OK", "Runs", "read_study", "runs_in"]
 
@@ -63,7 +63,7 @@ def runs_in(folder: str | Path) -> Runs:
         if (place / RUNS).is_dir()
         else []
     )
-    verified(place, [f"{RUNS}/{name}" for name in files])
+    verified(place, [STUDY, *(f"{RUNS}/{name}" for name in files)])
     try:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:

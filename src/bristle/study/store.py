@@ -51,7 +51,11 @@ class Store:
         if self.grown.is_whole(STUDY):
             refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
         else:
-            self.grown.write(STUDY, as_json(_described(self, provenance)))
+            text = as_json(_described(self, provenance))
+            if any(name.startswith(f"{RUNS}/") for name in self.grown.names) and not self.grown.has_held(STUDY, text):
+                raise InputError("is missing, and nothing else tells which study the runs beside it are of",
+                                 path=str(self.folder / STUDY), mend="Put it back, or name another folder")  # fmt: skip
+            self.grown.write(STUDY, text)
         self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:

@@ -48,8 +48,12 @@ def about_units(log: LogData, rows: Rows, axis: Axis, settings: CheckThresholds)
 def _about_steps(log: LogData, axis: Axis) -> Iterator[Diagnostic]:
     """Yield that the position steps by something else than the resolution of the axis file."""
     recorded = log.position.recorded_step
-    step = clear_step(log.position.values) if recorded is None else recorded
-    if not step or not axis.resolution:
+    if not axis.resolution:
+        return
+    step = clear_step(log.position.values, most=math.inf) if recorded is None else recorded
+    if step < axis.resolution and recorded is None:  # digits of a text are a finer step than any encoder has
+        step = clear_step(log.position.values)
+    if not step:
         return
     times = step / axis.resolution
     if 1.0 / OTHER_STEP < times < OTHER_STEP:
