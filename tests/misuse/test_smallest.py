@@ -2,6 +2,7 @@
 
 import pytest
 
+import bristle as br
 from bristle.core import InputError, Variable
 from bristle.core.edge import amount
 
@@ -15,3 +16,20 @@ def test_a_number_without_an_inverse_is_refused(text):
 def test_zero_and_small_numbers_pass():
     assert amount(Variable("frequency", "cut-off"))("1e-290 Hz", "--cutoff", None) == 1e-290
     assert amount(Variable("frequency", "cut-off"))("0 Hz", "--cutoff", None) == 0.0
+
+
+@pytest.mark.parametrize("stroke", ['["0 m", "1e90 m"]', '["1e15 m", "1.1e15 m"]'])
+def test_a_stroke_in_which_positions_have_no_digits_is_refused(stroke):
+    axis = br.Axis(stroke=tuple(float(end.split()[0].strip('["')) for end in stroke.split(",")), velocity_limit=0.1)
+    with pytest.raises(InputError, match=r"limits\.stroke: is so far from zero"):
+        br.excite(axis, duration="10 s", rehearsed=False)
+
+
+def test_the_harmonics_of_a_cogging_are_named_as_in_the_file(tmp_path):
+    path = tmp_path / "axis.toml"
+    path.write_text(
+        'schema = 1\nkind = "translational"\ncolumns.position = { column = "x", unit = "m" }\n'
+        'cogging = [{ turn = "motor", harmonics = [0] }]\n'
+    )
+    with pytest.raises(InputError, match=r"cogging\[0\]\.harmonics\[0\]: does not fit"):
+        br.read_axis(path)

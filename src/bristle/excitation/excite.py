@@ -139,7 +139,8 @@ def excite(
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        raise error.at("the usual friction of an axis of these limits") from None
+        raise InputError(f"are of no axis: its usual friction is out of range ({error})", path="[limits]",
+                         mend="Mend velocity, acceleration, stroke and mass in the axis file") from None  # fmt: skip
     sample_time = axis.sample_time or SAMPLE_TIME
     if seconds / sample_time > SAMPLES_MOST:
         raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,

@@ -99,6 +99,9 @@ def limits_of(
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI",
                              mend="Is the unit right?")  # fmt: skip
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
+    if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
+        raise InputError("is so far from zero that positions in it have too few digits", path="limits.stroke",
+                         value=axis.stroke, mend="Count positions from where the axis is")  # fmt: skip
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:

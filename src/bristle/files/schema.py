@@ -101,6 +101,8 @@ def _elsewhere(schema: type[Strict], key: str) -> str:
 def _dotted(loc: Iterable[str | int]) -> str:
     path = ""
     for part in loc:
+        if isinstance(part, str) and "[" in part:  # which of several types was tried
+            continue
         path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
     return path
 

@@ -64,7 +64,7 @@ def read(data: bytes, request: Request) -> Table:
     """
     content = _parsed(data, request.source)
     try:
-        tables = dict(_tables(content, "", 0))
+        tables = {path: table for path, table in _tables(content, "", 0) if table[0]}
     except InputError as error:
         raise error.at(str(request.source)) from None
     if not tables:

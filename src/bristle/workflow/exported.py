@@ -168,7 +168,7 @@ def _described(axis: Any, folder: Path) -> Axis | None:
 
 
 def _speed(text: str, kind: Kind) -> float:
-    return amount(Variable("length/time", "largest speed", min=0.0))(text, "--speed", kind)
+    return amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(text, "--speed", kind)
 
 
 def _loop_beside(folder: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:

@@ -18,13 +18,13 @@ VALUES, FEWEST = 3, 4  # points that are gravity, levels and viscous friction; t
 def write(request: Request) -> Product:
     """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
     from bristle.core.errors import InputError
-    from bristle.exports.drive import AT_REST, error_on_log, losses, said_of_units, side_of, table_text
+    from bristle.exports.drive import AT_REST, MOST, error_on_log, losses, said_of_units, side_of, table_text
     from bristle.prediction.drive_units import column_signs, table_units
 
     if request.points == VALUES:
         return _values(request)
-    if request.points < FEWEST:
-        raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} or more")
+    if not FEWEST <= request.points <= 2 * MOST:
+        raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
     sides = {way: side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)}
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     effort, entries = units.efforts[0], {way: side.entries for way, side in sides.items()}
