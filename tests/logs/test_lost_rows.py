@@ -121,3 +121,16 @@ def test_a_row_that_stands_there_twice_is_one_and_a_reading_of_its_own_is_kept()
     clock = found(stamps, x)
     assert clock.notes[0] == "1 stamp is repeated and is taken as between those around"
     assert clock.time.size == COUNT
+
+
+@pytest.mark.parametrize("equal", [2, 10])
+def test_a_time_whose_stamps_repeat_is_the_time_of_a_proposal(tmp_path, equal):
+    from bristle.logs.readers import read_table
+    from bristle.logs.roles import roles_of
+
+    t = 1e-3 * np.arange(2000)
+    stamps = t[::equal].repeat(equal)[: t.size]
+    path = tmp_path / "host.csv"
+    np.savetxt(path, np.column_stack([stamps, place(t), np.sin(3 * t)]), delimiter=",", comments="",
+               header="time [s],position [m],force [N]")  # fmt: skip
+    assert roles_of(read_table(path)).channels["time"].column == "time"

@@ -14,6 +14,7 @@ from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name
 __all__ = ["Candidate", "candidate_of", "time_among"]
 
 FEWEST = 20  # samples
+OF_STAMPS = 0.02  # of the steps of a time that rise: fewer are no stamps of samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +78,19 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
     if table.stamps:
         return None
     rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
-    called = [column for column in rising if column.meaning.role == "time" and is_time(column.name)]
+    called = [column for column in columns if column.meaning.role == "time" and is_time(column.name)]
+    called = [column for column in called if column in rising or _halts(column)]
     named = [column for column in called if not column.unit or column.is_one_of(("s",))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
     if not named and table.sample_time is None:
         named = [column for column in rising if _is_nameless_time(column, first=column is columns[0])]
     return (named[0], "its name" if named[0] in called else "it rises evenly") if named else None
+
+
+def _halts(column: Candidate) -> bool:
+    """Return whether a column rises with halts, as the stamps of a host that repeat."""
+    steps = np.diff(column.values)
+    return bool(np.all(steps >= 0.0) and np.mean(steps > 0.0) >= OF_STAMPS)
 
 
 def _is_nameless_time(column: Candidate, *, first: bool) -> bool:
