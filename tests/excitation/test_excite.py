@@ -134,7 +134,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (STAGE, {"travel": "-1 mm"}, "must be positive"),
         (STAGE, {"duration": "1 s"}, "at least 2 s"),
         (STAGE, {"duration": 1e5}, "samples"),
-        (replace(STAGE, velocity_limit=1e-9), {}, "an axis of these limits: v_S: out of range"),
+        (replace(STAGE, velocity_limit=1e-9), {}, "its usual friction is out of range \\(v_S: out of range"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is less than 100 samples of this axis"),
         (
             replace(STAGE, jerk_limit=1e-9),
