@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 from tests.docs.json_reference import documented, is_found
+from tests.exports.native import COMPILER
 from tests.golden.case import CASES
 from tests.golden.commands import COMMANDS
 from tests.golden.comparison import differences
@@ -36,7 +37,10 @@ LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own"
 ])  # fmt: skip
 def test_no_key_is_gone_and_no_name_is_another_one(case):
     frozen = json.loads(case.file.read_text(encoding="utf-8"))
-    assert [str(one) for one in differences(frozen, printed(case))][:20] == []
+    found = [str(one) for one in differences(frozen, printed(case))]
+    if COMPILER is None:  # then `check` cannot compare the bits of C, and says so
+        found = [one for one in found if not one.startswith("json.certificates.same bits exported.")]
+    assert found[:20] == []
 
 
 @pytest.mark.parametrize("command", DOCUMENTED)
