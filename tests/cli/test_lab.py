@@ -6,7 +6,7 @@ import pytest
 
 import bristle as br
 from bristle.cli.application import run
-from bristle.files.single import sealed
+from bristle.files.single import is_sealed, sealed, write_whole
 from bristle.lab.page import MARK
 
 
@@ -164,3 +164,10 @@ def test_a_port_that_is_taken_is_told():
         assert address == "127.0.0.1"
         with pytest.raises(br.core.InputError, match="Leave --port away"):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
+
+
+def test_a_page_that_cannot_be_encoded_is_sealed_as_it_is_written(tmp_path):
+    file = write_whole(tmp_path / "page.html", sealed("<p>caf\udce9</p>\n"))
+    assert is_sealed(file)
+    file.write_bytes(file.read_bytes().replace(b"<p>", b"<b>"))
+    assert not is_sealed(file)

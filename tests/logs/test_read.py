@@ -217,14 +217,14 @@ def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, a
         assert "57.3 is degrees in a radian" in message(found[0])
 
 
-def test_steps_of_a_fast_axis_that_contradict_the_resolution_are_told(write, axis, recording):
+@pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])
+def test_steps_of_a_fast_axis_contradict_a_finer_resolution_and_digits_of_a_text_no_coarser_one(
+    write, axis, recording, share, told
+):
     step = 1e-7  # far more than 20 of them lie between samples
-    log = read_log(write(q=step * np.round(recording["q"] / step)), dataclasses.replace(axis, resolution=step / 57.3))
-    assert "resolution_contradicts" in [
-        one.code for one in checked(log, dataclasses.replace(axis, resolution=step / 57.3))
-    ]
-    fine = dataclasses.replace(axis, resolution=57.3 * step)  # the digits of a text
-    assert "resolution_contradicts" not in [one.code for one in checked(read_log(write(), fine), fine)]
+    described = dataclasses.replace(axis, resolution=step * share)
+    log = read_log(write(q=step * np.round(recording["q"] / step)), described)
+    assert ("resolution_contradicts" in [one.code for one in checked(log, described)]) == told
 
 
 @pytest.mark.parametrize("with_reference", [True, False])

@@ -1,10 +1,20 @@
 """Known inputs join the output of a controller before the limit of the drive, which bounds their sum."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+
+from bristle.controllers import cascade
+from bristle.core.experiment import Experiment
+from bristle.exports.effect import _at_rest
+from bristle.friction import coulomb_viscous
+from bristle.lab.followed import _signals
+from bristle.loop_design.circle import _axis
+from bristle.plants import inertia
+from bristle.simulation import compensation_experiment, simulate
 
 M, F_V, F_C, FORCE_CONSTANT, LIMIT, GAIN = 95.0, 203.0, 20.4, 35.15, 10.0, 1.0139
 K_P, K_V, DT = 160.18, 243.45, 1e-3
@@ -84,3 +94,34 @@ def test_an_experiment_that_names_known_inputs_which_its_file_lacks_is_refused(b
     ended = bristle("run", "fit/experiment.toml")
     assert ended.code == 2
     assert "injected.file: has no column of known inputs" in ended.err
+
+
+@pytest.fixture
+def pushed():
+    """A loop that is pushed by a force and by a known input."""
+    model, x = coulomb_viscous(F_C=F_C, F_v=F_V), 0.01 * np.sin(np.arange(400) * 0.01)
+    return compensation_experiment(
+        inertia(M=M), model, model, cascade(k_p=K_P, k_v=K_V), x, DT,
+        disturbance=np.linspace(-1.0, 2.0, 400), injected=np.linspace(0.5, 0.75, 400),
+    ).variants[0]  # fmt: skip
+
+
+def test_the_first_samples_of_a_loop_have_their_own_inputs(pushed):
+    first = pushed.first(100)
+    assert first.run.duration == pytest.approx(100 * DT)
+    np.testing.assert_array_equal(first.disturbance, pushed.disturbance[:100])
+    np.testing.assert_array_equal(first.injected, pushed.injected[:100])
+    outcome = simulate(Experiment("first", "translational", (first,))).variants[first.name]
+    assert outcome.measured.size == 100
+
+
+def test_moves_and_circles_of_other_lengths_have_no_known_inputs_of_the_log(pushed):
+    assert _at_rest(pushed).injected is None
+    assert all(variant.injected is None for variant in (_axis(pushed, 0.01, 0.1, axis) for axis in "xy"))
+
+
+def test_a_page_pushes_the_axis_with_known_inputs_as_with_a_force_along_the_motion(pushed):
+    alike = replace(pushed, disturbance=pushed.disturbance - pushed.injected, injected=None)
+    x = 0.01 * np.sin(np.arange(400) * 0.01)
+    assert _signals(pushed, x, 400) == _signals(alike, x, 400)
+    assert _signals(pushed, x, 400) != _signals(replace(pushed, injected=None), x, 400)

@@ -242,7 +242,9 @@ def _object_in(line: str) -> dict[str, object] | None:
 
 def complete(opened: int) -> None:
     """Take off the line that a killed process left half written at the end of a note."""
-    text = os.pread(opened, LARGEST_NOTE, 0) if hasattr(os, "pread") else b""
+    with os.fdopen(os.dup(opened), "rb") as note:
+        note.seek(0)
+        text = note.read(LARGEST_NOTE)
     end = text.rfind(b"\n") + 1
     if end < len(text) and text[end:].startswith(_BEGIN.encode()[: len(text) - end]):
         os.ftruncate(opened, end)

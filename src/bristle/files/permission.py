@@ -106,7 +106,7 @@ def is_allowed(checksum: str) -> bool:
 
 
 def allow(content: Content) -> None:
-    """Remember that this very code may run; where that cannot be written down, it holds for now only."""
+    """Record that code of this SHA-256 may run; warn where the record cannot be written."""
     if is_allowed(content.checksum):
         return
     record = None

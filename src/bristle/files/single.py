@@ -35,7 +35,7 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
         If it cannot be written: what was there stays.
     """
     file = Path(path)
-    data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+    data = content if isinstance(content, bytes) else _encoded(content)
     replaces = os.path.lexists(file) and not new
     place = file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file
     try:
@@ -58,9 +58,13 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
     return file
 
 
+def _encoded(text: str) -> bytes:
+    return text.encode("utf-8", "backslashreplace")
+
+
 def sealed(text: str) -> str:
     """Return a page with its checksum behind it."""
-    return text + _SEAL.format(hashlib.sha256(text.encode()).hexdigest())
+    return text + _SEAL.format(hashlib.sha256(_encoded(text)).hexdigest())
 
 
 def is_sealed(path: Path) -> bool:
