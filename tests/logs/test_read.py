@@ -221,9 +221,9 @@ def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, a
 def test_steps_of_a_fast_axis_contradict_a_finer_resolution_and_digits_of_a_text_no_coarser_one(
     write, axis, recording, share, told
 ):
-    step = 1e-7  # far more than 20 of them lie between samples
+    step = 1e-5  # 184 of them lie between samples
     described = dataclasses.replace(axis, resolution=step * share)
-    log = read_log(write(q=step * np.round(recording["q"] / step)), described)
+    log = read_log(write(q=step * np.round(recording["r"] / step)), described)
     assert ("resolution_contradicts" in [one.code for one in checked(log, described)]) == told
 
 
