@@ -57,9 +57,7 @@ def lugre() -> Iterator[Ratio]:
         model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=v_d)
         with tempfile.TemporaryDirectory() as folder:
             library = Path(folder) / "lugre.so"
-            subprocess.run(
-                ["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(HERE / "lugre.c"), "-lm"], check=True
-            )
+            subprocess.run(["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(HERE / "lugre.c"), "-lm"], check=True)
             run = ctypes.CDLL(str(library)).lugre_run
             parameters = (ctypes.c_double * 7)(*model.parameters)
             pointer = ctypes.POINTER(ctypes.c_double)
@@ -67,9 +65,13 @@ def lugre() -> Iterator[Ratio]:
             def in_c(run=run, parameters=parameters, pointer=pointer) -> None:
                 z = ctypes.c_double(0.0)
                 run(
-                    parameters, ctypes.byref(z), v.ctypes.data_as(pointer), ctypes.c_double(1e-5),
-                    force_c.ctypes.data_as(pointer), ctypes.c_size_t(count),
-                )  # fmt: skip
+                    parameters,
+                    ctypes.byref(z),
+                    v.ctypes.data_as(pointer),
+                    ctypes.c_double(1e-5),
+                    force_c.ctypes.data_as(pointer),
+                    ctypes.c_size_t(count),
+                )
 
             def in_bristle(model=model) -> np.ndarray:
                 return engine.force_along(model, v, 1e-5, v)
@@ -77,9 +79,14 @@ def lugre() -> Iterator[Ratio]:
             ours, theirs, ratio = side_by_side(in_bristle, in_c, 15)
             difference = np.max(np.abs(in_bristle() - force_c))
         yield Ratio(
-            f"LuGre step, {label}", ours / count, theirs / count, ratio, 1.3, "the same scheme in C, gcc -O3",
+            f"LuGre step, {label}",
+            ours / count,
+            theirs / count,
+            ratio,
+            1.3,
+            "the same scheme in C, gcc -O3",
             f"largest difference {difference:.1e} N of {np.max(np.abs(force_c)):.2f} N",
-        )  # fmt: skip
+        )
 
 
 def start_up() -> Iterator[Ratio]:
@@ -98,9 +105,13 @@ def start_up() -> Iterator[Ratio]:
         )
         second = python(code, BRISTLE_CACHE_DIR=cache)
         yield Ratio(
-            "a second process until it has computed", *side_by_side(second, python("import numpy, numba"), 9), None,
-            "import numpy, numba", "from process start, median of 9; the limit is in seconds", most=1.0,
-        )  # fmt: skip
+            "a second process until it has computed",
+            *side_by_side(second, python("import numpy, numba"), 9),
+            None,
+            "import numpy, numba",
+            "from process start, median of 9; the limit is in seconds",
+            most=1.0,
+        )
 
 
 def identify() -> Iterator[Ratio]:
@@ -112,14 +123,20 @@ def identify() -> Iterator[Ratio]:
     with tempfile.TemporaryDirectory() as folder:
         for model in ("coulomb_viscous", "coulomb_viscous+asymmetry"):
             job = command(
-                BRISTLE, "identify", f"{data}/emps/DATA_EMPS.mat", "--axis", str(EXAMPLES / "emps" / "axis.toml"),
-                "--model", model, "--out", f"{folder}/out", "--force", "--json",
-            )  # fmt: skip
+                BRISTLE,
+                "identify",
+                f"{data}/emps/DATA_EMPS.mat",
+                "--axis",
+                str(EXAMPLES / "emps" / "axis.toml"),
+                "--model",
+                model,
+                "--out",
+                f"{folder}/out",
+                "--force",
+                "--json",
+            )
             beside = python("import numpy, numba, scipy.signal")
-            yield Ratio(
-                f"identify EMPS, {model}, with report", *side_by_side(job, beside, 9), 4.0,
-                "import numpy, numba, scipy.signal",
-            )  # fmt: skip
+            yield Ratio(f"identify EMPS, {model}, with report", *side_by_side(job, beside, 9), 4.0, "import numpy, numba, scipy.signal")
 
 
 def demo() -> Iterator[Ratio]:
@@ -133,9 +150,7 @@ def demo() -> Iterator[Ratio]:
         cold = wall(job)
         warm = min(wall(job) for _ in range(3))
     beside = wall(python("import numpy, numba, scipy.signal"))
-    yield Ratio(
-        "demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal", "one run, compiles"
-    )
+    yield Ratio("demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal", "one run, compiles")
     yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal", "best of 3")
 
 
@@ -181,19 +196,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (
-        coverage,
-        corners,
-        loop_coverage,
-        strange_logs,
-        lies,
-        structures,
-        watch,
-        one_loop,
-        unstated_lag,
-        pushes,
-        last_digits,
-    )
+    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag, pushes, last_digits)
 }
 
 

@@ -37,6 +37,12 @@ def bootstrap() -> Iterator[Ratio]:
     afresh = DRAWS * min(wall(lambda: elements().all_elements()) for _ in range(AFRESH))
     ours = min(wall(lambda: resampled(problem, solution, DRAWS)) for _ in range(RUNS))
     yield Ratio(
-        f"{DRAWS} draws, {len(log)} samples, {len(solution.space.names)} columns", ours, afresh, ours / afresh, None,
-        "as many fits from scratch", "best of 3", most=2.0,
-    )  # fmt: skip
+        f"{DRAWS} draws, {len(log)} samples, {len(solution.space.names)} columns",
+        ours,
+        afresh,
+        ours / afresh,
+        None,
+        "as many fits from scratch",
+        "best of 3",
+        most=2.0,
+    )

@@ -35,10 +35,7 @@ def cluster() -> Iterator[Ratio]:
     from tests.study.processes import DaskCluster, until
 
     with tempfile.TemporaryDirectory() as name, closing(DaskCluster(Path(name))) as there:
-        parts = {
-            "scheduler": [there.scheduler.pid],
-            "workers": [there.worker("--no-nanny").pid for _ in range(WORKERS)],
-        }
+        parts = {"scheduler": [there.scheduler.pid], "workers": [there.worker("--no-nanny").pid for _ in range(WORKERS)]}
         until(lambda: len(there.joined()) == WORKERS, "two workers")
         idle = _idle(parts)
         spent = sum(idle.values())
@@ -50,8 +47,15 @@ def cluster() -> Iterator[Ratio]:
             theirs = _for_a_block(studies, Path(name), {}, {}, workers=WORKERS)
             shares = ", ".join(f"{part} {1e3 * seconds:.1f} ms" for part, seconds in ours.items())
             total, beside = sum(ours.values()), sum(theirs.values())
-            yield Ratio(label, total / block, beside / block, total / beside, None,
-                        "two workers of this machine; time of the processor", f"of a block: {shares}")  # fmt: skip
+            yield Ratio(
+                label,
+                total / block,
+                beside / block,
+                total / beside,
+                None,
+                "two workers of this machine; time of the processor",
+                f"of a block: {shares}",
+            )
 
 
 def _study(folder: Path, rig: str, level: float, spread: float, block: int, runs: int) -> Any:
@@ -72,9 +76,7 @@ def _for_a_block(
     return {part: (large[part] - small[part]) / more for part in large}
 
 
-def _spent(
-    study: Any, folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any
-) -> dict[str, float]:
+def _spent(study: Any, folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any) -> dict[str, float]:
     """Return the time of the processor that each part spends on a study [s]; workers of the command are its own."""
     from bristle.study import run_study
 

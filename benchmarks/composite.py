@@ -36,8 +36,6 @@ def composite() -> Iterator[Ratio]:
                 lambda plant=plant, effort=effort, model=model: run_open_loop(plant, model, effort, STEP),
                 lambda plant=plant, effort=effort: run_open_loop(plant, lugre, effort, STEP),
                 25,
-            )  # fmt: skip
-            count = effort.size
-            yield Ratio(
-                f"composite ({transition}), {case}", ours / count, theirs / count, ratio, 1.75, "a step of LuGre"
             )
+            count = effort.size
+            yield Ratio(f"composite ({transition}), {case}", ours / count, theirs / count, ratio, 1.75, "a step of LuGre")

@@ -111,10 +111,15 @@ def log_of(case: Case, seed: int) -> tuple[dict[str, np.ndarray], dict[str, floa
     F_S, zone = F_C * rng.uniform(1.15, 1.6), float(10.0 ** rng.uniform(-5.3, -4.3))
     sigma_0, speed = F_S / zone, rng.uniform(0.03, 0.15)
     truth = {
-        "M": mass, "F_C": F_C, "F_S": F_S, "v_S": speed * rng.uniform(0.02, 0.08), "sigma_0": sigma_0,
+        "M": mass,
+        "F_C": F_C,
+        "F_S": F_S,
+        "v_S": speed * rng.uniform(0.02, 0.08),
+        "sigma_0": sigma_0,
         "sigma_1": min(2.0 * rng.uniform(0.2, 0.6) * math.sqrt(sigma_0 * mass), 4e-3 * sigma_0),
-        "sigma_2": F_C * rng.uniform(0.2, 1.0) / speed, "offset": rng.uniform(-0.2, 0.2) * F_C,
-    }  # fmt: skip
+        "sigma_2": F_C * rng.uniform(0.2, 1.0) / speed,
+        "offset": rng.uniform(-0.2, 0.2) * F_C,
+    }
     period, bandwidth = 1.0 / case.rate, 2.0 * np.pi * rng.uniform(12.0, 25.0)
     t = period * np.arange(round(DURATION * case.rate))
     r = _reference(rng, t, zone, speed, slides=case.slides)

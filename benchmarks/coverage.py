@@ -108,9 +108,12 @@ def recorded(truth: Truth, path: Motion, seed: int) -> Log:
     phase = rng.uniform(0.0, ENCODER)
     position = ENCODER * np.round((path.position[kept] + phase) / ENCODER)
     return Log(
-        time=Channel(path.time[kept], "s", "t"), position=Channel(position, "m", "x"),
-        effort=Channel(effort, "N", "u"), sample_time=SAMPLE_TIME, segments=(slice(0, effort.size),),
-    )  # fmt: skip
+        time=Channel(path.time[kept], "s", "t"),
+        position=Channel(position, "m", "x"),
+        effort=Channel(effort, "N", "u"),
+        sample_time=SAMPLE_TIME,
+        segments=(slice(0, effort.size),),
+    )
 
 
 class Trial(NamedTuple):

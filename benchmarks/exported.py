@@ -61,6 +61,5 @@ def exported() -> Iterator[Ratio]:
             ours, theirs, ratio = busy_side_by_side(in_c, here, RUNS)
             differing = np.count_nonzero(force[1:].view(np.int64) != here().view(np.int64))
         yield Ratio(
-            f"{name}, a step in C", ours / STEPS, theirs / STEPS, ratio, LIMIT, "compiled Python",
-            f"{differing} of {STEPS} forces differ",
-        )  # fmt: skip
+            f"{name}, a step in C", ours / STEPS, theirs / STEPS, ratio, LIMIT, "compiled Python", f"{differing} of {STEPS} forces differ"
+        )

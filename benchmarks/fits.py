@@ -38,9 +38,8 @@ JOBS = (
     Job(f"EMPS in its loop, {REFINED}", EMPS, "emps/axis.toml", REFINED, LOOP),
     Job("EMPS, all models", EMPS, "emps/axis.toml", "all", most=A_COMPARISON),
     Job("bouc_wen, bouc_wen_classic", ("bouc_wen/train.h5",), "bouc_wen/axis.toml", "bouc_wen_classic"),
-    Job("tribometer, maxwell_slip+position", ("tribometer/test_data_2.txt",), "tribometer/axis.toml",
-        "maxwell_slip+position"),
-)  # fmt: skip
+    Job("tribometer, maxwell_slip+position", ("tribometer/test_data_2.txt",), "tribometer/axis.toml", "maxwell_slip+position"),
+)
 DAMPER = "friction_damper/brfd_all.npz"
 TESTS = r"dataset-{}__.*__([\d.]+)Hz{}lb"
 FAST = 2.0  # [Hz]: predicted, not fitted
@@ -57,9 +56,18 @@ def fits() -> Iterator[Ratio]:
     for job in (*JOBS, *_of_the_damper(data / DAMPER)):
         with tempfile.TemporaryDirectory() as out:
             run = command(
-                BRISTLE, "identify", *(str(data / one) for one in job.logs), "--axis", str(EXAMPLES / job.axis),
-                "--model", job.model, "--out", f"{out}/out", "--force", *job.options,
-            )  # fmt: skip
+                BRISTLE,
+                "identify",
+                *(str(data / one) for one in job.logs),
+                "--axis",
+                str(EXAMPLES / job.axis),
+                "--model",
+                job.model,
+                "--out",
+                f"{out}/out",
+                "--force",
+                *job.options,
+            )
             run()
             yield _row(job.name, min(wall(run) for _ in range(RUNS)), beside, job.most)
     yield _of_nine_tests(data / DAMPER, beside)
@@ -93,7 +101,5 @@ def _of_nine_tests(file: Path, beside: float) -> Ratio:
 
     axis = read_axis(EXAMPLES / "friction_damper" / "axis.toml")
     logs = [br.read_log(f"{file}::{one}", axis) for one in _tests(file, *LARGEST)]
-    ours = min(
-        wall(lambda: br.identify(logs, "gap_slider+asymmetry", axis=axis, blocks=0, draws=0)) for _ in range(RUNS)
-    )
+    ours = min(wall(lambda: br.identify(logs, "gap_slider+asymmetry", axis=axis, blocks=0, draws=0)) for _ in range(RUNS))
     return _row(f"damper, gap_slider+asymmetry, {len(logs)} tests, one fit", ours, beside, A_FIT)

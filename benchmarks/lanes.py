@@ -20,10 +20,7 @@ def lanes() -> Iterator[Ratio]:
     generator = np.random.default_rng(3)
     plant = plants.inertia(M=1.0)
     levels = 1.0 + 0.2 * generator.random(TRAJECTORIES)
-    models = [
-        friction.lugre(F_C=level, F_S=1.5 * level, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4)
-        for level in levels
-    ]
+    models = [friction.lugre(F_C=level, F_S=1.5 * level, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4) for level in levels]
     effort = 2.5 * np.sin(40.0 * DT * np.arange(SAMPLES))
 
     def batch() -> Any:
@@ -34,22 +31,28 @@ def lanes() -> Iterator[Ratio]:
 
     ours, theirs, _ = side_by_side(batch, serial, 9)
     found = batch()
-    difference = max(
-        float(np.max(np.abs(found.position[k] - serial(models[k]).position))) for k in range(0, TRAJECTORIES, 17)
-    )
+    difference = max(float(np.max(np.abs(found.position[k] - serial(models[k]).position))) for k in range(0, TRAJECTORIES, 17))
     count = SAMPLES * STEPS
     each, one = ours / (count * TRAJECTORIES), theirs / count
     yield Ratio(
-        f"LuGre and a mass, {TRAJECTORIES} in lanes", each, one, each / one, 1.0 / 15.0,
-        "the same integrator, serial", f"largest difference to serial runs {difference:.1e} m",
-    )  # fmt: skip
+        f"LuGre and a mass, {TRAJECTORIES} in lanes",
+        each,
+        one,
+        each / one,
+        1.0 / 15.0,
+        "the same integrator, serial",
+        f"largest difference to serial runs {difference:.1e} m",
+    )
 
     implicit, one_by_one, _ = side_by_side(
-        *(lambda in_lanes=in_lanes: run_batch(plant, models, effort, DT, threads=1, in_lanes=in_lanes)
-          for in_lanes in (True, False)), 9,
-    )  # fmt: skip
+        *(lambda in_lanes=in_lanes: run_batch(plant, models, effort, DT, threads=1, in_lanes=in_lanes) for in_lanes in (True, False)), 9
+    )
     yield Ratio(
-        f"LuGre and a mass by EFIM, {TRAJECTORIES} in lanes", implicit / (SAMPLES * TRAJECTORIES),
-        one_by_one / (SAMPLES * TRAJECTORIES), implicit / one_by_one, 1.0 / 2.5, "one by one, on one core",
+        f"LuGre and a mass by EFIM, {TRAJECTORIES} in lanes",
+        implicit / (SAMPLES * TRAJECTORIES),
+        one_by_one / (SAMPLES * TRAJECTORIES),
+        implicit / one_by_one,
+        1.0 / 2.5,
+        "one by one, on one core",
         "to the bit the same",
-    )  # fmt: skip
+    )

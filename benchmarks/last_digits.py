@@ -42,9 +42,7 @@ def moved(columns: dict[str, np.ndarray], rng: np.random.Generator) -> dict[str,
 def told_of(columns: dict[str, np.ndarray], models: str, axis: br.Axis) -> dict[str, Any]:
     """Return every status, each verdict with its reasons, and the order of the models."""
     found = br.identify(columns, models, axis=axis, draws=0, blocks=0)
-    statuses = {
-        (fit.name, name): estimate.status for fit in found.fits for name, estimate in fit.parameters.items()
-    }  # fmt: skip
+    statuses = {(fit.name, name): estimate.status for fit in found.fits for name, estimate in fit.parameters.items()}
     verdicts = {}
     for fit in found.fits:
         verdict = judged(fit, found.settings, None)

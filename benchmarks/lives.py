@@ -83,9 +83,7 @@ def lived(seed: int, days: int, *, onset: float | None = None, wear: float = 0.1
     far = np.where(rng.random(day.size) < FAR, FAR_OFF * rng.choice((-1.0, 1.0), day.size), 0.0)
     level = np.exp(-LEVEL_PER_KELVIN * warmth) * (1.0 + lasting) * (1.0 + OF_DAY * shared + OF_LOG * single + far)
     viscous = np.exp(-VISCOUS_PER_KELVIN * warmth) * (1.0 + 2.0 * OF_DAY * np.roll(shared, 2) + 2.0 * OF_LOG * single)
-    return Life(
-        START + DAY * day + 3600.0 * hour, 293.15 + warmth, level, viscous, lasting, rng.random(day.size) < FAILS
-    )
+    return Life(START + DAY * day + 3600.0 * hour, 293.15 + warmth, level, viscous, lasting, rng.random(day.size) < FAILS)
 
 
 def _strange(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -123,9 +121,8 @@ def rows_of(lives: dict[str, Life], errors: Errors, seed: int) -> Rows:
     columns = {key: values[order] for key, values in columns.items()}
     described = {
         name: {"role": "parameter", "unit": unit, "stands_for": stands}
-        for name, unit, stands in (("friction.F_C", "N", "level"), ("friction.F_v", "N*s/m", "viscous"),
-                                   ("scatter", "", "scatter"))
-    }  # fmt: skip
+        for name, unit, stands in (("friction.F_C", "N", "level"), ("friction.F_v", "N*s/m", "viscous"), ("scatter", "", "scatter"))
+    }
     axis = tuple(columns.pop("axis").tolist())
     return Rows(axis, tuple(map(str, range(len(axis)))), columns.pop("time"), columns, described)
 
@@ -133,18 +130,17 @@ def rows_of(lives: dict[str, Life], errors: Errors, seed: int) -> Rows:
 def _columns(name: str, life: Life, errors: Errors, rng: np.random.Generator) -> dict[str, np.ndarray]:
     drawn = rng.integers(errors.count, size=life.time.size)
     columns = {
-        "axis": np.full(life.time.size, name), "time": life.time, "temperature": life.temperature,
-        "status": np.where(life.fails, "refused", "ok"), "reason": np.where(life.fails, "is truncated", ""),
-    }  # fmt: skip
+        "axis": np.full(life.time.size, name),
+        "time": life.time,
+        "temperature": life.temperature,
+        "status": np.where(life.fails, "refused", "ok"),
+        "reason": np.where(life.fails, "is truncated", ""),
+    }
     for column, truth, size in (("friction.F_C", life.level, 10.0), ("friction.F_v", life.viscous, 60.0)):
         value, half = size * truth * (1.0 + errors.error[column][drawn]), size * truth * errors.half[column][drawn]
         for key, values in (("", value), (".lower", value - half), (".upper", value + half)):
             columns[column + key] = np.where(life.fails, np.nan, values)
         columns[f"{column}.status"] = np.where(life.fails, "", "identified")
-    for key, values in (
-        ("", errors.scatter),
-        (".lower", errors.scatter_ends[:, 0]),
-        (".upper", errors.scatter_ends[:, 1]),
-    ):
+    for key, values in (("", errors.scatter), (".lower", errors.scatter_ends[:, 0]), (".upper", errors.scatter_ends[:, 1])):
         columns[f"scatter{key}"] = np.where(life.fails, np.nan, values[drawn])
     return columns

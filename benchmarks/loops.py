@@ -58,12 +58,24 @@ def recorded_in_loop(
 
     acting = scattering(truth, scatter, seed) if scatter else truth
     trace = run_closed_loop(
-        plants.inertia(M=MASS), acting, LAW, sensors.encoder(resolution=encoder), desired, DT,
-        steps=FINER * substeps_for(DT), injected=injected, lag=lag, x=reference[0],
-    )  # fmt: skip
+        plants.inertia(M=MASS),
+        acting,
+        LAW,
+        sensors.encoder(resolution=encoder),
+        desired,
+        DT,
+        steps=FINER * substeps_for(DT),
+        injected=injected,
+        lag=lag,
+        x=reference[0],
+    )
     effort = trace.command + noise * np.max(np.abs(trace.friction)) * rng.standard_normal(reference.size)
     return Log(
-        time=Channel(trace.time, "s", "t"), position=Channel(trace.measured, "m", "q"),
-        effort=Channel(effort, "N", "u"), reference=Channel(reference, "m", "r"),
-        injected=(Channel(injected, "N", "pulses"),), sample_time=DT, segments=(slice(0, reference.size),),
-    )  # fmt: skip
+        time=Channel(trace.time, "s", "t"),
+        position=Channel(trace.measured, "m", "q"),
+        effort=Channel(effort, "N", "u"),
+        reference=Channel(reference, "m", "r"),
+        injected=(Channel(injected, "N", "pulses"),),
+        sample_time=DT,
+        segments=(slice(0, reference.size),),
+    )

@@ -41,9 +41,7 @@ def described(rig: Rig, gains: Gains, folder: Path, reference: np.ndarray, *, la
 
 def bristle(*arguments: str, folder: Path) -> dict[str, object]:
     """Return what a command of bristle prints as JSON."""
-    ran = subprocess.run(
-        [BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False
-    )  # fmt: skip
+    ran = subprocess.run([BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False)
     if ran.returncode not in (0, 1):
         raise RuntimeError(ran.stderr)
     return json.loads(ran.stdout)

@@ -80,9 +80,15 @@ def open_loop() -> Iterator[Ratio]:
                 break
         ours, theirs, ratio = busy_side_by_side(
             lambda run=run, tolerance=case.tolerance: run(tolerance=tolerance),
-            lambda run=run, substeps=substeps: run(substeps=substeps), RUNS,
-        )  # fmt: skip
+            lambda run=run, substeps=substeps: run(substeps=substeps),
+            RUNS,
+        )
         yield Ratio(
-            case.name, ours, theirs, ratio, case.limit, f"{substeps} steps in a sample, {beside:.1e} m",
+            case.name,
+            ours,
+            theirs,
+            ratio,
+            case.limit,
+            f"{substeps} steps in a sample, {beside:.1e} m",
             f"{reached:.1e} m for {case.tolerance:.0e} m",
-        )  # fmt: skip
+        )

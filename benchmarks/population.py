@@ -27,9 +27,7 @@ def population() -> Iterator[Ratio]:
     rng = np.random.default_rng(7)
     plant = plants.oscillator(M=2.0, c=40.0, k=5e4)
     models = {
-        "Bouc-Wen": lambda: friction.bouc_wen_classic(
-            alpha=4e4 * rng.uniform(0.5, 2.0), beta=1e3, gamma=0.9, delta=0.3
-        ),
+        "Bouc-Wen": lambda: friction.bouc_wen_classic(alpha=4e4 * rng.uniform(0.5, 2.0), beta=1e3, gamma=0.9, delta=0.3),
         "LuGre": lambda: friction.lugre(F_C=rng.uniform(2.0, 8.0), F_S=9.0, v_S=1e-3, sigma_0=1e5, sigma_1=300.0),
     }
     for name, model in models.items():
@@ -47,6 +45,11 @@ def population() -> Iterator[Ratio]:
             ours, theirs, ratio = busy_side_by_side(batch, alone, RUNS)
             same = np.array_equal(batch(), alone(), equal_nan=True)
             yield Ratio(
-                f"{MEMBERS} sets of {name}, {length} samples", ours, theirs, ratio, 1.0, "one run after the other",
+                f"{MEMBERS} sets of {name}, {length} samples",
+                ours,
+                theirs,
+                ratio,
+                1.0,
+                "one run after the other",
                 "the same bits" if same else "OTHER NUMBERS",
-            )  # fmt: skip
+            )

@@ -20,9 +20,7 @@ AMPLITUDES = (0.5, 5.0)  # of the walk through the relays, in f_p/s: in pre-slid
 
 
 class _Parameters(ctypes.Structure):
-    _fields_ = (
-        ("s", ctypes.c_double), ("f_p", ctypes.c_double), ("kernel", ctypes.c_long), ("tolerance", ctypes.c_double),
-    )  # fmt: skip
+    _fields_ = (("s", ctypes.c_double), ("f_p", ctypes.c_double), ("kernel", ctypes.c_long), ("tolerance", ctypes.c_double))
 
 
 def preisach() -> Iterator[Ratio]:
@@ -41,9 +39,14 @@ def preisach() -> Iterator[Ratio]:
             ours, theirs, ratio = side_by_side(lambda operator=operator: response(operator, walk), in_c, 15)
             difference = np.max(np.abs(response(operator, walk) - output))
             yield Ratio(
-                f"Preisach, {kernel}", ours / COUNT, theirs / COUNT, ratio, 1.3, "the same algorithm in C, gcc -O3",
+                f"Preisach, {kernel}",
+                ours / COUNT,
+                theirs / COUNT,
+                ratio,
+                1.3,
+                "the same algorithm in C, gcc -O3",
                 f"largest difference {difference:.1e} f_p",
-            )  # fmt: skip
+            )
     for amplitude in AMPLITUDES:
         yield _against_relays(walk, amplitude)
 
@@ -55,9 +58,14 @@ def _in_c(run: Any, p: Any, walk: np.ndarray) -> tuple[Any, np.ndarray]:
 
     def in_c() -> None:
         lost = run(
-            ctypes.byref(parameters), pointers[0], pointers[1], ctypes.c_long(p.capacity), pointers[2], pointers[3],
+            ctypes.byref(parameters),
+            pointers[0],
+            pointers[1],
+            ctypes.c_long(p.capacity),
+            pointers[2],
+            pointers[3],
             ctypes.c_size_t(walk.size),
-        )  # fmt: skip
+        )
         assert lost == 0
 
     return in_c, output
@@ -88,6 +96,11 @@ def _against_relays(walk: np.ndarray, amplitude: float) -> Ratio:
     error = np.sqrt(np.mean((in_numpy() - exact) ** 2))
     scale = GRID_SAMPLES / many.size
     return Ratio(
-        f"Preisach, walk to {amplitude:g} f_p/s", ours / many.size, theirs / GRID_SAMPLES, ratio * scale, 1.0 / 500.0,
-        f"relays in numpy, N = {GRID}", f"the grid errs by {100.0 * error:.2f} % of f_p (rms)",
-    )  # fmt: skip
+        f"Preisach, walk to {amplitude:g} f_p/s",
+        ours / many.size,
+        theirs / GRID_SAMPLES,
+        ratio * scale,
+        1.0 / 500.0,
+        f"relays in numpy, N = {GRID}",
+        f"the grid errs by {100.0 * error:.2f} % of f_p (rms)",
+    )

@@ -28,15 +28,21 @@ def presliding() -> Iterator[Ratio]:
         errors = [_error(lambda data, count=count: fit_stops(data, count=count), seed) for seed in range(SEEDS)]
         told = f"{100 * np.median(errors):.3f} % of f_p on unseen paths, worst of {SEEDS} {100 * max(errors):.3f} %"
         yield _row(
-            f"{count} stops on friction of stops", lambda count=count: fit_stops(data, count=count),
-            (1601, count + 1), told, 5e-3 if max(errors) <= most else MISSED,
-        )  # fmt: skip
+            f"{count} stops on friction of stops",
+            lambda count=count: fit_stops(data, count=count),
+            (1601, count + 1),
+            told,
+            5e-3 if max(errors) <= most else MISSED,
+        )
     errors = [_error(lambda data: fit_grid(data, cells=30), seed) for seed in range(3)]
     told = f"{100 * max(errors):.2f} % of f_p on unseen paths, worst of 3"
     yield _row(
-        "cells with a sign, 30 a side, on friction", lambda: fit_grid(data, cells=30), (1601, 465), told,
+        "cells with a sign, 30 a side, on friction",
+        lambda: fit_grid(data, cells=30),
+        (1601, 465),
+        told,
         2.0 if max(errors) <= 0.01 else MISSED,
-    )  # fmt: skip
+    )
     yield from _of_a_magnet()
 
 

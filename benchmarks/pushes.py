@@ -86,19 +86,29 @@ class Machine:
 MACHINES = {
     "screw": Machine(
         Rig(60.0, 90.0, 110.0, 5e-3, 400.0, 8e-6, cogging=4.0, dt=5e-4, lag=4e-4, scale=np.array([1.06, 0.94])),
-        250.0, 0.010, 2.0, 1.2,
+        250.0,
+        0.010,
+        2.0,
+        1.2,
         told='rated = "1.2 N*m"\n[transmission]\nlead = "10 mm"\ngear_ratio = 2.0\n',
     ),
     "linear motor": Machine(
         Rig(12.0, 20.0, 24.0, 3e-3, 60.0, 4e-6, dt=1e-3, scale=np.array([0.92, 1.08])),
-        180.0, rated=400.0, unit="A", constant=61.2, told='force_constant = "61.2 N/A"\nrated = "400 N"\n',
+        180.0,
+        rated=400.0,
+        unit="A",
+        constant=61.2,
+        told='force_constant = "61.2 N/A"\nrated = "400 N"\n',
     ),
     "vertical": Machine(
         Rig(150.0, 210.0, 240.0, 8e-3, 900.0, 1.5e-5, gravity=450.0, dt=1e-3, lag=8e-4, delay=1),
-        150.0, 0.020, 1.0, 8.0,
+        150.0,
+        0.020,
+        1.0,
+        8.0,
         told='rated = "8 N*m"\n[transmission]\nlead = "20 mm"\n',
     ),
-}  # fmt: skip
+}
 
 
 def pushes() -> Iterator[Share]:
@@ -226,8 +236,7 @@ def of_levels(folder: Path, machine: Machine) -> Drive:
     """Take gravity, levels and viscous friction in the last unit that the file has; at rest gravity."""
     text = _text(folder, ".csv")
     rows = _table_rows(text)[1:]
-    levels = {name: float(amount) * _unit(machine, unit) for name, amount, unit, _ in rows
-              if name in ("gravity", "F+", "F-")}  # fmt: skip
+    levels = {name: float(amount) * _unit(machine, unit) for name, amount, unit, _ in rows if name in ("gravity", "F+", "F-")}
     viscous = {name: float(amount) for name, amount, unit, _ in rows if name[0] == "D" and unit == "N*s/m"}
     held = "last direction" in text
 
@@ -276,9 +285,7 @@ def of_ax8000(folder: Path, machine: Machine) -> Drive:
         v = turn * _velocity(x, dt)
         torque, bent = np.zeros(x.size), 0.0
         for k in range(1, x.size):
-            bent = min(static, max(-static, bent + spring * v[k] * dt)) if spring else (
-                math.copysign(static, v[k]) if v[k] else bent
-            )  # fmt: skip
+            bent = min(static, max(-static, bent + spring * v[k] * dt)) if spring else (math.copysign(static, v[k]) if v[k] else bent)
             torque[k] = bent + dynamic * v[k]
         return torque * turn
 

@@ -54,9 +54,16 @@ class Rig:
         """Follow a reference; `fed` is added to the command of each sample. The axis begins at rest, in balance."""
         fed = np.zeros(reference.size) if fed is None else fed
         q, u = _run(
-            reference, fed, self.dt, np.array([gains.k_p, gains.k_v, gains.k_i, gains.k_ff]), self._numbers, self.delay,
-            self.scale, SLIDERS, SUBSTEPS,
-        )  # fmt: skip
+            reference,
+            fed,
+            self.dt,
+            np.array([gains.k_p, gains.k_v, gains.k_i, gains.k_ff]),
+            self._numbers,
+            self.delay,
+            self.scale,
+            SLIDERS,
+            SUBSTEPS,
+        )
         return Recorded(reference, q, u)
 
     def follow(self, law: Law, reference: np.ndarray) -> Recorded:
@@ -72,10 +79,22 @@ class Rig:
 
     @property
     def _numbers(self) -> np.ndarray:
-        return np.array([
-            self.mass, self.coulomb, self.static, self.stribeck, self.viscous, self.reach, self.gravity, self.cogging,
-            self.pitch, self.resolution, self.lag, self.limit,
-        ])  # fmt: skip
+        return np.array(
+            [
+                self.mass,
+                self.coulomb,
+                self.static,
+                self.stribeck,
+                self.viscous,
+                self.reach,
+                self.gravity,
+                self.cogging,
+                self.pitch,
+                self.resolution,
+                self.lag,
+                self.limit,
+            ]
+        )
 
 
 @dataclass(frozen=True)
@@ -169,9 +188,15 @@ def drawn(seed: int) -> Rig:
     coulomb = float(mass * 10.0 ** rng.uniform(-0.2, 0.5))
     side = float(rng.uniform(0.9, 1.1))
     return Rig(
-        mass=mass, coulomb=coulomb, static=coulomb * float(rng.uniform(1.0, 1.35)),
-        stribeck=float(10.0 ** rng.uniform(-2.7, -2.0)), viscous=coulomb * float(rng.uniform(0.5, 4.0)),
-        reach=float(10.0 ** rng.uniform(-5.5, -4.7)), gravity=float(rng.choice([0.0, 0.0, 3.0])) * mass,
-        cogging=float(rng.choice([0.0, 0.05])) * coulomb, resolution=float(rng.choice([1e-7, 2.5e-7])), dt=dt,
+        mass=mass,
+        coulomb=coulomb,
+        static=coulomb * float(rng.uniform(1.0, 1.35)),
+        stribeck=float(10.0 ** rng.uniform(-2.7, -2.0)),
+        viscous=coulomb * float(rng.uniform(0.5, 4.0)),
+        reach=float(10.0 ** rng.uniform(-5.5, -4.7)),
+        gravity=float(rng.choice([0.0, 0.0, 3.0])) * mass,
+        cogging=float(rng.choice([0.0, 0.05])) * coulomb,
+        resolution=float(rng.choice([1e-7, 2.5e-7])),
+        dt=dt,
         scale=np.array([side, 2.0 - side]),
-    )  # fmt: skip
+    )

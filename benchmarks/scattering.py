@@ -100,9 +100,14 @@ class ScatteringModel(FrictionModel):
 @cache
 def _scattering(inner: FrictionModel) -> ScatteringModel:
     return ScatteringModel(
-        name=f"scattering-{inner.name}", description="friction whose level scatters", Parameters=Parameters,
-        State=State, trial=trial, commit=commit, inner=inner,
-    )  # fmt: skip
+        name=f"scattering-{inner.name}",
+        description="friction whose level scatters",
+        Parameters=Parameters,
+        State=State,
+        trial=trial,
+        commit=commit,
+        inner=inner,
+    )
 
 
 def scattering(model: Model, scatter: float, seed: int, way: float = 0.5e-6) -> Model:

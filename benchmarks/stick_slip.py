@@ -92,9 +92,7 @@ def of_scipy() -> Iterator[Method]:
         ).y[0]
 
     def older(tolerance: float) -> np.ndarray:
-        return odeint(
-            right, np.zeros(3), TIMES, tfirst=True, rtol=tolerance, atol=1e-3 * tolerance, mxstep=100_000
-        )[:, 0]  # fmt: skip
+        return odeint(right, np.zeros(3), TIMES, tfirst=True, rtol=tolerance, atol=1e-3 * tolerance, mxstep=100_000)[:, 0]
 
     yield Method("scipy solve_ivp, LSODA", HALF_DECADES, by("LSODA"))
     yield Method("scipy solve_ivp, Radau", HALF_DECADES[:11], by("Radau"))
@@ -149,10 +147,16 @@ def of_diffrax() -> Iterator[Method]:
         @jax.jit
         def run(tolerance: Any) -> Any:
             return diffrax.diffeqsolve(
-                diffrax.ODETerm(field), solver, 0.0, TIMES[-1], None, jnp.zeros(3), max_steps=200_000,
+                diffrax.ODETerm(field),
+                solver,
+                0.0,
+                TIMES[-1],
+                None,
+                jnp.zeros(3),
+                max_steps=200_000,
                 saveat=diffrax.SaveAt(ts=jnp.asarray(TIMES)),
                 stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=1e-3 * tolerance),
-            ).ys[:, 0]  # fmt: skip
+            ).ys[:, 0]
 
         return lambda tolerance: np.asarray(run(tolerance))
 
@@ -225,9 +229,7 @@ def references() -> dict[str, np.ndarray]:
     from bristle import friction, plants
     from bristle.engine import run_open_loop
 
-    lugre = solve_ivp(
-        compiled_rates(), (0.0, TIMES[-1]), np.zeros(3), method="Radau", t_eval=TIMES, rtol=1e-12, atol=1e-15
-    ).y[0]  # fmt: skip
+    lugre = solve_ivp(compiled_rates(), (0.0, TIMES[-1]), np.zeros(3), method="Radau", t_eval=TIMES, rtol=1e-12, atol=1e-15).y[0]
     composite = friction.preisach_lugre(s=SIGMA_0, f_p=1.2 * CONTACT["F_S"], **CONTACT)
     plant = plants.pulled_inertia(M=MASS, k=SPRING, v_e=PULL)
     fine = run_open_loop(plant, composite, np.zeros(COUNT), DT, steps=FINE_STEPS).position
@@ -249,10 +251,7 @@ def measure() -> list[Point]:
             start, busy = time.perf_counter(), time.process_time()
             method.solve(setting)
             wall.append(min(time.perf_counter() - start, time.process_time() - busy))
-    return [
-        Point(method, setting, error, min(wall))
-        for (method, setting), error, wall in zip(work, errors, walls, strict=True)
-    ]
+    return [Point(method, setting, error, min(wall)) for (method, setting), error, wall in zip(work, errors, walls, strict=True)]
 
 
 def least_wall(points: list[Point], error: float) -> Point | None:
@@ -274,10 +273,14 @@ def claims(points: list[Point]) -> Iterator[Ratio]:
                     continue
                 limit = 1.0 / factor if level == 1e-5 and role == "peer" else 1.0
                 yield Ratio(
-                    f"stick-slip to {level:.0e} m, {friction}", best.wall, peer.wall, best.wall / peer.wall, limit,
+                    f"stick-slip to {level:.0e} m, {friction}",
+                    best.wall,
+                    peer.wall,
+                    best.wall / peer.wall,
+                    limit,
                     f"{peer.method.name} at {peer.setting:.0e}, LuGre",
                     f"{best.method.name}, {best.error:.1e} m; the peer {peer.error:.1e} m",
-                )  # fmt: skip
+                )
 
 
 def stick_slip() -> Iterator[Ratio]:

@@ -95,9 +95,12 @@ def asked(run: Run) -> dict[str, float]:
     seconds = time.perf_counter() - begin
     drawn, _ = run(spring, 0.0, PULLED)
     return {
-        "axis": creep(held), "stop": abs(float(slid[-1]) - 0.5 * M * V_0**2 / F_C), "still": abs(float(speed[-1])),
-        "pulled": float(np.max(np.abs(drawn - exact(DT * np.arange(drawn.size))))), "step": seconds * DT / STOPPED,
-    }  # fmt: skip
+        "axis": creep(held),
+        "stop": abs(float(slid[-1]) - 0.5 * M * V_0**2 / F_C),
+        "still": abs(float(speed[-1])),
+        "pulled": float(np.max(np.abs(drawn - exact(DT * np.arange(drawn.size))))),
+        "step": seconds * DT / STOPPED,
+    }
 
 
 def ours() -> Iterator[Answers]:
@@ -135,10 +138,11 @@ def mujoco() -> Iterator[Answers]:
     """Ask MuJoCo: a box on a plane, and a joint with frictionloss, both in several settings."""
     library = importlib.import_module("mujoco")
     settings = {
-        "as it comes": "", "elliptic cones, impratio 10": '<option cone="elliptic" impratio="10"/>',
+        "as it comes": "",
+        "elliptic cones, impratio 10": '<option cone="elliptic" impratio="10"/>',
         "noslip_iterations 20": '<option noslip_iterations="20"/>',
         "implicitfast": '<option integrator="implicitfast"/>',
-    }  # fmt: skip
+    }
     for name, option in settings.items():
 
         def moved(body: str, v: float, lasts: float, force: Force, option: str = option) -> Moved:
@@ -155,10 +159,13 @@ def mujoco() -> Iterator[Answers]:
                 library.mj_step(model, data)
             return x, speed
 
-        box = (f'<geom type="plane" size="50 50 1" friction="{MU}"/><body pos="0 0 0.05"><freejoint/>'
-               f'<geom type="box" size="0.1 0.1 0.05" mass="1" friction="{MU}"/></body>')  # fmt: skip
-        joint = (f'<body gravcomp="1"><joint type="slide" axis="1 0 0" frictionloss="{F_C}"/>'
-                 f'<geom type="sphere" size="0.1" mass="{M}"/></body>')  # fmt: skip
+        box = (
+            f'<geom type="plane" size="50 50 1" friction="{MU}"/><body pos="0 0 0.05"><freejoint/>'
+            f'<geom type="box" size="0.1 0.1 0.05" mass="1" friction="{MU}"/></body>'
+        )
+        joint = (
+            f'<body gravcomp="1"><joint type="slide" axis="1 0 0" frictionloss="{F_C}"/><geom type="sphere" size="0.1" mass="{M}"/></body>'
+        )
 
         def run(force: Force, v: float, lasts: float, moved=moved, joint: str = joint) -> Moved:
             return moved(joint, v, lasts, force)
@@ -178,9 +185,7 @@ def drake() -> Iterator[Answers]:
         inertia = library.SpatialInertia.SolidBoxWithMass(1.0, 0.2, 0.2, 0.1)
         body = plant.AddRigidBody("block", inertia)
         friction = library.CoulombFriction(MU, MU)
-        plant.RegisterCollisionGeometry(
-            plant.world_body(), library.RigidTransform(), library.HalfSpace(), "ground", friction
-        )
+        plant.RegisterCollisionGeometry(plant.world_body(), library.RigidTransform(), library.HalfSpace(), "ground", friction)
         plant.RegisterCollisionGeometry(body, library.RigidTransform(), library.Box(0.2, 0.2, 0.1), "box", friction)
         gravity = np.array([math.sin(SLOPE), 0.0, -math.cos(SLOPE)])
         plant.mutable_gravity_field().set_gravity_vector(GRAVITY * gravity)
@@ -205,9 +210,7 @@ def bullet() -> Iterator[Answers]:
     library.setTimeStep(DT)
     ground = library.createMultiBody(0.0, library.createCollisionShape(library.GEOM_PLANE))
     half = [0.1, 0.1, 0.05]
-    block = library.createMultiBody(
-        1.0, library.createCollisionShape(library.GEOM_BOX, halfExtents=half), basePosition=[0, 0, 0.05]
-    )
+    block = library.createMultiBody(1.0, library.createCollisionShape(library.GEOM_BOX, halfExtents=half), basePosition=[0, 0, 0.05])
     for body in (ground, block):
         library.changeDynamics(body, -1, lateralFriction=math.sqrt(MU))  # it multiplies the two
     library.changeDynamics(block, -1, activationState=library.ACTIVATION_STATE_DISABLE_SLEEPING)
@@ -237,9 +240,7 @@ def main() -> None:
     given = parser.parse_args()
     found = answers()
     for one in found:
-        told = {
-            name: value for name, value in asdict(one).items() if isinstance(value, float) and not math.isnan(value)
-        }
+        told = {name: value for name, value in asdict(one).items() if isinstance(value, float) and not math.isnan(value)}
         print(f"{one.simulator}, {one.setting}:", ", ".join(f"{name} {value:.1e}" for name, value in told.items()))
     if given.json:
         given.json.write_text(json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8")

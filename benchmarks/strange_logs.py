@@ -40,11 +40,7 @@ class StrangeLog(NamedTuple):
 
 def table_of(truth: Truth, record: Record) -> dict[str, np.ndarray]:
     """Return a record as columns in SI: what a person has who knows the force constant of the motor."""
-    return {
-        "time": record.t,
-        "position": record.position,
-        "effort": record.effort * truth.recording.force_per_effort,
-    }
+    return {"time": record.t, "position": record.position, "effort": record.effort * truth.recording.force_per_effort}
 
 
 def true_values(truth: Truth, record: Record) -> dict[str, float]:
@@ -57,9 +53,13 @@ def true_values(truth: Truth, record: Record) -> dict[str, float]:
     by_direction = (np.diff(law.F_C)[0] + np.diff(law.F_v)[0] * moving) / 2.0
     values = {name: float(np.mean(getattr(law, name))) for name in ("F_C", "F_S", "F_v")}
     return values | {
-        "M": truth.mass, "v_S": law.v_S, "sigma_0": law.sigma_0, "sigma_1": law.sigma_1, "sigma_2": values["F_v"],
+        "M": truth.mass,
+        "v_S": law.v_S,
+        "sigma_0": law.sigma_0,
+        "sigma_1": law.sigma_1,
+        "sigma_2": values["F_v"],
         "offset": truth.axis.gravity - float(by_direction),
-    }  # fmt: skip
+    }
 
 
 def tried(family: str, seed: int) -> StrangeLog:

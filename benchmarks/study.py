@@ -94,13 +94,17 @@ def study() -> Iterator[Ratio]:
 
         loop()
         run_study(plan, folder / "first")  # all is compiled and loaded, as for the loop
-        pairs = [(wall(loop) / SERIAL, wall(lambda k=k: run_study(plan, folder / f"open-{k}")) / OPEN_RUNS)
-                 for k in range(3)]  # fmt: skip
+        pairs = [(wall(loop) / SERIAL, wall(lambda k=k: run_study(plan, folder / f"open-{k}")) / OPEN_RUNS) for k in range(3)]
         one, ours = (min(times) for times in zip(*pairs, strict=True))
         yield Ratio(
-            f"{OPEN_RUNS} open loops of LuGre, 1 000 steps", ours, one, ours / one, 1.0 / 15.0,
-            "a warm loop over simulate, a run", f"{cores} cores, to the bit the same",
-        )  # fmt: skip
+            f"{OPEN_RUNS} open loops of LuGre, 1 000 steps",
+            ours,
+            one,
+            ours / one,
+            1.0 / 15.0,
+            "a warm loop over simulate, a run",
+            f"{cores} cores, to the bit the same",
+        )
 
         (folder / "rig.toml").write_text(LOOP)
         (folder / "study.toml").write_text(STUDY.format(runs=LOOP_RUNS, level=12, spread=0.5))
@@ -112,12 +116,17 @@ def study() -> Iterator[Ratio]:
             simulator.varied.experiment({"friction.F_C": float(value)}, seed)
             for value, seed in zip(plan.values(block)["friction.F_C"], plan.seeds(block), strict=True)
         ]
-        ours, theirs, _ = busy_side_by_side(
-            lambda: simulator.columns(block), lambda: [simulate(one) for one in experiments], 7
-        )
+        ours, theirs, _ = busy_side_by_side(lambda: simulator.columns(block), lambda: [simulate(one) for one in experiments], 7)
         more, beside = (ours - theirs) / block.count, theirs / block.count
-        yield Ratio("what a run of a study costs more", max(more, 0.0), beside, max(more, 0.0) / beside, None,
-                    "simulate of a closed loop; time of the processor", most=3e-4)  # fmt: skip
+        yield Ratio(
+            "what a run of a study costs more",
+            max(more, 0.0),
+            beside,
+            max(more, 0.0) / beside,
+            None,
+            "simulate of a closed loop; time of the processor",
+            most=3e-4,
+        )
         alone = wall(lambda: run_study(plan, folder / "alone", workers=1))
         both = wall(lambda: run_study(plan, folder / "both", workers=2))
         yield Ratio(f"{LOOP_RUNS} closed loops on two workers", both, alone, both / alone, 1.0 / 1.7, "on one")

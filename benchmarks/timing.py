@@ -73,16 +73,10 @@ def side_by_side(ours: Callable[[], object], theirs: Callable[[], object], runs:
     ours()
     theirs()
     pairs = [(wall(ours), wall(theirs)) for _ in range(runs)]
-    return (
-        statistics.median(a for a, _ in pairs),
-        statistics.median(b for _, b in pairs),
-        statistics.median(a / b for a, b in pairs),
-    )
+    return (statistics.median(a for a, _ in pairs), statistics.median(b for _, b in pairs), statistics.median(a / b for a, b in pairs))
 
 
-def busy_side_by_side(
-    ours: Callable[[], object], theirs: Callable[[], object], runs: int
-) -> tuple[float, float, float]:
+def busy_side_by_side(ours: Callable[[], object], theirs: Callable[[], object], runs: int) -> tuple[float, float, float]:
     """Return the least time that all cores spend on either side [s], and the ratio, after one warm-up.
 
     What else the machine does is no part of it: for calls so short that a turn of another program is longer.

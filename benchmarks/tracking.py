@@ -89,27 +89,46 @@ def tracking() -> Iterator[Ratio]:
     run, rig, law = variant.run, variant.friction.values, variant.controller.values
     sensor, mass = variant.sensor.values, variant.plant.values["M"]
     count = round(run.duration / run.sample_time)
-    r, r_dot, r_ddot = variant.reference.component.sample(
-        run.sample_time * np.arange(count), variant.reference.parameters
-    )
+    r, r_dot, r_ddot = variant.reference.component.sample(run.sample_time * np.arange(count), variant.reference.parameters)
     desired = np.stack((r, r_dot, r_ddot, np.zeros(count)))
     noise = np.array([sensor["noise"] * normal(sensor["seed"], n) for n in range(count)])
     scales = np.array([1.0 + rig["scatter"] * normal(rig["seed"], n) for n in range(1000)])
-    told = (mass, *(rig[name] for name in ("offset", "F_C_pos", "F_S_pos", "F_C_neg", "F_S_neg", "v_S", "sigma_1",
-                                           "sigma_2_pos", "v_r")))  # fmt: skip
+    told = (mass, *(rig[name] for name in ("offset", "F_C_pos", "F_S_pos", "F_C_neg", "F_S_neg", "v_S", "sigma_1", "sigma_2_pos", "v_r")))
     gains = (*(law[name] for name in ("lambda_", "K_1", "K_2", "phi", "cutoff")), sensor["resolution"])
     measured, positions = np.empty(count), np.empty(count)
 
     def by_hand() -> np.ndarray:
-        loop_by_hand(r, r_dot, r_ddot, noise, scales, np.zeros(rig["k_i"].size), rig["k_i"], rig["nu_i"], told, gains,
-                 run.sample_time, run.substeps, run.current_lag, measured, positions)  # fmt: skip
+        loop_by_hand(
+            r,
+            r_dot,
+            r_ddot,
+            noise,
+            scales,
+            np.zeros(rig["k_i"].size),
+            rig["k_i"],
+            rig["nu_i"],
+            told,
+            gains,
+            run.sample_time,
+            run.substeps,
+            run.current_lag,
+            measured,
+            positions,
+        )
         return positions
 
     def in_bristle() -> np.ndarray:
         trace = run_closed_loop(
-            variant.plant, variant.friction, variant.controller, variant.sensor, desired, run.sample_time,
-            steps=run.substeps, delay=run.delay, lag=run.current_lag,
-        )  # fmt: skip
+            variant.plant,
+            variant.friction,
+            variant.controller,
+            variant.sensor,
+            desired,
+            run.sample_time,
+            steps=run.substeps,
+            delay=run.delay,
+            lag=run.current_lag,
+        )
         return trace.position
 
     ours, theirs, ratio = side_by_side(in_bristle, by_hand, 9)
@@ -118,6 +137,11 @@ def tracking() -> Iterator[Ratio]:
     together = int(np.argmax(apart > SAME)) if np.any(apart > SAME) else count
     steps = count * run.substeps
     yield Ratio(
-        "tracking for 28 s on the rig, a step", ours / steps, theirs / steps, ratio, 1.5, "a loop written by hand",
+        "tracking for 28 s on the rig, a step",
+        ours / steps,
+        theirs / steps,
+        ratio,
+        1.5,
+        "a loop written by hand",
         f"within {float(apart[:together].max()):.0e} m for {together * run.sample_time:.1f} s",
-    )  # fmt: skip
+    )

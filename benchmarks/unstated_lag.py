@@ -29,15 +29,18 @@ LAWS = ("cascade", "disturbance_observer")
 
 def variant_of(rig: Rig, reference: np.ndarray, lag: float) -> Variant:
     """Return the axis as a person knows it: its inertia and friction, and the lag that the file states (0: none)."""
-    known = friction.lugre(
-        F_C=rig.coulomb, F_S=rig.static, v_S=rig.stribeck, sigma_0=rig.coulomb / rig.reach, sigma_2=rig.viscous
-    )
+    known = friction.lugre(F_C=rig.coulomb, F_S=rig.static, v_S=rig.stribeck, sigma_0=rig.coulomb / rig.reach, sigma_2=rig.viscous)
     law = controllers.cascade(k_p=20.0, k_v=80.0 * rig.mass, k_i=400.0 * rig.mass, k_ff=1.0)
     return Variant(
-        "axis", plants.inertia(M=rig.mass), known, law, sensors.encoder(resolution=rig.resolution),
-        references.recorded(position=reference, sample_time=rig.dt), Feedforward(mass=rig.mass),
+        "axis",
+        plants.inertia(M=rig.mass),
+        known,
+        law,
+        sensors.encoder(resolution=rig.resolution),
+        references.recorded(position=reference, sample_time=rig.dt),
+        Feedforward(mass=rig.mass),
         Run(rig.dt * reference.size, rig.dt, delay=rig.delay, current_lag=lag),
-    )  # fmt: skip
+    )
 
 
 def efforts_of(rig: Rig, law: Model, reference: np.ndarray) -> float:
@@ -74,6 +77,4 @@ def unstated_lag() -> Iterator[Share]:
             worst["0.5 ms more than stated"].append(efforts_of(late, stated.law, reference) / named)
     for name, ratios in worst.items():
         quiet = 100.0 * float(np.mean(np.array(ratios) <= RINGS))
-        yield Share(
-            f"gains do not ring, lag {name}", quiet, 100.0, 100.0, len(ratios), f"most {max(ratios):.3f} x effort"
-        )
+        yield Share(f"gains do not ring, lag {name}", quiet, 100.0, 100.0, len(ratios), f"most {max(ratios):.3f} x effort")

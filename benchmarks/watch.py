@@ -54,8 +54,10 @@ def write_logs(folder: Path, days: int = FLEET_DAYS) -> dict[str, tuple[Truth, L
 def worn(truth: Truth, life: Life, log: int) -> Truth:
     """Return what is true of an axis at one of its logs."""
     friction = truth.friction
-    level, viscous = ({key: tuple(factor * side for side in getattr(friction, key)) for key in keys} for factor, keys in
-                      ((life.level[log], ("F_C", "F_S")), (life.viscous[log], ("F_v",))))  # fmt: skip
+    level, viscous = (
+        {key: tuple(factor * side for side in getattr(friction, key)) for key in keys}
+        for factor, keys in ((life.level[log], ("F_C", "F_S")), (life.viscous[log], ("F_v",)))
+    )
     return replace(truth, seed=1000 * truth.seed + log, friction=replace(friction, **level, **viscous))
 
 
@@ -66,10 +68,13 @@ def _write(folder: Path, truth: Truth, life: Life, log: int) -> None:
     effort = record.effort * truth.recording.force_per_effort
     warm = np.full(record.t.size, life.temperature[log])
     np.savetxt(
-        folder / f"{folder.name}_{stamp}.csv", np.column_stack((record.t, record.position, effort, warm))[rows],
-        fmt=("%.6f", "%.9f", "%.6f", "%.3f"), delimiter=",", header="time [s],position [m],effort [N],temperature [K]",
+        folder / f"{folder.name}_{stamp}.csv",
+        np.column_stack((record.t, record.position, effort, warm))[rows],
+        fmt=("%.6f", "%.9f", "%.6f", "%.3f"),
+        delimiter=",",
+        header="time [s],position [m],effort [N],temperature [K]",
         comments="",
-    )  # fmt: skip
+    )
 
 
 def fleet_made(folder: Path, days: int = FLEET_DAYS, **options: object) -> dict[str, tuple[Truth, Life]]:
@@ -97,12 +102,9 @@ def errors_of(fleet: Path, truths: dict[str, tuple[Truth, Life]]) -> Errors:
     good = np.flatnonzero(columns["status"] == "ok")
     at = np.array([np.sum(columns["folder"][:place] == name) for place, name in enumerate(columns["folder"])])
     true = {
-        column: np.array([
-            float(np.mean(getattr(worn(*truths[columns["folder"][place]], int(at[place])).friction, key)))
-            for place in good
-        ])
+        column: np.array([float(np.mean(getattr(worn(*truths[columns["folder"][place]], int(at[place])).friction, key))) for place in good])
         for column, key in ((OF_LEVEL, "F_C"), ("friction.F_v", "F_v"))
-    }  # fmt: skip
+    }
     half = {name: 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[good] / true[name] for name in true}
     ends = np.column_stack([columns["scatter.lower"], columns["scatter.upper"]])[good]
     return Errors({name: columns[name][good] / true[name] - 1.0 for name in true}, half, columns["scatter"][good], ends)
@@ -153,11 +155,29 @@ def watch() -> Iterator[Share]:
         errors = errors_of(folder / "fleet", truths)
         watched = watched_over(folder / "fleet", false_alarms="1 in 1000 days")
         told = {verdict.track.axis for verdict in watched.alarms if verdict.track.quantity == OF_LEVEL}
-    yield Share("small fleet: axes told rightly", 100.0 * ("worn" in told) * (told == {"worn"}), 100.0, 100.0, 2,
-                f"{errors.count} logs, level off by {100.0 * np.std(errors.error[OF_LEVEL]):.2g} %")  # fmt: skip
+    yield Share(
+        "small fleet: axes told rightly",
+        100.0 * ("worn" in told) * (told == {"worn"}),
+        100.0,
+        100.0,
+        2,
+        f"{errors.count} logs, level off by {100.0 * np.std(errors.error[OF_LEVEL]):.2g} %",
+    )
     caught = [in_time(seed, errors) for seed in range(LIVES)]
-    yield Share("alarm before a third of the wear", 100.0 * np.mean(caught), 90.0, 100.0, LIVES,
-                f"10 % in 200 days, {errors.count} identifications drawn from")  # fmt: skip
+    yield Share(
+        "alarm before a third of the wear",
+        100.0 * np.mean(caught),
+        90.0,
+        100.0,
+        LIVES,
+        f"10 % in 200 days, {errors.count} identifications drawn from",
+    )
     alarms, exposed = false_alarms(range(1000, 1000 + HEALTHY), errors)
-    yield Share("false alarms, of those allowed", 100.0 * 1000.0 * alarms / exposed, 0.0, 100.0, HEALTHY,
-                f"{alarms} in {exposed:.0f} axis-days of healthy axes")  # fmt: skip
+    yield Share(
+        "false alarms, of those allowed",
+        100.0 * 1000.0 * alarms / exposed,
+        0.0,
+        100.0,
+        HEALTHY,
+        f"{alarms} in {exposed:.0f} axis-days of healthy axes",
+    )

@@ -33,10 +33,7 @@ def largest(runs: int, seed: int = SEED, observations: int = OBSERVATIONS) -> np
 def thresholds(tops: np.ndarray) -> list[float]:
     """Return the threshold of each rate: what the share exp(-rate * observations) of the runs stays below."""
     horizons = [min(tops.shape[1], round(1.0 / rate)) for rate in RATES]
-    return [
-        float(np.quantile(tops[:, horizon - 1], np.exp(-rate * horizon)))
-        for rate, horizon in zip(RATES, horizons, strict=True)
-    ]
+    return [float(np.quantile(tops[:, horizon - 1], np.exp(-rate * horizon))) for rate, horizon in zip(RATES, horizons, strict=True)]
 
 
 if __name__ == "__main__":

@@ -29,9 +29,14 @@ def picture(points: list[Point]) -> Figure:
         for (name, line), colour in zip(curves(points).items(), COLOURS, strict=False):
             is_ours = line[0].method.role == "bristle"
             axes.loglog(
-                [one.error for one in line], [1e3 * one.wall for one in line], color=colour, label=name,
-                linewidth=2.2 if is_ours else 1.0, marker="o", markersize=4.0 if is_ours else 3.0,
-            )  # fmt: skip
+                [one.error for one in line],
+                [1e3 * one.wall for one in line],
+                color=colour,
+                label=name,
+                linewidth=2.2 if is_ours else 1.0,
+                marker="o",
+                markersize=4.0 if is_ours else 3.0,
+            )
         axes.set_xlim(3e-3, 2e-10)
         axes.set_xlabel("largest error of the position [m]")
         axes.set_ylabel("wall time [ms]")

@@ -84,11 +84,7 @@ def models() -> str:
     ]
     for family, members in families().items():
         parts.append(f"## {family}")
-        parts.append(
-            table(
-                ("Name", "What it is"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]
-            )
-        )
+        parts.append(table(("Name", "What it is"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]))
         parts += [part for one in members.values() for part in _member(one)]
     return page("Models and their parameters", *parts, *slots())
 
@@ -96,10 +92,13 @@ def models() -> str:
 def slots() -> tuple[str, ...]:
     """Return what every friction model can be given behind its name."""
     rows = [
-        (f"[`+{name}`](#{name})" if name in CHANNEL_SLOTS else f"`+{name}`",
-         ", ".join(f"`{one}`" for one in PARAMETERS_OF_SLOTS[name]), what)
+        (
+            f"[`+{name}`](#{name})" if name in CHANNEL_SLOTS else f"`+{name}`",
+            ", ".join(f"`{one}`" for one in PARAMETERS_OF_SLOTS[name]),
+            what,
+        )
         for name, what in WHAT_SLOTS_DO.items()
-    ]  # fmt: skip
+    ]
     own = "One of [your own](../how-to/your-own-model.md#a-slot-of-your-own) stands there by its file, `+my_slot.py`."
     described = [part for slot in CHANNEL_SLOTS.values() for part in (*_member(slot), _channel(slot))]
     return "## Slots", table(("Name", "Parameters", "What they give"), rows), own, *described
@@ -208,11 +207,7 @@ def symbols() -> str:
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
                 ("α, β", "inputs at which a relay of the Preisach plane goes up and down, α ≥ β", "m or rad"),
                 ("μ", "measure of the Preisach plane over α and β", "N/m^2 or N*m/rad^2"),
-                (
-                    "E, F(α, β)",
-                    "Everett function, integral of μ over a triangle; F as the source paper writes it",
-                    "N or N*m",
-                ),
+                ("E, F(α, β)", "Everett function, integral of μ over a triangle; F as the source paper writes it", "N or N*m"),
                 ("τ", "effort that passes on to the load", "N or N*m"),
             ),
         ),
@@ -221,11 +216,7 @@ def symbols() -> str:
         table(
             ("Letter", "Here", "There"),
             (
-                (
-                    "r",
-                    "reference, in control",
-                    "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl",
-                ),
+                ("r", "reference, in control", "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C of Dahl"),
                 ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; s of Laplace"),
                 ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
                 ("G", "Stribeck curve, a force", "g(v) of others, with σ₀ g(v) = G(v)"),
@@ -378,10 +369,7 @@ def _class(cls: type) -> list[str]:
         if not name.startswith("_") and _is_ours(value)
     ]
     prose = [_markdown(one) for one in _paragraphs((inspect.getdoc(cls) or "").split("\nParameters\n---")[0])]
-    told = table(
-        heads if any(row[2] for row in rows) else heads[:2],
-        [row if any(r[2] for r in rows) else row[:2] for row in rows],
-    )
+    told = table(heads if any(row[2] for row in rows) else heads[:2], [row if any(r[2] for r in rows) else row[:2] for row in rows])
     return [f"### {cls.__name__}", *prose, told, table(("Method", "What it does"), methods) if methods else ""]
 
 
@@ -389,9 +377,7 @@ def _described(cls: type) -> dict[str, tuple[str, str]]:
     """Return type and meaning of each attribute that the docstring of a class tells of, those of its bases too."""
     found: dict[str, tuple[str, str]] = {}
     for one in cls.__mro__:
-        section = re.search(
-            r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)", inspect.cleandoc(one.__doc__ or ""), re.DOTALL
-        )
+        section = re.search(r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)", inspect.cleandoc(one.__doc__ or ""), re.DOTALL)
         for entry in re.split(r"\n(?=\S)", section[1]) if section else ():
             head, _, meaning = entry.partition("\n")
             names, _, kind = head.partition(" : ")
@@ -500,16 +486,24 @@ def diagnostics() -> str:
     from bristle.report.sentences import SENTENCES
 
     codes = [
-        (f"`{code}`", one.means, ", ".join(_number_of(name, spec) for name, spec in fields_of(code).items()
-                                              if name != "std_percent") or "–",
-         one.advice)
+        (
+            f"`{code}`",
+            one.means,
+            ", ".join(_number_of(name, spec) for name, spec in fields_of(code).items() if name != "std_percent") or "–",
+            one.advice,
+        )
         for code, one in SENTENCES.items()
-    ]  # fmt: skip
+    ]
     settings = [
-        (f"`{one.name}`", f"{one.default:g}", one.unit if one.unit != "1" else "–", _range(one.least, one.most),
-         one.meaning + (f" ({one.source})" if one.source else ""))
+        (
+            f"`{one.name}`",
+            f"{one.default:g}",
+            one.unit if one.unit != "1" else "–",
+            _range(one.least, one.most),
+            one.meaning + (f" ({one.source})" if one.source else ""),
+        )
         for one in thresholds()
-    ]  # fmt: skip
+    ]
     return page(
         "Diagnostics",
         "What there is to know of a result besides its numbers: a code, which keeps its meaning, the parameter it "
@@ -570,24 +564,32 @@ def robustness() -> str:
     for name, by_truth in tables.items():
         rows = [
             (truth, condition, *(_interval(loops.get(loop)) for loop in LOOPS))
-            for truth, conditions in by_truth.items() for condition, loops in conditions.items()
-        ]  # fmt: skip
+            for truth, conditions in by_truth.items()
+            for condition, loops in conditions.items()
+        ]
         parts += [f"## {name}", table(("Friction of the rig", "Condition", *LOOPS.values()), rows)]
     margins = [
         (SET_NAMES[place], LOOPS[loop], f"{one['phase_deg']:.1f}", f"{one['gain']:.2f}")
-        for place, loops in told["margins"].items() for loop, one in loops.items()
-    ]  # fmt: skip
+        for place, loops in told["margins"].items()
+        for loop, one in loops.items()
+    ]
     return page(
-        "Compensation on other frictions", *parts,
-        "## Conditions", table(("Condition", "The rig"), MEANINGS.items()),
-        "## Margins", table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
-        "## Families", "Which share of the error without compensation is left by a model that is fed forward alone, in "
+        "Compensation on other frictions",
+        *parts,
+        "## Conditions",
+        table(("Condition", "The rig"), MEANINGS.items()),
+        "## Margins",
+        table(("Set", "Against friction works", "Phase margin [°]", "Gain margin"), margins),
+        "## Families",
+        "Which share of the error without compensation is left by a model that is fed forward alone, in "
         "percent, when the model is of one family or another; each is identified from the same log. **Bold**: the "
-        "family has the structure of the truth, or of a limit of it. The last row: the best one.", *_families_of(told),
-        "## Loops against branches", "Error on motions that were not measured, in percent of the largest force, of "
+        "family has the structure of the truth, or of a limit of it. The last row: the best one.",
+        *_families_of(told),
+        "## Loops against branches",
+        "Error on motions that were not measured, in percent of the largest force, of "
         "models made from so many branches: figure 6 of the paper on contacts of other kinds.",
         _economy_of(told["economy"]),
-    )  # fmt: skip
+    )
 
 
 def _interval(one: Mapping[str, Any] | None) -> str:
@@ -603,7 +605,7 @@ def _families_of(told: Mapping[str, Any]) -> list[str]:
         rows = [
             (f"`{family}`", *(_left(told["families"][truth][family], place) for truth in truths))
             for family in next(iter(told["families"].values()))
-        ]  # fmt: skip
+        ]
         best = [told["best_family"][truth][place]["family"] for truth in truths]
         parts.append(table((name, *truths), [*rows, ("best", *(f"`{family}`" for family in best))]))
     return parts
@@ -617,10 +619,15 @@ def _left(family: Mapping[str, Any], place: str) -> str:
 
 def _economy_of(economy: Mapping[str, Any]) -> str:
     rows = [
-        (truth, f"{count}", *("–" if errors[row] is None else f"{errors[row]:.1f}"
-                              for errors in cost["error_percent"].values()), f"{cost['scatter_percent']:.1f}")
-        for truth, cost in economy.items() for row, count in enumerate(cost["branches"])
-    ]  # fmt: skip
+        (
+            truth,
+            f"{count}",
+            *("–" if errors[row] is None else f"{errors[row]:.1f}" for errors in cost["error_percent"].values()),
+            f"{cost['scatter_percent']:.1f}",
+        )
+        for truth, cost in economy.items()
+        for row, count in enumerate(cost["branches"])
+    ]
     ways = next(iter(economy.values()))["error_percent"]
     return table(("Contact", "Branches", *ways, "Scatter alone"), rows)
 
@@ -633,15 +640,22 @@ RESTS = Path(__file__).parent / "theory" / "sticking.json"
 def sticking() -> str:
     """Return the page of what rests and what creeps: what ``python -m benchmarks.sticking`` wrote."""
     heads = {
-        "simulator": "Simulator", "setting": "Setting or model", "slope": "Block on a slope, creep [m/s]",
-        "axis": "Axis held, creep [m/s]", "stop": "Stopped, off by [m]", "still": "Still moves at [m/s]",
-        "pulled": "Pulled by a spring, error [m]", "step": "A step [s]",
-    }  # fmt: skip
+        "simulator": "Simulator",
+        "setting": "Setting or model",
+        "slope": "Block on a slope, creep [m/s]",
+        "axis": "Axis held, creep [m/s]",
+        "stop": "Stopped, off by [m]",
+        "still": "Still moves at [m/s]",
+        "pulled": "Pulled by a spring, error [m]",
+        "step": "A step [s]",
+    }
     rows = [
-        [value if isinstance(value, str) else "–" if math.isnan(value) else f"{value:.1e}" if value else "0"
-         for value in (row[key] for key in heads)]
+        [
+            value if isinstance(value, str) else "–" if math.isnan(value) else f"{value:.1e}" if value else "0"
+            for value in (row[key] for key in heads)
+        ]
         for row in json.loads(RESTS.read_text(encoding="utf-8"))
-    ]  # fmt: skip
+    ]
     parts = [
         "Four questions whose answers are known beforehand, asked of each simulator with steps of 1 ms: `python -m "
         "benchmarks.sticking`, after `pip install mujoco drake pybullet`. A block lies on a slope where its weight "

@@ -20,9 +20,16 @@ from mkdocs.structure.files import File
 
 ROOT = Path(__file__).parent.parent
 TAKEN = (
-    "CONTRIBUTING.md", "CHANGELOG.md", "examples/*/README.md", "examples/*.py", "examples/*.ipynb", "examples/*/*.png",
-    "examples/*/*.svg", "examples/*/*.toml", "examples/*/*.ipynb",
-)  # fmt: skip
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "examples/*/README.md",
+    "examples/*.py",
+    "examples/*.ipynb",
+    "examples/*/*.png",
+    "examples/*/*.svg",
+    "examples/*/*.toml",
+    "examples/*/*.ipynb",
+)
 LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 LAB = """# The lab

@@ -12,9 +12,7 @@ from bristle.core import Slot, Surrounding, Variable, kernel
 
 
 class Parameters(NamedTuple):
-    k_H: Annotated[
-        float, Variable("1", "change of friction from dry to saturated air", nominal=0.1, excitation="channel")
-    ] = 0.0
+    k_H: Annotated[float, Variable("1", "change of friction from dry to saturated air", nominal=0.1, excitation="channel")] = 0.0
     h_0: Annotated[float, Variable("1", "humidity that friction is told at", min=0.0, max=1.0)] = 0.5
 
 

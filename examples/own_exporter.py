@@ -15,13 +15,15 @@ MOST = 16
 
 def write(request):
     if variations_of(request.model.component):
-        raise InputError("the drive has one table for the whole travel", path="acme", value=request.model.name,
-                         mend="Identify it without +position, +periodic, +load and +temperature")  # fmt: skip
+        raise InputError(
+            "the drive has one table for the whole travel",
+            path="acme",
+            value=request.model.name,
+            mend="Identify it without +position, +periodic, +load and +temperature",
+        )
     velocity, effort = log_units(request.axis, request.model.kind)
     points = min(request.points, MOST)
-    sides = {
-        name: side_of(request.model, way, request.speed, points) for name, way in (("forward", 1), ("backward", -1))
-    }
+    sides = {name: side_of(request.model, way, request.speed, points) for name, way in (("forward", 1), ("backward", -1))}
     lines = [f"# {line}" for line in request.source.lines]
     lines += [f'velocity_unit = "{velocity.name}"', f'effort_unit = "{effort.name}"']
     for name, side in sides.items():

@@ -19,24 +19,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
-CARRIED = {
-    ".py",
-    ".html",
-    ".js",
-    ".mjs",
-    ".css",
-    ".toml",
-    ".json",
-    ".c",
-    ".h",
-    ".cu",
-    ".md",
-    ".st",
-    ".xml",
-    ".txt",
-    ".tex",
-    ".typed",
-}
+CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex", ".typed"}
 LICENCES = """
 import json
 from importlib.metadata import distributions
@@ -69,8 +52,9 @@ def looked_inside(wheel: Path, sdist: Path) -> None:
     inside = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("bristle/")}
     wanted = {
         PurePosixPath(file.relative_to(ROOT / "src")).as_posix()
-        for file in (ROOT / "src" / "bristle").rglob("*") if file.is_file() and "__pycache__" not in file.parts
-    }  # fmt: skip
+        for file in (ROOT / "src" / "bristle").rglob("*")
+        if file.is_file() and "__pycache__" not in file.parts
+    }
     odd = sorted(name for name in inside if PurePosixPath(name).suffix not in CARRIED)
     if inside != wanted or odd:
         raise SystemExit(f"the wheel lacks {sorted(wanted - inside)}, has {sorted(inside - wanted)} too, odd: {odd}")

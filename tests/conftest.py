@@ -48,9 +48,7 @@ def build_workbench(kind: Kind) -> Workbench:
     truth = friction.stribeck(kind=kind, **FRICTION[kind])
     law = controllers.cascade(kind=kind, k_p=80.0, k_v=250.0 * MASS[kind])
     step = 1e-5 * STROKE[kind]
-    recorded = simulate(compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)).variants[
-        "as_recorded"
-    ]
+    recorded = simulate(compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)).variants["as_recorded"]
     length, force = unit_of("length", kind), unit_of("force", kind)
     log = Log(
         time=Channel(recorded.time, "s", "t"),
@@ -67,9 +65,7 @@ def build_workbench(kind: Kind) -> Workbench:
     axis = Axis(name="stage", kind=kind, resolution=step, controller=law)
     identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis, draws=0)
     best = identified.best
-    looped = simulate(
-        compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage")
-    )
+    looped = simulate(compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage"))
     predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
     return Workbench(axis, log, identified, drive_table(best), looped, predicted)
 

@@ -9,6 +9,17 @@ from benchmarks.strangers.recording import Run, make_record, record_of, simulate
 from benchmarks.strangers.truth import FAMILIES, MOTIONS, Record, Truth
 
 __all__ = [
-    "FAMILIES", "HABITS", "LIES", "MOTIONS", "Lied", "Record", "Run", "Truth", "draw", "make", "make_record",
-    "record_of", "simulate",
-]  # fmt: skip
+    "FAMILIES",
+    "HABITS",
+    "LIES",
+    "MOTIONS",
+    "Lied",
+    "Record",
+    "Run",
+    "Truth",
+    "draw",
+    "make",
+    "make_record",
+    "record_of",
+    "simulate",
+]

@@ -46,11 +46,25 @@ class Contact(NamedTuple):
 
 def contact_of(f: Friction) -> Contact:
     return Contact(
-        {"static": STATIC, "lugre": LUGRE, "cells": CELLS}[f.law], *f.F_C, *f.F_S, f.v_S, f.shape, *f.F_v,
-        f.F_root, f.root_floor, f.sigma_0, f.sigma_1, np.array(f.cell_stiffness, dtype=float),
-        np.array(f.cell_share, dtype=float), f.cell_damping, f.lag, f.ripple, 2.0 * np.pi / f.ripple_period,
-        f.ripple_phase, f.reversal_travel,
-    )  # fmt: skip
+        {"static": STATIC, "lugre": LUGRE, "cells": CELLS}[f.law],
+        *f.F_C,
+        *f.F_S,
+        f.v_S,
+        f.shape,
+        *f.F_v,
+        f.F_root,
+        f.root_floor,
+        f.sigma_0,
+        f.sigma_1,
+        np.array(f.cell_stiffness, dtype=float),
+        np.array(f.cell_share, dtype=float),
+        f.cell_damping,
+        f.lag,
+        f.ripple,
+        2.0 * np.pi / f.ripple_period,
+        f.ripple_phase,
+        f.reversal_travel,
+    )
 
 
 @njit(cache=True)
@@ -86,9 +100,7 @@ def memory(c: Contact, v: float, w: float, h: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def push(
-    c: Contact, z: Floats, after: Floats, v: float, w: float, w_end: float, dry: float, wet: float, h: float
-) -> float:
+def push(c: Contact, z: Floats, after: Floats, v: float, w: float, w_end: float, dry: float, wet: float, h: float) -> float:
     """Return the mean friction force over a step of h at the mean velocity v; `after` receives the bristles after it.
 
     The level sees the speed w amid the step, and w_end after it. `dry` and `wet` multiply the level and the viscous

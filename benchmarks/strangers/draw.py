@@ -44,9 +44,7 @@ def draw(seed: int, family: str = "lugre", motion: str | None = None, linear: bo
     return draw_loop.drive(rng, seed, family, axis, friction, moves, speed)
 
 
-def make(
-    seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None
-) -> tuple[Truth, Record]:
+def make(seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None) -> tuple[Truth, Record]:
     """Return a truth and its record."""
     truth = draw(seed, family, motion, linear)
     return truth, record_of(truth, simulate(truth))
@@ -97,10 +95,18 @@ def _friction(rng: np.random.Generator, family: str, axis: Axis, speed: float, l
     # More would give forces beyond F_S whenever a bristle is bent fast.
     damping = min(damping, 4e-3 * stiffness)
     f = Friction(
-        "lugre", F_C, (over * F_C[0], over * F_C[1]), speed * float(np.exp(rng.uniform(np.log(3e-3), np.log(3e-2)))),
-        2.0, drags, sigma_0=stiffness, sigma_1=damping,
-        scatter=float(rng.uniform(0.0, 0.03)), reversal_travel=3.0 * distance, break_away=distance,
-    )  # fmt: skip
+        "lugre",
+        F_C,
+        (over * F_C[0], over * F_C[1]),
+        speed * float(np.exp(rng.uniform(np.log(3e-3), np.log(3e-2)))),
+        2.0,
+        drags,
+        sigma_0=stiffness,
+        sigma_1=damping,
+        scatter=float(rng.uniform(0.0, 0.03)),
+        reversal_travel=3.0 * distance,
+        break_away=distance,
+    )
     if family == "coulomb":
         return replace(f, law="static", F_S=F_C, sigma_0=0.0, sigma_1=0.0, break_away=0.0)
     if family == "maxwell":
@@ -130,9 +136,15 @@ def _cells(rng: np.random.Generator, f: Friction, highest: float) -> Friction:
     share /= share.sum()
     stiffness = share * highest / distances
     return replace(
-        f, law="cells", sigma_0=0.0, sigma_1=0.0, cell_stiffness=tuple(stiffness.tolist()),
-        cell_share=tuple(share.tolist()), cell_damping=f.sigma_1 / f.sigma_0 * 0.3, break_away=float(distances.max()),
-    )  # fmt: skip
+        f,
+        law="cells",
+        sigma_0=0.0,
+        sigma_1=0.0,
+        cell_stiffness=tuple(stiffness.tolist()),
+        cell_share=tuple(share.tolist()),
+        cell_damping=f.sigma_1 / f.sigma_0 * 0.3,
+        break_away=float(distances.max()),
+    )
 
 
 def _play(rng: np.random.Generator, axis: Axis) -> Axis:
@@ -140,7 +152,4 @@ def _play(rng: np.random.Generator, axis: Axis) -> Axis:
     half = float(rng.uniform(2.0, 20.0)) * UM * (1.0 if axis.linear else SCREW)
     reduced = axis.mass * share * (1.0 - share)
     wave = 2.0 * np.pi * float(rng.uniform(150.0, 400.0))  # [rad/s]: a closed contact rings there
-    return replace(
-        axis, half_play=half, load_share=share, contact_stiffness=reduced * wave**2,
-        contact_damping=2.0 * 0.15 * reduced * wave,
-    )  # fmt: skip
+    return replace(axis, half_play=half, load_share=share, contact_stiffness=reduced * wave**2, contact_damping=2.0 * 0.15 * reduced * wave)

@@ -12,9 +12,7 @@ from benchmarks.strangers.truth import Axis, Encoder, Friction, Loop, Motion, Mo
 __all__ = ["drive"]
 
 
-def drive(
-    rng: np.random.Generator, seed: int, family: str, axis: Axis, friction: Friction, motion: Motion, speed: float
-) -> Truth:
+def drive(rng: np.random.Generator, seed: int, family: str, axis: Axis, friction: Friction, motion: Motion, speed: float) -> Truth:
     """Return the truth of an axis in its drive."""
     level = max(friction.F_C)
     rates, often = [500.0, 1000.0, 2000.0, 4000.0], [0.1, 0.3, 0.35, 0.25]
@@ -32,9 +30,7 @@ def drive(
     return Truth(seed, family, axis, friction, motor, loop, encoder, motion, _trace(rng, axis, motor, loop, motion))
 
 
-def _motor(
-    rng: np.random.Generator, axis: Axis, friction: Friction, motion: Motion, speed: float, level: float
-) -> Motor:
+def _motor(rng: np.random.Generator, axis: Axis, friction: Friction, motion: Motion, speed: float, level: float) -> Motor:
     """A motor whose peak force carries the motion with some reserve; three times what it is rated for."""
     acceleration = float(np.abs(reference(motion, 2e-3)[2]).max())
     drag = max(friction.F_v) * speed + friction.F_root * np.sqrt(speed)
@@ -46,9 +42,14 @@ def _motor(
         # LuGre creeps under forces that shake it faster than it moves: noise can take a fifth off its friction there.
         noise *= 0.1
     return Motor(
-        float(rng.uniform(0.2e-3, 1e-3)), noise, ripple, int(rng.choice([6, 12, 24])),
-        float(rng.uniform(0.0, 2.0 * np.pi)), limit / 3.0, limit,
-    )  # fmt: skip
+        float(rng.uniform(0.2e-3, 1e-3)),
+        noise,
+        ripple,
+        int(rng.choice([6, 12, 24])),
+        float(rng.uniform(0.0, 2.0 * np.pi)),
+        limit / 3.0,
+        limit,
+    )
 
 
 def _encoder(rng: np.random.Generator, axis: Axis, motion: Motion) -> Encoder:
@@ -65,9 +66,7 @@ def _encoder(rng: np.random.Generator, axis: Axis, motion: Motion) -> Encoder:
     return Encoder(period / counts, period, tuple(sizes.tolist()), tuple(phases.tolist()))
 
 
-def _loop(
-    rng: np.random.Generator, axis: Axis, motor: Motor, encoder: Encoder, period: float, level: float, small: bool
-) -> Loop:
+def _loop(rng: np.random.Generator, axis: Axis, motor: Motor, encoder: Encoder, period: float, level: float, small: bool) -> Loop:
     """A crossover that leaves the delays their phase, and does not shake the motor with single counts.
 
     Who is after `small` motions has a fast drive, and tunes it as stiff as it goes.
@@ -133,9 +132,18 @@ def _trace(rng: np.random.Generator, axis: Axis, motor: Motor, loop: Loop, motio
         starts = np.sort(rng.integers(rows // 10, rows - rows // 10, int(rng.integers(1, 4))))
         lost = tuple((int(s), int(rng.integers(1, 30))) for s in starts)
     return Recording(
-        trace, per_tick, every, source, late, slow[0], slow[1],
+        trace,
+        per_tick,
+        every,
+        source,
+        late,
+        slow[0],
+        slow[1],
         effort_noise=motor.rated * float(np.exp(rng.uniform(np.log(5e-4), np.log(5e-3)))) if source == "acted" else 0.0,
-        force_per_effort=force, effort_unit=unit, reference=bool(rng.random() < 0.7),
-        velocity=bool(rng.random() < 0.5), jitter=float(rng.uniform(0.02, 0.1)) * trace * every * (rng.random() < 0.15),
+        force_per_effort=force,
+        effort_unit=unit,
+        reference=bool(rng.random() < 0.7),
+        velocity=bool(rng.random() < 0.5),
+        jitter=float(rng.uniform(0.02, 0.1)) * trace * every * (rng.random() < 0.15),
         lost=lost,
-    )  # fmt: skip
+    )

@@ -12,9 +12,7 @@ LEAD = 0.6  # [s]
 WEIGHTS = (0.3, 0.15, 0.15, 0.1, 0.15, 0.08, 0.07)  # how often each of MOTIONS is drawn
 
 
-def motion(
-    rng: np.random.Generator, axis: Axis, friction: Friction, speed: float, acceleration: float, kind: str | None
-) -> Motion:
+def motion(rng: np.random.Generator, axis: Axis, friction: Friction, speed: float, acceleration: float, kind: str | None) -> Motion:
     """Return a motion within a top speed and an acceleration; None draws its kind."""
     drawn = str(rng.choice(MOTIONS, p=WEIGHTS))
     kind = drawn if kind is None else kind
@@ -28,9 +26,7 @@ def motion(
         return _sines(rng, kind, duration, speed, acceleration, stroke)
     if kind == "presliding":
         return _small(rng, axis, friction, duration)
-    return Motion(
-        kind, duration, LEAD, _speeds(rng, kind, speed), acceleration, smoothing, stroke, dwell,
-    )  # fmt: skip
+    return Motion(kind, duration, LEAD, _speeds(rng, kind, speed), acceleration, smoothing, stroke, dwell)
 
 
 def _speeds(rng: np.random.Generator, kind: str, speed: float) -> tuple[float, ...]:
@@ -43,9 +39,7 @@ def _speeds(rng: np.random.Generator, kind: str, speed: float) -> tuple[float, .
     return tuple(float(s) for s in rng.permutation(speed * np.geomspace(low, 1.0, count)))
 
 
-def _sines(
-    rng: np.random.Generator, kind: str, duration: float, speed: float, acceleration: float, stroke: float
-) -> Motion:
+def _sines(rng: np.random.Generator, kind: str, duration: float, speed: float, acceleration: float, stroke: float) -> Motion:
     """One slow sine, or six to twelve up to 10 Hz whose amplitudes fall with frequency, at the axis's limits or below.
 
     A sine of 0.05 to 0.5 Hz at the top speed would need a long axis: its amplitude is half a stroke at the most.
@@ -62,9 +56,7 @@ def _sines(
     peak_v = np.abs((a * 2.0 * np.pi * f) @ np.cos(2.0 * np.pi * f[:, None] * t + phases[:, None])).max()
     peak_a = np.abs((a * (2.0 * np.pi * f) ** 2) @ waves).max()
     a = a * min(0.8 * speed / peak_v, acceleration / peak_a, stroke / np.abs(a @ waves).max())
-    return Motion(
-        kind, duration, LEAD, frequencies=tuple(f.tolist()), amplitudes=tuple(a.tolist()), phases=tuple(phases.tolist())
-    )
+    return Motion(kind, duration, LEAD, frequencies=tuple(f.tolist()), amplitudes=tuple(a.tolist()), phases=tuple(phases.tolist()))
 
 
 def _small(rng: np.random.Generator, axis: Axis, friction: Friction, duration: float) -> Motion:
@@ -78,6 +70,5 @@ def _small(rng: np.random.Generator, axis: Axis, friction: Friction, duration: f
     sizes = np.geomspace(max(1.0, 0.1 * highest), highest, int(rng.integers(3, 6)))
     rates = rng.uniform(0.4, 1.5, sizes.size)
     return Motion(
-        "presliding", duration, LEAD, smoothing=0.01, dwell=0.3, frequencies=tuple(rates.tolist()),
-        amplitudes=tuple((per * sizes).tolist()),
-    )  # fmt: skip
+        "presliding", duration, LEAD, smoothing=0.01, dwell=0.3, frequencies=tuple(rates.tolist()), amplitudes=tuple((per * sizes).tolist())
+    )

@@ -12,9 +12,17 @@ from benchmarks.strangers.truth import Record, Truth
 __all__ = ["HABITS"]
 
 HABITS = (
-    "effort_unsigned", "effort_stale", "effort_in_percent", "effort_offset", "effort_without_feedforward",
-    "effort_coarse", "position_is_reference", "two_clocks", "two_logs_glued", "one_turn_only",
-)  # fmt: skip
+    "effort_unsigned",
+    "effort_stale",
+    "effort_in_percent",
+    "effort_offset",
+    "effort_without_feedforward",
+    "effort_coarse",
+    "position_is_reference",
+    "two_clocks",
+    "two_logs_glued",
+    "one_turn_only",
+)
 
 
 @listed
@@ -35,12 +43,7 @@ def effort_in_percent(truth: Truth, record: Record, _: np.random.Generator) -> t
     """Percent of the rated force declared as N or N*m."""
     factor = 100.0 * truth.recording.force_per_effort / truth.motor.rated
     unit = "N" if truth.axis.linear else "N*m"
-    return (
-        truth,
-        replace(record, effort=factor * record.effort, effort_unit=unit),
-        f"percent declared as {unit}",
-        factor,
-    )
+    return (truth, replace(record, effort=factor * record.effort, effort_unit=unit), f"percent declared as {unit}", factor)
 
 
 @listed
@@ -51,9 +54,7 @@ def effort_offset(truth: Truth, record: Record, rng: np.random.Generator) -> tup
 
 
 @listed
-def effort_without_feedforward(
-    truth: Truth, record: Record, _: np.random.Generator
-) -> tuple[Truth, Record, str, float]:
+def effort_without_feedforward(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
     """The trace taps the controller's output before the feedforward of force is added: 90 % of the mass is missing."""
     r = record.reference if record.reference is not None else record.position
     n = max(3, round(0.01 / truth.period))
@@ -98,10 +99,12 @@ def two_logs_glued(truth: Truth, record: Record, _: np.random.Generator) -> tupl
     rows = np.roll(np.arange(record.t.size), first)
     zero = np.where(np.arange(record.t.size) < first, record.position[rows[0]], 0.0)
     glued = replace(
-        record, position=record.position[rows] - zero, effort=record.effort[rows],
+        record,
+        position=record.position[rows] - zero,
+        effort=record.effort[rows],
         reference=None if record.reference is None else record.reference[rows] - zero,
         velocity=None if record.velocity is None else record.velocity[rows],
-    )  # fmt: skip
+    )
     return truth, glued, f"two logs glued at row {first}", float(first)
 
 

@@ -61,9 +61,7 @@ class Inputs(NamedTuple):
 
 def controller_of(loop: Loop) -> Controller:
     keep = float(np.exp(-loop.period / loop.velocity_filter)) if loop.velocity_filter > 0.0 else 0.0
-    return Controller(
-        loop.kind == "pid", loop.period, loop.delay, loop.kp, loop.kv, loop.ki, keep, loop.feed_velocity, loop.feed_mass
-    )
+    return Controller(loop.kind == "pid", loop.period, loop.delay, loop.kp, loop.kv, loop.ki, keep, loop.feed_velocity, loop.feed_mass)
 
 
 def drive_of(motor: Motor, turn: float) -> Drive:
@@ -72,9 +70,7 @@ def drive_of(motor: Motor, turn: float) -> Drive:
 
 
 @njit(cache=True)
-def _control(
-    k: Controller, y: float, r: float, r_v: float, r_a: float, s: Floats, limit: float
-) -> float:  # fmt: skip
+def _control(k: Controller, y: float, r: float, r_v: float, r_a: float, s: Floats, limit: float) -> float:
     """Return the command. `s` is position last tick, filtered velocity, integral."""
     s[1] = k.keep * s[1] + (1.0 - k.keep) * (y - s[0]) / k.period
     s[0] = y

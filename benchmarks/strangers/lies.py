@@ -74,10 +74,13 @@ def _scaled(record: Record, factor: float) -> Record:
 
 def _picked(record: Record, rows: np.ndarray, t: Floats) -> Record:
     return replace(
-        record, t=t, position=record.position[rows], effort=record.effort[rows],
+        record,
+        t=t,
+        position=record.position[rows],
+        effort=record.effort[rows],
         reference=None if record.reference is None else record.reference[rows],
         velocity=None if record.velocity is None else record.velocity[rows],
-    )  # fmt: skip
+    )
 
 
 def _delayed(x: Floats, rows: int) -> Floats:
@@ -164,10 +167,7 @@ def backlash(truth: Truth, _: Record, rng: np.random.Generator) -> tuple[Truth, 
     half = float(rng.uniform(5e-6, 20e-6)) * (1.0 if truth.axis.linear else 2.0 * np.pi / 0.01)
     share, wave = float(rng.uniform(0.3, 0.6)), 2.0 * np.pi * 250.0
     reduced = truth.mass * share * (1.0 - share)
-    axis = replace(
-        truth.axis, half_play=half, load_share=share, contact_stiffness=reduced * wave**2,
-        contact_damping=0.3 * reduced * wave,
-    )  # fmt: skip
+    axis = replace(truth.axis, half_play=half, load_share=share, contact_stiffness=reduced * wave**2, contact_damping=0.3 * reduced * wave)
     friction = truth.friction
     if friction.law != "lugre":
         # Two masses rub over bristles; a jump of friction becomes one of 5 micrometres.
@@ -197,11 +197,7 @@ def _strokes(truth: Truth, kind: str, rng: np.random.Generator) -> Truth:
         top = max(float((2.0 * np.pi * f * a).max()), 5.0 * truth.friction.v_S)
         speeds, stroke = tuple((top * np.array([0.1, 0.3, 1.0])).tolist()), 1.5 * top
         motion = replace(
-            motion,
-            acceleration=min(10.0 * top, 0.3 * truth.motor.limit / truth.mass),
-            frequencies=(),
-            amplitudes=(),
-            phases=(),
+            motion, acceleration=min(10.0 * top, 0.3 * truth.motor.limit / truth.mass), frequencies=(), amplitudes=(), phases=()
         )
     if kind == "one_speed":
         speeds = (float(rng.choice(speeds)),)
@@ -227,9 +223,7 @@ def _tiny(truth: Truth, um: float) -> Truth:
     Stuck, the axis is a spring, which the loop follows by its integral: that is raised until it does.
     """
     size = um * 1e-6 * (1.0 if truth.axis.linear else 2.0 * np.pi / 0.01)
-    motion = replace(
-        truth.motion, kind="presliding", speeds=(), smoothing=0.01, frequencies=(0.1,), amplitudes=(size,), phases=()
-    )
+    motion = replace(truth.motion, kind="presliding", speeds=(), smoothing=0.01, frequencies=(0.1,), amplitudes=(size,), phases=())
     encoder = replace(truth.encoder, resolution=min(truth.encoder.resolution, size / 20.0))
     loop, friction = truth.loop, truth.friction
     if friction.break_away > 0.0:
@@ -255,9 +249,7 @@ def presliding_3um(truth: Truth, _: Record, __: np.random.Generator) -> tuple[Tr
 @listed
 def degrees_as_radians(truth: Truth, record: Record, _: np.random.Generator) -> tuple[Truth, Record, str, float]:
     """Positions in degrees declared as radians (of a linear axis: millimetres as metres)."""
-    factor, told = (
-        (1e3, "millimetres declared as metres") if truth.axis.linear else (180.0 / np.pi, "degrees as radians")
-    )
+    factor, told = (1e3, "millimetres declared as metres") if truth.axis.linear else (180.0 / np.pi, "degrees as radians")
     return truth, _scaled(record, factor), told, factor
 
 

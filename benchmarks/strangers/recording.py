@@ -71,13 +71,17 @@ def simulate(truth: Truth, finer: int = 1) -> Run:
     t = loop.period * np.arange(r.size, dtype=float) - motion.lead
     noise = truth.motor.noise * _generator(truth, 1).standard_normal(r.size)
     scatter = truth.friction.scatter * _generator(truth, 2).standard_normal(REVERSALS)
-    inputs = Inputs(
-        r, r_v, r_a, noise, _heat(truth.friction, t, motion.duration), np.clip(scatter, -0.5, 0.5), truth.axis.gravity
-    )
+    inputs = Inputs(r, r_v, r_a, noise, _heat(truth.friction, t, motion.duration), np.clip(scatter, -0.5, 0.5), truth.axis.gravity)
     rows = run(
-        contact_of(truth.friction), body_of(truth.axis), drive_of(truth.motor, truth.axis.turn),
-        controller_of(loop), scale_of(truth.encoder), inputs, rec.per_tick, finer * fine_steps(truth),
-    )  # fmt: skip
+        contact_of(truth.friction),
+        body_of(truth.axis),
+        drive_of(truth.motor, truth.axis.turn),
+        controller_of(loop),
+        scale_of(truth.encoder),
+        inputs,
+        rec.per_tick,
+        finer * fine_steps(truth),
+    )
     first = round(motion.lead / loop.period) * rec.per_tick
     last = first + round(motion.duration / rec.trace_period)
     stamps = rec.trace_period * np.arange(rows.shape[0]) - motion.lead
@@ -137,7 +141,15 @@ def make_record(truth: Truth) -> Record:
 def plain(truth: Truth) -> Truth:
     """Return the truth with a trace that hides nothing: acted force, no filter, noise, jitter or loss."""
     rec = replace(
-        truth.recording, source="acted", effort_late=0, effort_filter=0.0, position_filter=0.0, effort_noise=0.0,
-        force_per_effort=1.0, jitter=0.0, lost=(), every=1,
-    )  # fmt: skip
+        truth.recording,
+        source="acted",
+        effort_late=0,
+        effort_filter=0.0,
+        position_filter=0.0,
+        effort_noise=0.0,
+        force_per_effort=1.0,
+        jitter=0.0,
+        lost=(),
+        every=1,
+    )
     return replace(truth, recording=rec)

@@ -33,10 +33,7 @@ class Body(NamedTuple):
 
 def body_of(a: Axis) -> Body:
     wave = 2.0 * np.pi * a.cogging_per_turn / a.turn
-    return Body(
-        a.mass, a.gravity, a.cogging, wave, a.cogging_phase, a.half_play, a.load_share, a.contact_stiffness,
-        a.contact_damping,
-    )  # fmt: skip
+    return Body(a.mass, a.gravity, a.cogging, wave, a.cogging_phase, a.half_play, a.load_share, a.contact_stiffness, a.contact_damping)
 
 
 @njit(cache=True)
@@ -50,9 +47,7 @@ def _from_rest(c: Contact, mass: float, pull: float, dry: float, h: float) -> tu
 
 
 @njit(cache=True)
-def static_step(
-    c: Contact, mass: float, pull: float, v: float, dry: float, wet: float, h: float
-) -> tuple[float, float, float]:
+def static_step(c: Contact, mass: float, pull: float, v: float, dry: float, wet: float, h: float) -> tuple[float, float, float]:
     """Return velocity after a step, mean friction force and travel, where friction jumps at zero; linear viscous part.
 
     A step in which the velocity passes through zero is split there.
@@ -76,9 +71,8 @@ def static_step(
 
 @njit(cache=True)
 def bristle_step(
-    c: Contact, mass: float, pull: float, v: float, guess: float, z: Floats, after: Floats, w: float,
-    dry: float, wet: float, h: float,
-) -> tuple[float, float, float]:  # fmt: skip
+    c: Contact, mass: float, pull: float, v: float, guess: float, z: Floats, after: Floats, w: float, dry: float, wet: float, h: float
+) -> tuple[float, float, float]:
     """Return velocity after a step, mean friction force and lagged speed. `guess` is a first velocity after it."""
     tiny = 1e-13 * (abs(v) + abs(guess)) + 1e-300
     x0, r0 = v, 0.0

@@ -8,16 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "FAMILIES", "MOTIONS", "Axis", "Encoder", "Friction", "Loop", "Motion", "Motor", "Record", "Recording", "Truth",
-]  # fmt: skip
+__all__ = ["FAMILIES", "MOTIONS", "Axis", "Encoder", "Friction", "Loop", "Motion", "Motor", "Record", "Recording", "Truth"]
 
 Floats = NDArray[np.float64]
 
-FAMILIES = (
-    "coulomb", "lugre", "maxwell",
-    "lag", "ripple", "root_viscous", "stribeck_half", "stribeck_cubic", "backlash", "heat",
-)  # fmt: skip
+FAMILIES = ("coulomb", "lugre", "maxwell", "lag", "ripple", "root_viscous", "stribeck_half", "stribeck_cubic", "backlash", "heat")
 MOTIONS = ("strokes", "multisine", "sine", "presliding", "cycle", "one_speed", "one_direction")
 
 
@@ -191,9 +186,7 @@ class Truth:
 
         Hold, lags and filters are counted with their mean delay, as a slow signal sees them.
         """
-        late = self.recording.effort_late * self.recording.trace_period + self._filter_delay(
-            self.recording.effort_filter
-        )
+        late = self.recording.effort_late * self.recording.trace_period + self._filter_delay(self.recording.effort_filter)
         if self.recording.source == "command":
             tick = self.loop.period
             # Seen at the ticks, a held command is half a tick late; rows between ticks repeat the last one.

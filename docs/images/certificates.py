@@ -105,11 +105,7 @@ def loops() -> Figure:
 def main() -> None:
     """Write every picture beside this file, and print the table."""
     found = certificates()
-    pictures = {
-        "certificates-drift": drift(found),
-        "certificates-closure": closure(found),
-        "certificates-loops": loops(),
-    }
+    pictures = {"certificates-drift": drift(found), "certificates-closure": closure(found), "certificates-loops": loops()}
     for name, picture in pictures.items():
         picture.savefig(Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
     print(table(found))

@@ -17,9 +17,7 @@ def main() -> None:
     pictures = {
         "preisach-plane": figures.preisach_plane(exact, [5.4e-3, -3.6e-3, 3.0e-3, -0.6e-3, 1.8e-3]),
         "everett-surface": figures.everett_surface(exact, X_R),
-        "transition-curves": figures.transition_curves(
-            {"reformed_dahl_exact": exact, "100 transition branches": built}, X_R
-        ),
+        "transition-curves": figures.transition_curves({"reformed_dahl_exact": exact, "100 transition branches": built}, X_R),
     }
     for name, figure in pictures.items():
         figure.savefig(HERE / f"{name}.svg", metadata={"Date": None}, facecolor="white")

@@ -16,8 +16,19 @@ with tempfile.TemporaryDirectory() as folder:
     page.write_text(lab_page(), encoding="utf-8")
     target = Path(__file__).with_suffix(".png")
     subprocess.run(
-        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile",
-         "--hide-scrollbars", "--window-size=1366,860", f"--screenshot={target}", f"{page.as_uri()}#{SHOWN}"],
-        check=True, capture_output=True, timeout=120,
-    )  # fmt: skip
+        [
+            "chromium",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={folder}/profile",
+            "--hide-scrollbars",
+            "--window-size=1366,860",
+            f"--screenshot={target}",
+            f"{page.as_uri()}#{SHOWN}",
+        ],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
     Image.open(target).convert("RGB").quantize(COLOURS).save(target, optimize=True)

@@ -40,9 +40,7 @@ def main() -> int:
         found = Path(folder) / FILE
         found.write_bytes(data)
         if pooch.file_hash(str(found)) != SHA256:
-            return refuse(
-                f"{chosen.url}: does not hold the {FILE} that is expected (its checksum differs).\n{PUBLISHED}"
-            )
+            return refuse(f"{chosen.url}: does not hold the {FILE} that is expected (its checksum differs).\n{PUBLISHED}")
     wanted.write_bytes(data)
     print(f"{wanted}: {len(data)} bytes, checksum as expected")
     return 0

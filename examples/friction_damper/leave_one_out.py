@@ -41,8 +41,7 @@ def main() -> None:
         print(f"{name}, {len(rows)} tests: pooled", {one: f"{value:.4g} N" for one, value in pooled.items()})
         for one, ratio in ratios.items():
             pooled_ratio = pooled[models[0]] / pooled[one]
-            print(f"  {models[0]} over {one}: pooled {pooled_ratio:.2f}, median {np.median(ratio):.2f}, "
-                  f"least {min(ratio):.2f}")  # fmt: skip
+            print(f"  {models[0]} over {one}: pooled {pooled_ratio:.2f}, median {np.median(ratio):.2f}, least {min(ratio):.2f}")
     if chosen.json:
         chosen.json.write_text(json.dumps(found, indent=1))
 

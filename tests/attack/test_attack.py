@@ -23,18 +23,25 @@ pytest.importorskip("resource", reason="limits of POSIX")
 IDENTIFY = ["identify", "log.csv", "--axis", "axis.toml", "--draws", "0", "--json"]
 LOG = ["log", "log.csv", "--axis", "axis.toml", "--json"]
 COMMANDS = {
-    "axis.toml": [IDENTIFY, LOG, ["excite", "axis.toml", "--duration", "15 s", "--json"],
-                  ["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"]],
+    "axis.toml": [
+        IDENTIFY,
+        LOG,
+        ["excite", "axis.toml", "--duration", "15 s", "--json"],
+        ["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"],
+    ],
     "experiment.toml": [["run", "experiment.toml", "--json"], ["design", "experiment.toml", "--json"]],
-    "model.toml": [["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"],
-                   ["check", "model.toml", "--json"],
-                   ["excite", "axis.toml", "--model", "model.toml", "--duration", "15 s", "--json"]],
-    "curves.toml": [["identify", "log.csv", "--axis", "curves.toml", "--json"],
-                    ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"]],
-    "operator.toml": [["check", "operator.toml", "--json"],
-                      ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"]],
+    "model.toml": [
+        ["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"],
+        ["check", "model.toml", "--json"],
+        ["excite", "axis.toml", "--model", "model.toml", "--duration", "15 s", "--json"],
+    ],
+    "curves.toml": [
+        ["identify", "log.csv", "--axis", "curves.toml", "--json"],
+        ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"],
+    ],
+    "operator.toml": [["check", "operator.toml", "--json"], ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"]],
     "fig_01.toml": [["paper", "--figure", "1", "--from", ".", "--out", "paper", "--json"]],
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -86,19 +93,23 @@ TEXTS = {
     "UTF-16": ("axis.toml", FILES["axis.toml"].encode("utf-16")),
     "a file that names itself": ("experiment.toml", FILES["experiment.toml"] + '[axis]\nfile = "experiment.toml"\n'),
     "a model that names itself": (
-        "experiment.toml", FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"',
-                                                            'file = "experiment.toml"', 1)),
+        "experiment.toml",
+        FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "experiment.toml"', 1),
+    ),
     "a model in a folder": (
-        "experiment.toml", FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"',
-                                                            'file = "thesis"', 1)),
+        "experiment.toml",
+        FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "thesis"', 1),
+    ),
     "a thousand variants": (
         "experiment.toml",
         FILES["experiment.toml"].replace('"6 s"', '"6 ms"').replace('settle = "2 s"', 'settle = "0 s"')
-        + "".join(f"[compare.v{i}.run]\ndelay = {i % 3}\n" for i in range(60))),
+        + "".join(f"[compare.v{i}.run]\ndelay = {i % 3}\n" for i in range(60)),
+    ),
     "variants of odd names": (
         "experiment.toml",
-        FILES["experiment.toml"] + '[compare."../x".run]\ndelay = 1\n[compare."\u202e".run]\ndelay = 1\n'),
-}  # fmt: skip
+        FILES["experiment.toml"] + '[compare."../x".run]\ndelay = 1\n[compare."\u202e".run]\ndelay = 1\n',
+    ),
+}
 
 
 @pytest.mark.parametrize("name", TEXTS)
@@ -143,12 +154,37 @@ def timed(lines: list[str], step: float) -> list[str]:
 
 
 CELLS = (
-    "nan", "inf", "-inf", "1e999", "1e300", "-1e300", "1e-400", "0x1p3", "1_000", "١٢", "1,5", '"', '""', "'1'", "#1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e999",
+    "1e300",
+    "-1e300",
+    "1e-400",
+    "0x1p3",
+    "1_000",
+    "١٢",
+    "1,5",
+    '"',
+    '""',
+    "'1'",
+    "#1",
     "=1+1",
-    "\x1b[31m1", "1\x00", "", " ", "TRUE", "1e", "--1", "1.2.3", "12:30:00", "2026-11-20", "9" * 400, "x" * 200_000,
+    "\x1b[31m1",
+    "1\x00",
+    "",
+    " ",
+    "TRUE",
+    "1e",
+    "--1",
+    "1.2.3",
+    "12:30:00",
+    "2026-11-20",
+    "9" * 400,
+    "x" * 200_000,
     "½",
     "−1",
-)  # fmt: skip
+)
 LINES = {
     "no header": lambda lines: lines[1:],
     "two headers": lambda lines: [lines[0], *lines],
@@ -180,7 +216,7 @@ LINES = {
     "numbers of both ends": lambda lines: [lines[0], *[f"{i},{10.0 ** (i % 600 - 300)},1,1" for i in range(1200)]],
     "time in years": lambda lines: timed(lines, 3e7),
     "steps of nothing": lambda lines: timed(lines, 1e-300),
-}  # fmt: skip
+}
 BODIES = {
     "NUL in it": lambda data: data[:5000] + b"\0" + data[5000:],
     "of NUL": lambda data: bytes(5000),
@@ -246,33 +282,79 @@ def test_spoiled_logs_of_other_kinds(yard, kind, how):
 # Command lines.
 
 ARGUMENTS = [
-    ["identify", ""], ["identify", "log.csv", "--axis", ""], ["identify", "\ud800.csv"], ["identify", "a" * 5000],
-    ["identify", "log.csv::x"], ["identify", "::"], ["identify", "log.csv::"], ["identify", "/"], ["identify", "."],
-    ["identify", "/dev/zero"], ["identify", "/dev/stdin/x"], ["identify", "/proc/self/mem"], ["identify", "/proc/kmsg"],
-    ["log", "/proc/self/environ"], ["log", "/sys/kernel/notes"], ["log", "thesis/years.tex"], ["log", "axis.toml"],
-    [*IDENTIFY, "--cutoff", "nan Hz"], [*IDENTIFY, "--cutoff", "1e308 Hz"], [*IDENTIFY, "--cutoff", "Hz**9**9"],
-    [*IDENTIFY, "--decimation", "9" * 30], [*IDENTIFY, "--decimation", "-1"], [*IDENTIFY, "--draws", "-5"],
-    [*IDENTIFY, "--model", ","], [*IDENTIFY, "--model", "+"], [*IDENTIFY, "--model", "lugre" + "+asymmetry" * 100],
-    [*IDENTIFY, "--model", "coulomb,"], [*IDENTIFY, "--model", "a" * 10_000], [*IDENTIFY, "--model", "/dev/zero.py"],
-    [*IDENTIFY, "--free", "__class__"], [*IDENTIFY, "--method", "\x1b[2J"], [*IDENTIFY, "--size-limit", "1 B"],
-    [*IDENTIFY, "--size-limit", "9" * 5000], [*IDENTIFY, "--size-limit", "-1"],
-    ["predict", "model.toml", "log.csv", "--mode", ""], ["predict", "log.csv", "model.toml"],
+    ["identify", ""],
+    ["identify", "log.csv", "--axis", ""],
+    ["identify", "\ud800.csv"],
+    ["identify", "a" * 5000],
+    ["identify", "log.csv::x"],
+    ["identify", "::"],
+    ["identify", "log.csv::"],
+    ["identify", "/"],
+    ["identify", "."],
+    ["identify", "/dev/zero"],
+    ["identify", "/dev/stdin/x"],
+    ["identify", "/proc/self/mem"],
+    ["identify", "/proc/kmsg"],
+    ["log", "/proc/self/environ"],
+    ["log", "/sys/kernel/notes"],
+    ["log", "thesis/years.tex"],
+    ["log", "axis.toml"],
+    [*IDENTIFY, "--cutoff", "nan Hz"],
+    [*IDENTIFY, "--cutoff", "1e308 Hz"],
+    [*IDENTIFY, "--cutoff", "Hz**9**9"],
+    [*IDENTIFY, "--decimation", "9" * 30],
+    [*IDENTIFY, "--decimation", "-1"],
+    [*IDENTIFY, "--draws", "-5"],
+    [*IDENTIFY, "--model", ","],
+    [*IDENTIFY, "--model", "+"],
+    [*IDENTIFY, "--model", "lugre" + "+asymmetry" * 100],
+    [*IDENTIFY, "--model", "coulomb,"],
+    [*IDENTIFY, "--model", "a" * 10_000],
+    [*IDENTIFY, "--model", "/dev/zero.py"],
+    [*IDENTIFY, "--free", "__class__"],
+    [*IDENTIFY, "--method", "\x1b[2J"],
+    [*IDENTIFY, "--size-limit", "1 B"],
+    [*IDENTIFY, "--size-limit", "9" * 5000],
+    [*IDENTIFY, "--size-limit", "-1"],
+    ["predict", "model.toml", "log.csv", "--mode", ""],
+    ["predict", "log.csv", "model.toml"],
     ["predict", "model.toml", "gone"],
-    ["run", "axis.toml"], ["run", "own.py"], ["run", "thesis"],
+    ["run", "axis.toml"],
+    ["run", "own.py"],
+    ["run", "thesis"],
     ["design", "experiment.toml", "--bandwidth", "1e300 Hz"],
-    ["design", "experiment.toml", "--bandwidth", "-1 Hz"], ["design", "experiment.toml", "--variant", "\u202e"],
-    ["design", "experiment.toml", "--bandwidth", "1e-300 Hz"], ["excite", "axis.toml", "--duration", "1e9 s"],
-    ["excite", "axis.toml", "--duration", "nan s"], ["excite", "axis.toml", "--duration", "2 s"],
-    ["excite", "axis.toml", "--travel", "1e-300 m"], ["excite", "axis.toml", "--travel", "0 m"],
-    ["excite", "axis.toml", "--for", ",,,"], ["excite", "axis.toml", "--duration", "10 s", "--for", "stribeck," * 100],
-    ["check", "model.toml", "--force-ripple", "1e300 N,nan N"], ["check", "model.toml", "--force-ripple", ","],
-    ["check", "model.toml", "--loop", "1 um,1 um"], ["check", "model.toml", "--loop", "1e9 m,-1e9 m"], ["check", "."],
-    ["models", "\x1b[31m"], ["models", "lugre+" * 50], ["models", ""], ["paper", "--figure", "9" * 30],
-    ["paper", "--figure", "-1"], ["paper", "--from", "/dev"], ["paper", "--from", "thesis", "--figure", "3"],
-    ["paper", "--write", "thesis"], ["paper", "--write", "log.csv"], ["paper", "--write", "/"],
+    ["design", "experiment.toml", "--bandwidth", "-1 Hz"],
+    ["design", "experiment.toml", "--variant", "\u202e"],
+    ["design", "experiment.toml", "--bandwidth", "1e-300 Hz"],
+    ["excite", "axis.toml", "--duration", "1e9 s"],
+    ["excite", "axis.toml", "--duration", "nan s"],
+    ["excite", "axis.toml", "--duration", "2 s"],
+    ["excite", "axis.toml", "--travel", "1e-300 m"],
+    ["excite", "axis.toml", "--travel", "0 m"],
+    ["excite", "axis.toml", "--for", ",,,"],
+    ["excite", "axis.toml", "--duration", "10 s", "--for", "stribeck," * 100],
+    ["check", "model.toml", "--force-ripple", "1e300 N,nan N"],
+    ["check", "model.toml", "--force-ripple", ","],
+    ["check", "model.toml", "--loop", "1 um,1 um"],
+    ["check", "model.toml", "--loop", "1e9 m,-1e9 m"],
+    ["check", "."],
+    ["models", "\x1b[31m"],
+    ["models", "lugre+" * 50],
+    ["models", ""],
+    ["paper", "--figure", "9" * 30],
+    ["paper", "--figure", "-1"],
+    ["paper", "--from", "/dev"],
+    ["paper", "--from", "thesis", "--figure", "3"],
+    ["paper", "--write", "thesis"],
+    ["paper", "--write", "log.csv"],
+    ["paper", "--write", "/"],
     ["paper", "--write", ""],
-    ["--version", "x" * 1000], ["", ""], ["\x00"], ["identify", "log.csv", "--out", "x\x00y"], ["--help", "--json"],
-]  # fmt: skip
+    ["--version", "x" * 1000],
+    ["", ""],
+    ["\x00"],
+    ["identify", "log.csv", "--out", "x\x00y"],
+    ["--help", "--json"],
+]
 
 
 @pytest.mark.parametrize("arguments", ARGUMENTS, ids=lambda arguments: ascii(" ".join(arguments))[:60])
@@ -322,10 +404,7 @@ OWN = {
     "raises what nobody catches": ("    return p.F_0", "    raise BaseException('odd')\n    return p.F_0"),
     "calls itself": ("    return p.F_0", "    return trial(state, memory, motion, dt, p)\n    return p.F_0"),
     "returns nothing": ("    return p.F_0 * direction(motion.v), Move()", "    return None"),
-    "returns no number": (
-        "    return p.F_0 * direction(motion.v)",
-        "    return float('nan') * p.F_0 * direction(motion.v)",
-    ),
+    "returns no number": ("    return p.F_0 * direction(motion.v)", "    return float('nan') * p.F_0 * direction(motion.v)"),
     "returns infinity": ("    return p.F_0 * direction(motion.v)", "    return 1e308 * 10.0 * direction(motion.v)"),
     "returns text": ("    return p.F_0 * direction(motion.v)", "    return 'force'"),
     "returns an array": ("    return p.F_0 * direction(motion.v)", "    return [p.F_0]"),
@@ -353,18 +432,16 @@ def test_models_of_a_persons_own(yard, how):
 
 
 def test_there_are_many_attacks_and_all_differ():
-    tables = (
-        drawn(90, 2026),
-        TEXTS,
-        TEXT_LOGS,
-        [(k, h) for k in BINARY for h in SPOILED],
-        ARGUMENTS,
-        PLACES,
-        PLACES,
-        OWN,
-    )
+    tables = (drawn(90, 2026), TEXTS, TEXT_LOGS, [(k, h) for k in BINARY for h in SPOILED], ARGUMENTS, PLACES, PLACES, OWN)
     assert sum(map(len, tables)) >= 300
     assert len({repr(one) for one in ARGUMENTS}) == len(ARGUMENTS)
     assert {arguments[0] for several in COMMANDS.values() for arguments in several} >= {
-        "identify", "log", "excite", "predict", "run", "design", "check", "paper",
-    }  # fmt: skip
+        "identify",
+        "log",
+        "excite",
+        "predict",
+        "run",
+        "design",
+        "check",
+        "paper",
+    }

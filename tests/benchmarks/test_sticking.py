@@ -22,10 +22,7 @@ def test_the_page_has_the_numbers_of_bristle(answers):
     assert told.keys() == answers.keys()
     for name, row in told.items():
         for question in ("slope", "axis", "stop", "still", "pulled"):
-            assert getattr(answers[name], question) == pytest.approx(row[question], rel=0.02, abs=1e-12), (
-                name,
-                question,
-            )
+            assert getattr(answers[name], question) == pytest.approx(row[question], rel=0.02, abs=1e-12), (name, question)
 
 
 def test_coulomb_friction_rests_and_preisach_gives_way_by_nanometres(answers):
@@ -38,8 +35,9 @@ def test_coulomb_friction_rests_and_preisach_gives_way_by_nanometres(answers):
 
 def test_the_pulled_axis_moves_as_its_equation_says():
     later = np.arange(BREAKS_AWAY, PULLED, DT)
-    moved = solve_ivp(lambda t, y: (y[1], (spring(t, y[0]) - F_C) / M), (BREAKS_AWAY, PULLED), [0.0, 0.0],
-                      t_eval=later, rtol=1e-10, atol=1e-14)  # fmt: skip
+    moved = solve_ivp(
+        lambda t, y: (y[1], (spring(t, y[0]) - F_C) / M), (BREAKS_AWAY, PULLED), [0.0, 0.0], t_eval=later, rtol=1e-10, atol=1e-14
+    )
     assert np.all(moved.y[1] > -1e-9)  # it never turns, so that friction keeps its sign
     assert exact(later) == pytest.approx(moved.y[0], abs=1e-10)
     assert math.isclose(spring(BREAKS_AWAY, 0.0), F_C)

@@ -34,9 +34,9 @@ def ideal(truth, seconds=5.0):
     )
 
 
-@pytest.mark.parametrize("family", [
-    family if place % 3 == 0 else pytest.param(family, marks=pytest.mark.slow) for place, family in enumerate(RIGID)
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "family", [family if place % 3 == 0 else pytest.param(family, marks=pytest.mark.slow) for place, family in enumerate(RIGID)]
+)
 def test_momentum_of_each_row(family):
     """Mass times change of velocity is the time times the mean force, row by row."""
     truth = plain(shortened(draw(3, family, "strokes")))
@@ -140,9 +140,7 @@ def test_heat_and_scatter_set_the_level():
     f = rough.friction
     dry = np.abs(run.friction[sliding]) - np.asarray(f.F_v)[side] * np.abs(run.v[sliding])
     share = dry / np.asarray(f.F_C)[side]
-    strokes = [
-        part for part in np.split(share, 1 + np.flatnonzero(np.diff(np.flatnonzero(sliding)) > 1)) if part.size > 20
-    ]
+    strokes = [part for part in np.split(share, 1 + np.flatnonzero(np.diff(np.flatnonzero(sliding)) > 1)) if part.size > 20]
     levels = np.array([np.median(part) for part in strokes])
     assert levels.size >= 5
     assert 0.01 < levels.std() < 0.06
@@ -192,13 +190,10 @@ def test_lead_of_the_effort_in_the_record_alone(channel, delay):
     loop = replace(truth.loop, period=1e-3, kp=10.0, kv=60.0 * truth.mass, ki=400.0 * truth.mass, kind="cascade")
     recording = replace(truth.recording, trace_period=1e-3 / channel.get("per_tick", 1), **channel)
     motor = replace(truth.motor, lag=0.8e-3, limit=1e9)
-    motion = replace(
-        truth.motion, frequencies=(0.7, 2.3, 5.1, 8.3), amplitudes=(4e-3, 2e-3, 2e-3, 2e-3), phases=(0.0,) * 4
-    )
+    motion = replace(truth.motion, frequencies=(0.7, 2.3, 5.1, 8.3), amplitudes=(4e-3, 2e-3, 2e-3, 2e-3), phases=(0.0,) * 4)
     truth = replace(
-        truth, friction=friction, loop=loop, recording=recording, motor=motor, motion=motion,
-        axis=replace(truth.axis, gravity=0.0),
-    )  # fmt: skip
+        truth, friction=friction, loop=loop, recording=recording, motor=motor, motion=motion, axis=replace(truth.axis, gravity=0.0)
+    )
     record = make_record(truth)
     a = np.diff(record.position, 2) / truth.period**2
     lead = lead_of(record.effort[1:-1], a, truth.period, 0.5, 12.0)

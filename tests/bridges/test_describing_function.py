@@ -96,9 +96,7 @@ def hum_of(friction, law):
     """Amplitude [um] and frequency [Hz] at which the loop ends up oscillating, from a small push."""
     law = ct.ss(law)
     law = ct.ss(law.A, law.B, -law.C, -law.D, inputs=["position"], outputs=["effort"], name="law")
-    loop = ct.interconnect(
-        [to_control(friction, PLANT, name="axis"), law], outputs=["position", "velocity", "friction"]
-    )
+    loop = ct.interconnect([to_control(friction, PLANT, name="axis"), law], outputs=["position", "velocity", "friction"])
     t = 1e-4 * np.arange(5000)
     options = {"solve_ivp_method": "RK45", "solve_ivp_kwargs": {"rtol": 1e-6, "atol": 1e-10}}
     x = ct.input_output_response(loop, t, 0.0, [0.0, 1e-4, *np.zeros(loop.nstates - 2)], **options).outputs[0][t > 0.3]
@@ -109,19 +107,15 @@ def hum_of(friction, law):
 
 @pytest.mark.parametrize(
     "friction",
-    [
-        br.friction.dahl(F_C=20.0, sigma_0=1e7),
-        br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0),
-    ],
+    [br.friction.dahl(F_C=20.0, sigma_0=1e7), br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0)],
 )
 def test_a_loop_that_hums_at_rest_does_so_as_predicted(friction):
     law, frequency = late_law(), 150.0
     assert closed(law).poles().real.max() < 0.0
     for _ in range(3):
         balance = ct.describing_function_response(
-            closed(law), DescribingFunction(friction, frequency, "um"), np.geomspace(0.3, 6.0, 16),
-            np.geomspace(200.0, 3000.0, 300),
-        )  # fmt: skip
+            closed(law), DescribingFunction(friction, frequency, "um"), np.geomspace(0.3, 6.0, 16), np.geomspace(200.0, 3000.0, 300)
+        )
         ((amplitude, omega),) = balance.intersections
         frequency = omega / (2.0 * np.pi)
     seen_amplitude, seen_frequency = hum_of(friction, law)
@@ -139,9 +133,7 @@ def test_hunting_is_no_sine_and_no_describing_function_predicts_it():
     sampled = ct.ss(sampled.A, sampled.B, sampled.C, sampled.D, dt, inputs=["error"], outputs=["effort"], name="law")
     difference = ct.summing_junction(inputs=["reference", "-position"], output="error")
     axis = to_control(friction, PLANT, dt=dt, steps=4, name="axis")
-    loop = ct.interconnect(
-        [axis, sampled, difference], inputs=["reference"], outputs=["position", "velocity", "friction"]
-    )
+    loop = ct.interconnect([axis, sampled, difference], inputs=["reference"], outputs=["position", "velocity", "friction"])
     x = ct.input_output_response(loop, dt * np.arange(5000), np.full(5000, 1e-3)).outputs[0]
     assert np.ptp(x[2000:]) > 300e-6
     assert np.mean(np.abs(np.diff(x[2000:])) < 0.02 * np.abs(np.diff(x[2000:])).max()) > 0.7

@@ -128,7 +128,7 @@ def test_the_best_of_several_models_predicts_and_the_kind_of_axis_is_kept(log):
         (np.zeros((500, 2)), np.zeros(400), "y: has another number of rows than X; found 400, allowed 500"),
         (np.zeros(500), np.zeros(500), "X: must be a 2-D array"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_log_is_refused(X, y, words):
     with pytest.raises(InputError, match=words):
         FrictionRegressor().fit(X, y)
@@ -190,10 +190,17 @@ def test_scikit_learn_clones_it_and_puts_it_into_pipelines_folds_and_searches(lo
 
 # Those checks that hand in no columns of random numbers, which are no log.
 CHECKS = (
-    "estimator_cloneable", "estimator_tags_renamed", "valid_tag_types", "estimator_repr", "no_attributes_set_in_init",
-    "do_not_raise_errors_in_init_or_set_params", "mixin_order", "parameters_default_constructible",
-    "get_params_invariance", "set_params",
-)  # fmt: skip
+    "estimator_cloneable",
+    "estimator_tags_renamed",
+    "valid_tag_types",
+    "estimator_repr",
+    "no_attributes_set_in_init",
+    "do_not_raise_errors_in_init_or_set_params",
+    "mixin_order",
+    "parameters_default_constructible",
+    "get_params_invariance",
+    "set_params",
+)
 
 
 @pytest.mark.parametrize("name", CHECKS)

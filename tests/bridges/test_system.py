@@ -81,10 +81,7 @@ def test_calls_out_of_order_leave_no_trace(name):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        *(name for name in ODES if name not in INTEGRATED_LATER),
-        *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER),
-    ],
+    [*(name for name in ODES if name not in INTEGRATED_LATER), *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER)],
 )
 def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
     friction = example_of(br.friction.MODELS[name])
@@ -101,9 +98,13 @@ def test_a_differential_equation_is_integrated_to_what_the_engine_finds(name):
 def test_friction_of_its_own_goes_into_a_mechanism_of_ones_own():
     lugre = example_of(br.friction.lugre)
     mass = ct.nlsys(
-        lambda t, x, u, params: [x[1], (u[0] - u[1]) / 28.0], lambda t, x, u, params: [x[0], x[1]],
-        inputs=["effort", "friction"], outputs=["position", "velocity"], states=2, name="mass",
-    )  # fmt: skip
+        lambda t, x, u, params: [x[1], (u[0] - u[1]) / 28.0],
+        lambda t, x, u, params: [x[0], x[1]],
+        inputs=["effort", "friction"],
+        outputs=["position", "velocity"],
+        states=2,
+        name="mass",
+    )
     axis = ct.interconnect([mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"])
     t = 1e-3 * np.arange(40)
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-8, "atol": 1e-13}}
@@ -125,9 +126,7 @@ def test_signals_have_names_and_units():
     assert system.input_labels == ["effort"]
     assert system.output_labels == ["position", "velocity", "friction"]
     assert system.state_labels == ["position", "velocity", "F"]
-    assert system.units == {
-        "effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m",
-    }  # fmt: skip
+    assert system.units == {"effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m"}
     assert "F [N*m]" in str(system)
     sampled = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name="table")
     assert sampled.dt == 1e-3
@@ -139,10 +138,14 @@ def test_signals_have_names_and_units():
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("coulomb", "jumps at rest"), ("stribeck", "jumps at rest"), ("maxwell_slip", "remembers in jumps"),
-        ("preisach_lugre", "remembers in jumps"), ("reformed_dahl", "has no `rate`"), ("gap_slider", "has no `rate`"),
+        ("coulomb", "jumps at rest"),
+        ("stribeck", "jumps at rest"),
+        ("maxwell_slip", "remembers in jumps"),
+        ("preisach_lugre", "remembers in jumps"),
+        ("reformed_dahl", "has no `rate`"),
+        ("gap_slider", "has no `rate`"),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("plant", [PLANT, None])
 def test_what_is_no_differential_equation_is_refused_by_name(name, reason, plant):
     with pytest.raises(InputError, match=rf"friction: {reason}.*found '{name}'.*Give dt"):

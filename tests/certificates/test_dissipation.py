@@ -53,9 +53,7 @@ def stay(state, memory, move, p):
 
 
 def test_a_model_that_pushes_at_speed_is_found():
-    pushes = FrictionModel(
-        name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay
-    )
+    pushes = FrictionModel(name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay)
     found = check(pushes(F_C=1.0))
     assert not found["dissipation"].passed
     assert found["dissipation"].value < -0.1
@@ -88,9 +86,8 @@ def keep(state, memory, move, p):
 def test_a_magnet_has_no_passivity_and_still_dissipates():
     # Its output lags behind the input, where that of friction runs ahead.
     magnet = HysteresisOperator(
-        name="magnet", description="lags and saturates", Parameters=Width, State=Lagging, trial=lag, commit=keep,
-        output="1",
-    )  # fmt: skip
+        name="magnet", description="lags and saturates", Parameters=Width, State=Lagging, trial=lag, commit=keep, output="1"
+    )
     found = check(magnet(r=0.5))
     assert [name for name, one in found.items() if one.applies] == ["closure", "dissipation"]
     assert found["dissipation"].passed

@@ -56,7 +56,7 @@ def test_the_condition_for_constant_micro_damping(model, needed):
         (friction.dahl(F_C=8.0, sigma_0=1e6, sigma_2=30.0), 30.0),
     ],
     ids=lambda one: getattr(one, "name", None),
-)  # fmt: skip
+)
 def test_what_gives_nothing_back_is_passive_whatever_its_viscosity(model, present):
     found = passive_of(model)
     assert found.applies
@@ -79,9 +79,7 @@ def test_micro_damping_that_fades_early_needs_no_viscosity():
 
 def test_where_the_bristle_force_is_unlimited_the_bound_is_sharp():
     def needed(v_d):
-        return needed_damping(
-            10.0 * F_S, V_S, lambda v: F_C, lambda v: 0.1 * math.exp(-((v / v_d) ** 2)), lambda q, G: q / G
-        )
+        return needed_damping(10.0 * F_S, V_S, lambda v: F_C, lambda v: 0.1 * math.exp(-((v / v_d) ** 2)), lambda q, G: q / G)
 
     assert needed(0.999 * EDGE / 0.1) == 0.0
     assert needed(1.01 * EDGE / 0.1) > 0.0
@@ -90,9 +88,10 @@ def test_where_the_bristle_force_is_unlimited_the_bound_is_sharp():
 def test_the_worse_direction_counts():
     asymmetric = friction.find("lugre+asymmetry")
     found = passive_of(
-        asymmetric(F_C_pos=20.0, F_C_neg=20.0, F_S_pos=28.0, F_S_neg=24.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3,
-                   sigma_2_pos=300.0, sigma_2_neg=300.0)
-    )  # fmt: skip
+        asymmetric(
+            F_C_pos=20.0, F_C_neg=20.0, F_S_pos=28.0, F_S_neg=24.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2_pos=300.0, sigma_2_neg=300.0
+        )
+    )
     assert found.threshold == pytest.approx(400.0, rel=1e-8)
     assert not found.passed
 

@@ -58,9 +58,13 @@ def test_a_force_is_reached_where_the_equations_say():
     f_p = 0.156
     # Loading from virgin: f = s f_p z/(f_p + s z) and dz/dx = 1 - f/F_S.
     until = solve_ivp(
-        lambda x, z: 1.0 - STIFFNESS * f_p * z / (f_p + STIFFNESS * z) / F_S, (0.0, 20 * UM), [0.0], rtol=1e-10,
-        atol=1e-14, events=lambda x, z: STIFFNESS * f_p * z[0] / (f_p + STIFFNESS * z[0]) - 0.08,
-    )  # fmt: skip
+        lambda x, z: 1.0 - STIFFNESS * f_p * z / (f_p + STIFFNESS * z) / F_S,
+        (0.0, 20 * UM),
+        [0.0],
+        rtol=1e-10,
+        atol=1e-14,
+        events=lambda x, z: STIFFNESS * f_p * z[0] / (f_p + STIFFNESS * z[0]) - 0.08,
+    )
     assert path.x == pytest.approx(until.t_events[0][0], rel=1e-5)
 
 
@@ -96,9 +100,7 @@ def test_a_path_by_position_ends_where_it_should():
     assert path.x == 3 * UM
     assert x.shape == force.shape
     # Mean forces of a piecewise linear contact lie on its curve, apart from the steps that contain a knee.
-    curve = [
-        sum(min(k * at, nu * F_S) for k, nu in zip((20, 30, 30, 20), (0.1, 0.2, 0.3, 0.4), strict=True)) for at in x
-    ]
+    curve = [sum(min(k * at, nu * F_S) for k, nu in zip((20, 30, 30, 20), (0.1, 0.2, 0.3, 0.4), strict=True)) for at in x]
     assert np.sort(np.abs(force - curve))[-6] < 1e-15
 
 

@@ -179,12 +179,7 @@ def simulated(tmp_path_factory) -> Path:
 @pytest.fixture
 def place(tmp_path, simulated, monkeypatch) -> Path:
     """A folder with an axis file, a log, an experiment, a model file and a model of a user's own."""
-    for name, text in (
-        ("axis.toml", AXIS),
-        ("experiment.toml", EXPERIMENT),
-        ("model.toml", MODEL),
-        ("own.py", USER_MODEL),
-    ):
+    for name, text in (("axis.toml", AXIS), ("experiment.toml", EXPERIMENT), ("model.toml", MODEL), ("own.py", USER_MODEL)):
         (tmp_path / name).write_text(text)
     (tmp_path / "log.csv").write_bytes(simulated.read_bytes())
     monkeypatch.chdir(tmp_path)

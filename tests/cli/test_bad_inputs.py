@@ -101,9 +101,7 @@ COMMAND_LINES = [
     Bad("no model at all", ("coulomb_viscous",), (*IDENTIFY, "--model", "")),
     Bad("model that this method cannot fit", ("maxwell_stribeck", "gms"), (*IDENTIFY, "--model", "maxwell_stribeck")),
     Bad("no such mode", ("sideways", "closed-loop"), (*PREDICT, "--mode", "sideways")),
-    Bad(
-        "results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")
-    ),
+    Bad("results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")),
     Bad("results nowhere", ("no/run", "Make"), (*IDENTIFY, "--out", "no/run")),
     Bad("results in a folder without a name", ("--out", "empty"), (*IDENTIFY, "--out", "")),
     Bad("results over a folder of something else", ("another folder",), (*IDENTIFY, "--out", ".", "--force")),
@@ -120,21 +118,11 @@ LOGS = [
     Bad("text in a cell", ("line 101", "oops"), IDENTIFY, cell(100, 1, "oops")),
     Bad("time in no order", ("'t'", "is in no order", "sample_time"), IDENTIFY, rows(without_order)),
     Bad("a row cut short", ("line 101",), IDENTIFY, rows(lambda table: table[100].pop())),
-    Bad(
-        "a column that is missing",
-        ("position", "'q'", "pos", "Did you mean"),
-        IDENTIFY,
-        rows(lambda t: t[0].__setitem__(1, "qq")),
-    ),
+    Bad("a column that is missing", ("position", "'q'", "pos", "Did you mean"), IDENTIFY, rows(lambda t: t[0].__setitem__(1, "qq"))),
     Bad("too short", ("100",), IDENTIFY, rows(lambda table: table.__delitem__(slice(60, None)))),
     Bad("an axis that never moved", ("'q'", "constant"), IDENTIFY, column(1, "0.01")),
     Bad("an effort that is constant", ("'u'", "constant"), IDENTIFY, column(3, "2.5")),
-    Bad(
-        "half a file of MATLAB",
-        ("half.mat",),
-        ("log", "half.mat"),
-        write("half.mat", b"MATLAB 5.0 MAT-file" + b" " * 150),
-    ),
+    Bad("half a file of MATLAB", ("half.mat",), ("log", "half.mat"), write("half.mat", b"MATLAB 5.0 MAT-file" + b" " * 150)),
     Bad("half a file of LabVIEW", ("half.tdms",), ("log", "half.tdms"), write("half.tdms", b"TDSm\x0e\0\0\0\x69\x12")),
     Bad("no log at all", ("photo.jpg",), ("log", "photo.jpg"), write("photo.jpg", bytes(range(256)) * 8)),
 ]
@@ -146,25 +134,10 @@ AXES = [
     Bad("nested beyond reason", ("axis.toml",), IDENTIFY, write("axis.toml", "a = " + "[" * 20_000)),
     Bad("no schema", ("schema = 1",), IDENTIFY, swap("axis.toml", "schema = 1", "")),
     Bad("schema of the future", ("schema", "2"), IDENTIFY, swap("axis.toml", "schema = 1", "schema = 2")),
-    Bad(
-        "unknown key",
-        ("columns.positon", "Did you mean 'position'"),
-        IDENTIFY,
-        swap("axis.toml", "position =", "positon ="),
-    ),
+    Bad("unknown key", ("columns.positon", "Did you mean 'position'"), IDENTIFY, swap("axis.toml", "position =", "positon =")),
     Bad("unknown kind", ("kind", "round", "translational"), IDENTIFY, swap("axis.toml", "translational", "round")),
-    Bad(
-        "unit of another axis",
-        ("columns.position", "angle", "lead"),
-        IDENTIFY,
-        swap("axis.toml", '"q", unit = "m"', '"q", unit = "rad"'),
-    ),
-    Bad(
-        "no unit",
-        ("smoots", "columns.position"),
-        IDENTIFY,
-        swap("axis.toml", '"q", unit = "m"', '"q", unit = "smoots"'),
-    ),
+    Bad("unit of another axis", ("columns.position", "angle", "lead"), IDENTIFY, swap("axis.toml", '"q", unit = "m"', '"q", unit = "rad"')),
+    Bad("no unit", ("smoots", "columns.position"), IDENTIFY, swap("axis.toml", '"q", unit = "m"', '"q", unit = "smoots"')),
     Bad(
         "current without a constant",
         ("columns.effort", 'constant = "0.12 N*m/A"'),
@@ -175,10 +148,7 @@ AXES = [
         "counts without a resolution",
         ("columns.position", "counts_per_rev"),
         IDENTIFY,
-        lambda: (
-            swap("axis.toml", '"q", unit = "m"', '"q", unit = "count"')(),
-            swap("axis.toml", 'resolution = "0.1 um"', "")(),
-        ),
+        lambda: (swap("axis.toml", '"q", unit = "m"', '"q", unit = "count"')(), swap("axis.toml", 'resolution = "0.1 um"', "")()),
     ),
     Bad("negative resolution", ("encoder.resolution", "> 0"), IDENTIFY, swap("axis.toml", '"0.1 um"', '"-0.1 um"')),
     Bad("energy for a force", ("effort.limit", "energy"), IDENTIFY, swap("axis.toml", "300 N", "300 J")),
@@ -187,21 +157,13 @@ AXES = [
     Bad("negative gain", ("controller.k_v", ">= 0"), IDENTIFY, swap("axis.toml", '"4 N*s/mm"', "-4.0")),
     Bad("gain that is no such", ("controller.k_q", "k_p"), IDENTIFY, swap("axis.toml", "k_p", "k_q")),
     Bad(
-        "controller that is no such",
-        ("controller.model", "Did you mean 'cascade'"),
-        IDENTIFY,
-        swap("axis.toml", '"cascade"', '"cascades"'),
+        "controller that is no such", ("controller.model", "Did you mean 'cascade'"), IDENTIFY, swap("axis.toml", '"cascade"', '"cascades"')
     ),
     Bad("number beyond all bounds", ("controller.k_v",), IDENTIFY, swap("axis.toml", '"4 N*s/mm"', "1" + "0" * 400)),
     Bad("exponent beyond all bounds", ("encoder.resolution",), IDENTIFY, swap("axis.toml", "0.1 um", "1e999999 um")),
 ]
 EXPERIMENTS = [
-    Bad(
-        "unknown section",
-        ("frictoin", "Did you mean 'friction'"),
-        RUN,
-        swap("experiment.toml", "[friction]", "[frictoin]"),
-    ),
+    Bad("unknown section", ("frictoin", "Did you mean 'friction'"), RUN, swap("experiment.toml", "[friction]", "[frictoin]")),
     Bad(
         "no friction",
         ("friction", "[friction]"),
@@ -209,12 +171,7 @@ EXPERIMENTS = [
         swap("experiment.toml", '[friction]\nmodel = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', ""),
     ),
     Bad("no plant", ("plant", "inertia"), RUN, swap("experiment.toml", '[plant]\nM = "20 kg"', "")),
-    Bad(
-        "model unknown",
-        ("friction.model", "coulomb_viscos"),
-        RUN,
-        swap("experiment.toml", '"coulomb_viscous"', '"coulomb_viscos"'),
-    ),
+    Bad("model unknown", ("friction.model", "coulomb_viscos"), RUN, swap("experiment.toml", '"coulomb_viscous"', '"coulomb_viscos"')),
     Bad("parameter unknown", ("friction.F_c", "Did you mean 'F_C'"), RUN, swap("experiment.toml", "F_C", "F_c")),
     Bad("parameter missing", ("friction", "F_v"), RUN, swap("experiment.toml", 'F_v = "40 N*s/m"\n', "")),
     Bad("parameter out of range", ("friction.F_C", "-8", ">= 0"), RUN, swap("experiment.toml", '"8 N"', '"-8 N"')),
@@ -234,18 +191,12 @@ EXPERIMENTS = [
     Bad("sample time of nothing", ("run.sample_time", ">= 1e-09"), RUN, swap("experiment.toml", '"1 ms"', "0")),
     Bad("more samples than memory", ("run.duration", "samples"), RUN, swap("experiment.toml", '"6 s"', '"6000 h"')),
     Bad("nothing left to judge", ("run.settle", "6 s"), RUN, swap("experiment.toml", '"2 s"', '"9 s"')),
-    Bad(
-        "half a step", ("run.substeps", "1.5", "whole"), RUN, swap("experiment.toml", "[run]", "[run]\nsubsteps = 1.5")
-    ),
+    Bad("half a step", ("run.substeps", "1.5", "whole"), RUN, swap("experiment.toml", "[run]", "[run]\nsubsteps = 1.5")),
     Bad(
         "word for a model",
         ("controller.feedforward.friction", "none"),
         RUN,
-        swap(
-            "experiment.toml",
-            'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }',
-            'friction = "all"',
-        ),
+        swap("experiment.toml", 'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }', 'friction = "all"'),
     ),
     Bad(
         "mistake in a variant",
@@ -280,18 +231,8 @@ EXPERIMENTS = [
     ),
 ]
 MODELS = [
-    Bad(
-        "model file without friction",
-        ("frictions", "Did you mean 'friction'"),
-        PREDICT,
-        swap("model.toml", "[friction]", "[frictions]"),
-    ),
-    Bad(
-        "model file without a plant",
-        ("model.toml", "plant"),
-        PREDICT,
-        swap("model.toml", '[plant]\nmodel = "inertia"\nM = 20.0', ""),
-    ),
+    Bad("model file without friction", ("frictions", "Did you mean 'friction'"), PREDICT, swap("model.toml", "[friction]", "[frictions]")),
+    Bad("model file without a plant", ("model.toml", "plant"), PREDICT, swap("model.toml", '[plant]\nmodel = "inertia"\nM = 20.0', "")),
     Bad("value out of range in a model file", ("plant.M", "-20"), PREDICT, swap("model.toml", "M = 20.0", "M = -20.0")),
     Bad("model of another kind of axis", ("rotational",), PREDICT, swap("model.toml", "translational", "rotational")),
     Bad(
@@ -300,24 +241,9 @@ MODELS = [
         (*PREDICT, "--mode", "closed-loop"),
         lambda: Path("axis.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0]),
     ),
-    Bad(
-        "own model with a slip of the pen",
-        ("own.py, line 1", "valid Python"),
-        ("check", "own.py"),
-        write("own.py", "def trial(:\n"),
-    ),
-    Bad(
-        "own model that stops",
-        ("own.py, line 2", "ZeroDivisionError"),
-        ("check", "own.py"),
-        write("own.py", "a = 0\nb = 1 / a\n"),
-    ),
-    Bad(
-        "own model without a model",
-        ("own.py", "MODEL = FrictionModel"),
-        ("check", "own.py"),
-        write("own.py", "a = 0\n"),
-    ),
+    Bad("own model with a slip of the pen", ("own.py, line 1", "valid Python"), ("check", "own.py"), write("own.py", "def trial(:\n")),
+    Bad("own model that stops", ("own.py, line 2", "ZeroDivisionError"), ("check", "own.py"), write("own.py", "a = 0\nb = 1 / a\n")),
+    Bad("own model without a model", ("own.py", "MODEL = FrictionModel"), ("check", "own.py"), write("own.py", "a = 0\n")),
     Bad(
         "own model that ends the program",
         ("own.py, line 1", "SystemExit: 7"),
@@ -332,11 +258,7 @@ MODELS = [
             arguments,
             lambda: (swap("own.py", "return p.F_0 *", "return no_such_name *")(), with_own_model()),
         )
-        for arguments in (
-            (*IDENTIFY, "--model", "own.py"),
-            (*PREDICT, "--allow-code"),
-            ("run", "experiment.toml", "--allow-code"),
-        )
+        for arguments in ((*IDENTIFY, "--model", "own.py"), (*PREDICT, "--allow-code"), ("run", "experiment.toml", "--allow-code"))
     ),
     Bad(
         "own model with the name of another",
@@ -366,11 +288,7 @@ def is_readable(errors: str, words: tuple[str, ...]) -> None:
 def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     bad.make()
     before = {one: one.stat().st_mtime_ns for one in place.rglob("*")}
-    out = (
-        ()
-        if "--out" in bad.arguments or bad.arguments[0] not in ("identify", "predict", "run")
-        else ("--out", "results")
-    )
+    out = () if "--out" in bad.arguments or bad.arguments[0] not in ("identify", "predict", "run") else ("--out", "results")
     ended = bristle(*bad.arguments, *out, *(() if bad.arguments[0] == "idenfity" else ("--json",)))
     assert ended.code == 2, ended
     assert ended.out == ""

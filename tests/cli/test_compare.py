@@ -42,9 +42,7 @@ def test_no_help_is_the_exit_code_of_no(bristle, logs):
 
 
 def test_without_a_reference_nobody_asks_for_help(bristle, logs):
-    Path("bare.toml").write_text(
-        Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', "")
-    )
+    Path("bare.toml").write_text(Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', ""))
     found = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
     assert found.code == 0
     assert found.data["helped"] is None

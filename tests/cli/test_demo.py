@@ -20,9 +20,18 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert "bristle identify YOUR.csv" in shown.out
     folder = Path("bristle-demo")
     assert written_in(folder) == {
-        "axis.toml", "log.csv", "unseen.csv", "model.toml", "summary.json", "report.html", "drive_table.csv",
-        "friction_curve.csv", "draws.parquet", "traces.parquet", "experiment.toml",
-    }  # fmt: skip
+        "axis.toml",
+        "log.csv",
+        "unseen.csv",
+        "model.toml",
+        "summary.json",
+        "report.html",
+        "drive_table.csv",
+        "friction_curve.csv",
+        "draws.parquet",
+        "traces.parquet",
+        "experiment.toml",
+    }
     assert "This axis is simulated" in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
     assert "passive" in json.loads((folder / "summary.json").read_text())["certificates"]
@@ -40,9 +49,8 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     listed = {one["name"]: one for one in json.loads((folder / "summary.json").read_text())["models"]}
     assert again["parameters"] == listed["coulomb_viscous"]["parameters"]
     predicted = bristle(
-        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml",
-        "--mode", "closed-loop", "--json",
-    )  # fmt: skip
+        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml", "--mode", "closed-loop", "--json"
+    )
     summary = json.loads((folder / "summary.json").read_text())
     assert predicted.data["metrics"] == summary["prediction"]["metrics"]
 

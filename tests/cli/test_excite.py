@@ -46,9 +46,7 @@ def folder(tmp_path, monkeypatch):
 def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
     found = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
     assert found.code == 0
-    assert written_in(folder / "motion") == {
-        "motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html",
-    }  # fmt: skip
+    assert written_in(folder / "motion") == {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html"}
     table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
     assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")
     assert np.abs(table[:, 1]).max() <= 50_000.0
@@ -60,8 +58,7 @@ def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
     again = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck")
     assert again.code == 2
     assert "--force" in again.err
-    replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force",
-                       "--format", "svg")  # fmt: skip
+    replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force", "--format", "svg")
     assert replaced.code == 0
     assert {one.name for one in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
     assert "constant velocity" in replaced.out

@@ -45,9 +45,8 @@ def test_what_a_table_loses_on_the_log_of_the_model_is_told(bristle, place):
     Path("other.csv").write_text(Path("log.csv").read_text() + "\n")
     for log, words in (("log.csv", "on its own log"), ("other.csv", "on other.csv")):
         found = bristle(
-            "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", log, "--out", "out",
-            "--force", "--json",
-        )  # fmt: skip
+            "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", log, "--out", "out", "--force", "--json"
+        )
         assert found.code == 0
         told = next(note for note in found.data["notes"] if "largest error" in note)
         assert words in told

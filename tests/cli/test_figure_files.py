@@ -14,9 +14,7 @@ from bristle.report.latex import as_latex
 COMMANDS = typer.main.get_command(app).commands
 WITHOUT_REPORT = {"export", "lab"}
 WITH_RESULTS = sorted(
-    name
-    for name, one in COMMANDS.items()
-    if name not in WITHOUT_REPORT and any("--out" in each.opts for each in one.params)
+    name for name, one in COMMANDS.items() if name not in WITHOUT_REPORT and any("--out" in each.opts for each in one.params)
 )
 
 
@@ -27,8 +25,7 @@ def test_every_command_that_writes_a_report_takes_them(name):
 
 
 def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
-    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF",
-                    "--data", "csv")  # fmt: skip
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF", "--data", "csv")
     assert found.code == 0, found.err
     names = {one.name for one in Path("run/figures").iterdir()}
     assert {"passages.svg", "passages.pdf", "captions.tex"} <= names
@@ -63,9 +60,7 @@ def test_each_figure_of_the_page_is_a_file(bristle, place, command):
     assert page.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 0
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "allowed"), [("--format", "gif", ("svg", "pdf", "png")), ("--data", "xlsx", ("csv",))]
-)
+@pytest.mark.parametrize(("option", "value", "allowed"), [("--format", "gif", ("svg", "pdf", "png")), ("--data", "xlsx", ("csv",))])
 def test_another_format_is_refused_with_those_there_are(bristle, place, option, value, allowed):
     ended = bristle("log", "log.csv", "--out", "run", option, value)
     assert ended.code == 2

@@ -17,7 +17,4 @@ def test_a_table_that_calls_parameters_effective_is_led_by_why(capsys, severity,
     structure = Diagnostic("structure", "", severity, numbers, "translational")
     best = replace(found.best, diagnostics=(structure, *found.best.diagnostics))
     show_identification(replace(found, fits=(best,)), None)
-    assert (
-        "Parameters are effective: the model lacks a force, too small to matter"
-        in " ".join(capsys.readouterr().out.split())
-    ) is told
+    assert ("Parameters are effective: the model lacks a force, too small to matter" in " ".join(capsys.readouterr().out.split())) is told

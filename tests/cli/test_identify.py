@@ -36,9 +36,17 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
     assert found.code == 0
     assert written_in("run") == {
-        "model.toml", "summary.json", "report.html", "drive_table.csv", "axis.toml", "friction_curve.csv",
-        "draws.parquet", "traces.parquet", "experiment.toml", "loop.csv",
-    }  # fmt: skip
+        "model.toml",
+        "summary.json",
+        "report.html",
+        "drive_table.csv",
+        "axis.toml",
+        "friction_curve.csv",
+        "draws.parquet",
+        "traces.parquet",
+        "experiment.toml",
+        "loop.csv",
+    }
     assert Path("run/axis.toml").read_bytes() == Path("axis.toml").read_bytes()
     assert json.loads(Path("run/summary.json").read_text()) == found.data
     plant, friction, info = read_model("run/model.toml")
@@ -170,9 +178,7 @@ def test_tables_for_people(bristle, place):
 
 
 @pytest.mark.measured
-@pytest.mark.parametrize(
-    ("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))]
-)
+@pytest.mark.parametrize(("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))])
 def test_emps(bristle, emps, model, error):
     axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
     found = bristle("identify", emps, "--axis", axis, "--model", model, "--json")

@@ -19,8 +19,10 @@ FAST = [one for one in (CASES[f"json_{name}"] for name in COMMANDS) if one.fast]
 
 # Commands in the reference, and the command line that shows all of their keys.
 DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper", "design", "lab", "log", "excite")} | {
-    "run": "run_seeds", "check": "check_own", "models": "models_lugre",
-}  # fmt: skip
+    "run": "run_seeds",
+    "check": "check_own",
+    "models": "models_lugre",
+}
 
 
 @cache
@@ -31,10 +33,9 @@ def printed(case):
 LONG = ("json_identify_open_loop", "json_identify_elements", "json_identify_own")
 
 
-@pytest.mark.parametrize("case", [
-    pytest.param(one, id=one.name.removeprefix("json_"), marks=[pytest.mark.slow] if one.name in LONG else [])
-    for one in FAST
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "case", [pytest.param(one, id=one.name.removeprefix("json_"), marks=[pytest.mark.slow] if one.name in LONG else []) for one in FAST]
+)
 def test_no_key_is_gone_and_no_name_is_another_one(case):
     frozen = json.loads(case.file.read_text(encoding="utf-8"))
     found = [str(one) for one in differences(frozen, printed(case))]

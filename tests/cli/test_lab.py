@@ -39,8 +39,7 @@ def test_the_page_gets_what_the_file_knows(tmp_path, monkeypatch):
     monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
     file = model_in(tmp_path)
     file.write_text(
-        file.read_text()
-        + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
+        file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
     )
     assert run(["lab", str(file), "--out", str(tmp_path / "lab.html")]) == 0
     assert (facts["mass"], facts["fastest"]) == (3.0, 0.2)
@@ -91,17 +90,16 @@ def test_a_log_is_put_on_the_page(tmp_path, monkeypatch, capsys):
     facts = {}
     monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
     model_in(tmp_path)
-    rows = "\n".join(
-        f"{0.001 * k},{0.01 * ((k // 50) % 2 * (50 - k % 50) + (k // 50 + 1) % 2 * (k % 50))},{k % 7}"
-        for k in range(4000)
-    )
+    rows = "\n".join(f"{0.001 * k},{0.01 * ((k // 50) % 2 * (50 - k % 50) + (k // 50 + 1) % 2 * (k % 50))},{k % 7}" for k in range(4000))
     (tmp_path / "log.csv").write_text(f"time,position,force\n{rows}\n")
     (tmp_path / "axis.toml").write_text(
-        'schema = 1\nkind = "translational"\n' + "\n".join(
+        'schema = 1\nkind = "translational"\n'
+        + "\n".join(
             f'columns.{name} = {{ column = "{column}", unit = "{unit}" }}'
             for name, column, unit in (("time", "time", "s"), ("position", "position", "mm"), ("effort", "force", "N"))
-        ) + '\n'
-    )  # fmt: skip
+        )
+        + "\n"
+    )
     # The axis file of the results serves where no other is named.
     line = ["lab", str(tmp_path), "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html"), "--json"]
     assert run(line) == 0

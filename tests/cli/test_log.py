@@ -149,8 +149,11 @@ def test_without_an_axis_file_a_log_is_described_and_what_is_not_known_told(bris
     found = bristle("log", path, "--json").data
     assert found["problems"] == []
     assert {one["name"]: one["column"] for one in found["channels"]} == {
-        "time": "timestamp", "position": "position", "reference": "goal_position", "effort": "force",
-    }  # fmt: skip
+        "time": "timestamp",
+        "position": "position",
+        "reference": "goal_position",
+        "effort": "force",
+    }
     assert "columns.position.unit is not known: it is taken as 1 in SI" in found["notes"]
     assert "unit_suspect" not in {one["code"] for one in found["diagnostics"]}
 

@@ -100,9 +100,7 @@ def test_a_bug_is_one_message_and_a_saved_traceback(bristle, monkeypatch, place)
     assert not list(place.glob("run*"))
 
 
-@pytest.mark.parametrize(
-    ("error", "code"), [(KeyboardInterrupt(), 130), (MemoryError(), 2), (BrokenPipeError(32, "Broken pipe"), 0)]
-)
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (MemoryError(), 2), (BrokenPipeError(32, "Broken pipe"), 0)])
 def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
@@ -116,24 +114,11 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
 
 
 @pytest.mark.parametrize(
-    ("number", "code", "said"),
-    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")],
+    ("number", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")]
 )
 def test_a_signal_ends_the_work_and_leaves_nothing(place, number, code, said):
     process = subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            INTERRUPTIBLE,
-            "identify",
-            "log.csv",
-            "--axis",
-            "axis.toml",
-            "--model",
-            "lugre",
-            "--out",
-            "run",
-        ],
+        [sys.executable, "-c", INTERRUPTIBLE, "identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "run"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -177,9 +162,7 @@ sys.exit(main(["identify"]))
     ],
 )
 def test_native_code_that_never_returns_is_ended_and_leaves_nothing(tmp_path, numbers, code, said):
-    process = subprocess.Popen(
-        [sys.executable, "-c", NATIVE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
-    )
+    process = subprocess.Popen([sys.executable, "-c", NATIVE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     assert process.stdout is not None
     assert process.stdout.readline() == "working\n"
     time.sleep(0.2)
@@ -189,9 +172,7 @@ def test_native_code_that_never_returns_is_ended_and_leaves_nothing(tmp_path, nu
         time.sleep(2.4)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == code
-    assert [
-        line.removeprefix("bristle: ")[: len(words)] for line, words in zip(errors.splitlines(), said, strict=True)
-    ] == said
+    assert [line.removeprefix("bristle: ")[: len(words)] for line, words in zip(errors.splitlines(), said, strict=True)] == said
     assert not list(tmp_path.iterdir())
 
 
@@ -392,15 +373,13 @@ def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess
     code = f"import sys; sys.argv[1:] = {arguments!r}; from bristle.cli.main import main; code = main()"
     code += "; import os; print([one for one in os.environ if one.startswith(('NUMBA_', 'SOURCE_'))]); sys.exit(code)"
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60,
-        env=os.environ | environment,
-    )  # fmt: skip
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60, env=os.environ | environment
+    )
 
 
 @pytest.mark.parametrize("seconds", ["never", "", "1.5", "9" * 20])
 def test_settings_that_others_made_are_left_out(place, seconds):
-    ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0",
-                     SOURCE_DATE_EPOCH=seconds)  # fmt: skip
+    ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0", SOURCE_DATE_EPOCH=seconds)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout.splitlines()[-1] == "['NUMBA_DISABLE_JIT']"
 

@@ -17,9 +17,7 @@ def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
     assert {one["family"] for one in found.data["models"]} == families
 
 
-@pytest.mark.parametrize(
-    "name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS]
-)
+@pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
 def test_one_by_name(bristle, name):
     shown = bristle("models", name)
     assert shown.code == 0

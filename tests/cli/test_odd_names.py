@@ -65,9 +65,7 @@ def test_a_fleet_goes_on_with_such_logs_and_is_watched(bristle, odd):
     again = bristle(*command, "--json")
     assert_can_be_written(again)
     study = json.loads(Path("fleet/study.json").read_bytes())
-    assert [(log["folder"], log["log"]) for log in study["logs"]] == [
-        (SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv"),
-    ]  # fmt: skip
+    assert [(log["folder"], log["log"]) for log in study["logs"]] == [(SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv")]
     told = bristle("watch", "fleet", "--false-alarms", "1 in 2000 logs")
     assert "no axis has enough logs" in told.err
 

@@ -35,15 +35,28 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     assert [one["rank"] for one in found.data["models"]] == [1, 2]
     assert found.data["metrics"]["held_out_error_percent"] < 0.3
     said = bristle(
-        "predict", loops / "out" / "model.toml", loops / "loops.csv", "--axis", loops / "axis.toml", "--json",
-        "--out", loops / "said", "--format", "pdf", "--data", "csv",
-    )  # fmt: skip
+        "predict",
+        loops / "out" / "model.toml",
+        loops / "loops.csv",
+        "--axis",
+        loops / "axis.toml",
+        "--json",
+        "--out",
+        loops / "said",
+        "--format",
+        "pdf",
+        "--data",
+        "csv",
+    )
     assert said.code == 0, said.err
     assert said.data["metrics"]["error_percent"] == pytest.approx(found.data["metrics"]["error_percent"])
     assert said.data["metrics"]["unit"] == "N"
     assert {one.name for one in (loops / "said" / "figures").iterdir()} == {
-        "curves.pdf", "curves-panel-1.csv", "curves-panel-2.csv", "captions.tex",
-    }  # fmt: skip
+        "curves.pdf",
+        "curves-panel-1.csv",
+        "curves-panel-2.csv",
+        "captions.tex",
+    }
 
 
 def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
@@ -88,10 +101,7 @@ def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # no
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [
-        (("--model", "lugre"), "is no operator that can be identified"),
-        (("--model", "reversal_table"), "needs first-order reversal curves"),
-    ],
+    [(("--model", "lugre"), "is no operator that can be identified"), (("--model", "reversal_table"), "needs first-order reversal curves")],
 )
 def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments, said):  # noqa: F811
     refused = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", *arguments)

@@ -74,12 +74,17 @@ def later(place):
 @pytest.mark.parametrize(
     ("command", "takes"),
     [
-        (PREDICT, "log"), (RUN, "simulation"), (IDENTIFY, "identification"), (COMPARE, "comparison"),
-        (DESIGN, "design"), ((*STUDY, "--run", "2"), "simulation"), (STUDY, "study"),
+        (PREDICT, "log"),
+        (RUN, "simulation"),
+        (IDENTIFY, "identification"),
+        (COMPARE, "comparison"),
+        (DESIGN, "design"),
+        ((*STUDY, "--run", "2"), "simulation"),
+        (STUDY, "study"),
         pytest.param(PREDICT, "prediction", marks=pytest.mark.slow),
     ],
     ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
-)  # fmt: skip
+)
 def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
     found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")
     assert found.code == 0, found.err

@@ -83,9 +83,7 @@ def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
     checked = bristle("check", "oiled.py", "--json")
     assert checked.code == 0
     assert checked.data["model"] == "oiled"
-    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(
-        checked.data["certificates"]
-    )
+    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(checked.data["certificates"])
     shown = bristle("models", "lugre+oiled.py", "--json").data["models"][0]
     assert shown["name"] == "lugre+oiled"
     assert {"F_S", "a", "b_0"} <= set(shown["parameters"])
@@ -93,9 +91,7 @@ def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
     alone = bristle("models", "oiled.py")
     assert "e^" in alone.out or "exp" in alone.out
     assert "Needs pressure of the log: pressure of the oil, >= 0 N/m^2" in alone.out
-    Path("oiled.py").write_text(
-        SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6')
-    )
+    Path("oiled.py").write_text(SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6'))
     drifted = bristle("check", "oiled.py", "--json")
     assert drifted.code == 1
     assert drifted.data["certificates"]["neutral defaults"]["passed"] is False

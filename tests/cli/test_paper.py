@@ -44,9 +44,7 @@ def test_results_that_were_named_are_kept_without_force(bristle):
 def test_experiments_are_written_changed_and_run(bristle):
     assert bristle("paper", "--write", "mine").code == 0
     path = Path("mine/fig_09.toml")
-    path.write_text(
-        path.read_text().replace('file = "set_a_rig.toml"\n\n', 'file = "set_a_rig.toml"\nscatter = 0.2\n\n')
-    )
+    path.write_text(path.read_text().replace('file = "set_a_rig.toml"\n\n', 'file = "set_a_rig.toml"\nscatter = 0.2\n\n'))
     as_it_is = bristle("paper", "--figure", "9", "--json").data["figures"]["9"]["numbers"]
     changed = bristle("paper", "--figure", "9", "--from", "mine", "--json").data["figures"]["9"]["numbers"]
     before, after = (one["missing_at_return"]["virtual rig"]["B"] for one in (as_it_is, changed))

@@ -7,16 +7,12 @@ import pytest
 from tests.cli.conftest import written_in
 
 
-@pytest.mark.parametrize(
-    ("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)]
-)
+@pytest.mark.parametrize(("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)])
 def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position):
     found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
     assert found.code == 0
     metrics = found.data["metrics"]
-    assert set(metrics) == {
-        "force_error_percent", "force_rmse", "force_unit", "position_error_percent", "position_rmse", "position_unit",
-    }  # fmt: skip
+    assert set(metrics) == {"force_error_percent", "force_rmse", "force_unit", "position_error_percent", "position_rmse", "position_unit"}
     for key, limit in (("force_error_percent", effort), ("position_error_percent", position)):
         assert (metrics[key] is None) == (limit is None)
         assert limit is None or 0.0 < metrics[key] < limit
@@ -61,18 +57,7 @@ def test_a_model_is_doubted_on_the_very_log_that_it_was_fitted_to_and_on_no_othe
     for name in head[1:]:
         other = other.replace(f'column = "{name}"', f'column = "{name}_b"')
     Path("other.toml").write_text(other)
-    asked = (
-        "identify",
-        "both.csv",
-        "--axis",
-        "axis.toml",
-        "--model",
-        "coulomb_viscous",
-        "--draws",
-        "0",
-        "--out",
-        "fit",
-    )
+    asked = ("identify", "both.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
     assert bristle(*asked).code == 0
     told = {}
     for name in ("axis.toml", "other.toml"):

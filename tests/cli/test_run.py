@@ -109,9 +109,7 @@ def test_what_the_drive_would_record_of_each_variant(bristle, place):
 
 
 def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_followed(bristle, place):
-    (place / "motion.csv").write_text(
-        "t [s],r [m]\n" + "".join(f"{1e-3 * k},{2e-2 * np.sin(6e-3 * k)}\n" for k in range(1000))
-    )
+    (place / "motion.csv").write_text("t [s],r [m]\n" + "".join(f"{1e-3 * k},{2e-2 * np.sin(6e-3 * k)}\n" for k in range(1000)))
     text = Path("experiment.toml").read_text().partition("[compare")[0]
     rest = text.partition("[reference]")
     follow = '[reference]\nmodel = "recorded"\nfile = "motion.csv"\n'

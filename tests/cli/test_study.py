@@ -28,9 +28,7 @@ def test_a_study_is_run_and_told(bench, capsys):
     summary = json.loads((bench.folder / "out" / "summary.json").read_text())
     assert (summary["runs"], summary["done"], summary["statuses"]) == (12, 12, {"ok": 12})
     worst = summary["worst"]
-    assert [entry["motion.peak_to_peak"] for entry in worst] == sorted(
-        (entry["motion.peak_to_peak"] for entry in worst), reverse=True
-    )
+    assert [entry["motion.peak_to_peak"] for entry in worst] == sorted((entry["motion.peak_to_peak"] for entry in worst), reverse=True)
     assert worst[0]["command"] == f"bristle study study.toml --run {worst[0]['run']} --out run_{worst[0]['run']}"
     traces = pyarrow.parquet.read_table(bench.folder / "out" / summary["traces"][0])
     position = traces["position"].to_numpy()[20:]

@@ -5,14 +5,7 @@ import pytest
 from bristle.cli import terminal
 from bristle.report.table import Table
 
-HEADS = (
-    "Model",
-    "Parameters",
-    "Held-out error [%]",
-    "Spread over blocks [%]",
-    "Error of the fit [%]",
-    "Not identified",
-)
+HEADS = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]", "Not identified")
 ROWS = (
     ("coulomb_viscous+asymmetry", "5", "3.13", "± 0.18", "3.11", "gap, sigma_2_pos, sigma_2_neg"),
     ("coulomb_viscous", "4", "4.13", "± 0.20", "4.08", "–"),

@@ -112,11 +112,14 @@ def test_what_does_not_go_together_is_refused(at, capsys, monkeypatch, options, 
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [(("--since", "soon"), "is no date"), (("--since", "2026-01-01; rm"), "is no date"),
-     (("--false-alarms", "rarely"), "is no rate"),
-     (("--false-alarms", "1 in 90000000 days"), "a rate that was not simulated"),
-     (("--track", "friction.F_S"), "is no quantity of this fleet")],
-)  # fmt: skip
+    [
+        (("--since", "soon"), "is no date"),
+        (("--since", "2026-01-01; rm"), "is no date"),
+        (("--false-alarms", "rarely"), "is no rate"),
+        (("--false-alarms", "1 in 90000000 days"), "a rate that was not simulated"),
+        (("--track", "friction.F_S"), "is no quantity of this fleet"),
+    ],
+)
 def test_what_a_watch_cannot_use_is_refused(at, capsys, options, message):
     main([*EACH, "--out", "fleet"])
     assert main(["watch", "fleet", *options]) == 2

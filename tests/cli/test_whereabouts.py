@@ -39,9 +39,7 @@ def folder(tmp_path_factory):
 LONG = ("identify a model of one's own", "excite")
 
 
-@pytest.mark.parametrize("command", [
-    pytest.param(command, marks=pytest.mark.slow if command in LONG else ()) for command in RESULTS
-])  # fmt: skip
+@pytest.mark.parametrize("command", [pytest.param(command, marks=pytest.mark.slow if command in LONG else ()) for command in RESULTS])
 def test_results_name_no_folder(folder, command, capsys):
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)

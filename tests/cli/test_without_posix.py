@@ -22,9 +22,7 @@ MAIN = PRELUDE + "from bristle.cli.main import main; sys.exit(main(sys.argv[1:])
 
 
 def elsewhere(code: str, *arguments: str, **options) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120, **options
-    )
+    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120, **options)
 
 
 def test_what_it_takes_away_is_taken_away():
@@ -47,9 +45,7 @@ def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, p
     assert not list(place.glob("bristle-*"))
 
 
-@pytest.mark.parametrize(
-    "kind", ["h5", "tdms", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("parquet", "mat", "npz"))]
-)
+@pytest.mark.parametrize("kind", ["h5", "tdms", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("parquet", "mat", "npz"))])
 def test_binary_logs_are_read(tmp_path, kind):
     import numpy as np
     from tests.logs.conftest import WRITERS
@@ -114,15 +110,16 @@ def test_a_link_is_not_followed_where_nothing_can_be_opened_without_following(tm
     assert not (mine / NOTE).exists()
 
 
-@pytest.mark.parametrize(
-    "encoding", [pytest.param(one, marks=pytest.mark.slow) for one in ("ascii", "cp1252", "cp437")]
-)
+@pytest.mark.parametrize("encoding", [pytest.param(one, marks=pytest.mark.slow) for one in ("ascii", "cp1252", "cp437")])
 def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
     for arguments in (
-        ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20"), ("models", "lugre"), ("log", "log.csv"),
-        ("run", "experiment.toml"), ("identify", "größe·µ.csv", "--axis", "axis.toml"),
-    ):  # fmt: skip
+        ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20"),
+        ("models", "lugre"),
+        ("log", "log.csv"),
+        ("run", "experiment.toml"),
+        ("identify", "größe·µ.csv", "--axis", "axis.toml"),
+    ):
         ended = elsewhere(MAIN, *arguments, env=environment)
         assert ended.returncode in (0, 1, 2), ended.stderr
         assert b"fault of bristle" not in ended.stderr
@@ -130,9 +127,7 @@ def test_a_console_of_few_letters_takes_all_that_is_said(place, encoding):
 
 
 def test_a_pipe_is_read_where_it_cannot_be_waited_for(tmp_path):
-    code = PRELUDE + (
-        "from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n"
-    )
+    code = PRELUDE + ("from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n")
     assert elsewhere(code, input=b"a log").returncode == 0
     assert content_of(b"a log").data == b"a log"
 
@@ -140,10 +135,12 @@ def test_a_pipe_is_read_where_it_cannot_be_waited_for(tmp_path):
 @pytest.mark.parametrize(
     ("argument", "told"),
     [
-        (r"C:\Users\anna\axis 1.csv", "axis 1.csv"), (r"\\host\share\log.h5::a", "log.h5::a"),
+        (r"C:\Users\anna\axis 1.csv", "axis 1.csv"),
+        (r"\\host\share\log.h5::a", "log.h5::a"),
         ("../x/axis.toml", "axis.toml"),
-        (r"--axis=D:\x\axis.toml", "--axis=axis.toml"), (r"coulomb,C:\x\own.py", "coulomb,own.py"),
+        (r"--axis=D:\x\axis.toml", "--axis=axis.toml"),
+        (r"coulomb,C:\x\own.py", "coulomb,own.py"),
     ],
-)  # fmt: skip
+)
 def test_a_command_line_of_windows_is_told_without_folders(argument, told):
     assert command_told([argument], separators="\\/") in (f"bristle {told}", f"bristle '{told}'")

@@ -8,8 +8,7 @@ import bristle as br
 from bristle.core.errors import InputError
 from bristle.report.messages import message
 
-ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward",
-          "reversals.backward_to_forward")  # fmt: skip
+ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward", "reversals.backward_to_forward")
 
 
 def codes(found):

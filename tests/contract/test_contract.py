@@ -21,9 +21,10 @@ NAMES = [
     *(pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in friction.MODELS),
     *(
         pytest.param(f"{name}+asymmetry", marks=() if name == "lugre" else pytest.mark.slow)
-        for name in friction.MODELS if name not in ("coulomb", "viscous", "stribeck", "dahl")
+        for name in friction.MODELS
+        if name not in ("coulomb", "viscous", "stribeck", "dahl")
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -146,10 +147,15 @@ def faulty(trial, **changes):
         F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
 
     return FrictionModel(
-        name="faulty", description="made to fail", Parameters=changes.pop("Parameters", Parameters),
-        State=changes.pop("State", State), trial=trial, commit=changes.pop("commit", sound_commit),
-        memory_size=lambda p: 1, **changes,
-    )  # fmt: skip
+        name="faulty",
+        description="made to fail",
+        Parameters=changes.pop("Parameters", Parameters),
+        State=changes.pop("State", State),
+        trial=trial,
+        commit=changes.pop("commit", sound_commit),
+        memory_size=lambda p: 1,
+        **changes,
+    )
 
 
 class Undescribed(NamedTuple):
@@ -176,11 +182,7 @@ class Arrays(NamedTuple):
         (lambda: faulty(forgets_the_mean), "refines"),
         (lambda: faulty(sound_trial, rate=wrong_rate), "rate agrees"),
         (lambda: faulty(sound_trial, flow=wrong_flow), "flow agrees"),
-        pytest.param(
-            lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives),
-            "flow agrees",
-            marks=pytest.mark.slow,
-        ),
+        pytest.param(lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives), "flow agrees", marks=pytest.mark.slow),
         (lambda: faulty(sound_trial, piece=begins, flow=flows_past_its_end, arrival=arrives), "flow agrees"),
     ],
 )

@@ -8,15 +8,7 @@ from pathlib import Path
 
 import pint
 import pytest
-from tests.contract.measured import (
-    Measured,
-    Several,
-    hold,
-    let_kernels_measure,
-    measured_fields,
-    measured_parameters,
-    plain,
-)
+from tests.contract.measured import Measured, Several, hold, let_kernels_measure, measured_fields, measured_parameters, plain
 from tests.controllers.test_own_law import PID
 
 from bristle import controllers, friction, hysteresis, plants
@@ -59,9 +51,7 @@ def friction_cases():
             yield f"{name} {','.join(f'{key}={value}' for key, value in change.items())}", component, change
     for name in (f"lugre{SLOTS}", "lugre+asymmetry", "gap_slider+asymmetry"):
         yield name, friction.find(name), {}
-    yield "stribeck with pre-sliding", presliding(friction.stribeck), {
-        **friction.stribeck.example, "presliding": 1e-6,
-    }  # fmt: skip
+    yield "stribeck with pre-sliding", presliding(friction.stribeck), {**friction.stribeck.example, "presliding": 1e-6}
     yield "a user's own", load_code(EXAMPLE), {}
 
 
@@ -197,10 +187,7 @@ LAWS = {
         controllers.lugre_observer,
         {**ON_SURFACE, "F_C": 3.0, "F_S": 4.0, "v_S": 0.2, "sigma_0": 1e3, "sigma_2": 2.0, "k": 0.5},
     ),
-    "adaptive_hysteresis": (
-        controllers.adaptive_hysteresis,
-        {**ON_SURFACE, "reach": 0.01, "Gamma": 50.0, "w_max": 5.0, "delta": 0.01},
-    ),
+    "adaptive_hysteresis": (controllers.adaptive_hysteresis, {**ON_SURFACE, "reach": 0.01, "Gamma": 50.0, "w_max": 5.0, "delta": 0.01}),
     "pid": (PID, {"K_P": 2e3, "K_I": 2e4, "K_D": 80.0}),
 }
 

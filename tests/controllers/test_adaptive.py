@@ -63,9 +63,14 @@ def commit(state, memory, move, p):
 
 
 AGEING = FrictionModel(
-    name="ageing", description="elements whose level changes", Parameters=Parameters, State=State, trial=trial,
-    commit=commit, memory_size=lambda p: len(p.f),
-)  # fmt: skip
+    name="ageing",
+    description="elements whose level changes",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    memory_size=lambda p: len(p.f),
+)
 
 
 def motion(duration):
@@ -189,8 +194,7 @@ def test_the_error_draws_the_bristles_until_they_hold_the_friction():
     def left(k):
         law = controllers.lugre_observer(**GAINS, **BRISTLES, k=k)
         rest = np.zeros((4, 6000))
-        trace = run_closed_loop(inertia(M=M), friction.viscous(F_v=0.0), law, sensors.encoder(), rest, DT,
-                                disturbance=np.full(6000, 5.0))  # fmt: skip
+        trace = run_closed_loop(inertia(M=M), friction.viscous(F_v=0.0), law, sensors.encoder(), rest, DT, disturbance=np.full(6000, 5.0))
         return abs(trace.position[-1])
 
     assert left(0.2) < 1e-3 * left(0.0)

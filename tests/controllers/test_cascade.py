@@ -56,8 +56,7 @@ def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there
     for k in range(-5, 0):
         _, state = c.component.step(state, Reference(0.0, 0.0, 0.0), position(k), DT, c.parameters)
     fresh = c.component.start(position(0), 0.05, 3.0, DT, c.parameters)
-    efforts = [c.component.step(one, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0]
-               for one in (state, fresh)]  # fmt: skip
+    efforts = [c.component.step(one, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0] for one in (state, fresh)]
     assert efforts[1] == pytest.approx(efforts[0], rel=1e-9)
 
 
@@ -70,8 +69,7 @@ def test_what_is_fed_forward_exactly_leaves_no_error(k_p, averaging):
     ahead = 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1]))
     desired = np.stack((0.01 * (1.0 - np.cos(4.0 * t)), 0.04 * np.sin(4.0 * t), acceleration, 20.0 * ahead))
     c = controllers.cascade(k_p=k_p, k_v=4000.0, k_ff=1.0, averaging=averaging)
-    trace = run_closed_loop(inertia(M=20.0), friction.viscous(F_v=0.0), c, sensors.encoder(), desired, DT,
-                            acceleration=acceleration[0])  # fmt: skip
+    trace = run_closed_loop(inertia(M=20.0), friction.viscous(F_v=0.0), c, sensors.encoder(), desired, DT, acceleration=acceleration[0])
     assert np.ptp(desired[0] - trace.measured) < 1e-9  # one of them alone would leave 4 µm
 
 
@@ -86,26 +84,35 @@ def test_a_loop_that_goes_on_holds_the_weight():
     assert held.command == pytest.approx(weight, rel=1e-9)
 
 
-@pytest.mark.parametrize("law", [
-    controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3, k_ff=1.0),
-    controllers.disturbance_observer(J=2.0, lambda_=60.0, K_1=60.0, g=30.0),
-    controllers.super_twisting(J=2.0, lambda_=60.0, K_1=60.0, k_1=0.1, k_2=0.5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "law",
+    [
+        controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3, k_ff=1.0),
+        controllers.disturbance_observer(J=2.0, lambda_=60.0, K_1=60.0, g=30.0),
+        controllers.super_twisting(J=2.0, lambda_=60.0, K_1=60.0, k_1=0.1, k_2=0.5),
+    ],
+)
 def test_a_law_that_integrates_takes_over_the_effort_of_a_motion(law):
     v, effort = 0.05, 9.0
     reference = 0.1 + v * DT * np.arange(3000)
-    trace = drive(law, reference, x=0.1, v=v, model=friction.viscous(F_v=20.0), resumed_effort=effort,
-                  disturbance=np.full(3000, effort - 20.0 * v))  # fmt: skip
+    trace = drive(
+        law, reference, x=0.1, v=v, model=friction.viscous(F_v=20.0), resumed_effort=effort, disturbance=np.full(3000, effort - 20.0 * v)
+    )
     assert np.ptp(trace.command) < 1e-6 if law.name != "super_twisting" else np.ptp(trace.command) < 0.05
     assert np.ptp(reference - trace.position) < (1e-9 if law.name != "super_twisting" else 1e-6)
 
 
 def test_the_integral_removes_the_error_that_friction_leaves():
     reference = np.concatenate((np.zeros(50), np.full(3000, 1e-3)))
-    without = drive(controllers.cascade(k_p=60.0, k_v=400.0), reference, model=friction.viscous(F_v=20.0),
-                    injected=np.full(reference.size, 3.0))  # fmt: skip
-    with_integral = drive(controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3), reference,
-                          model=friction.viscous(F_v=20.0), injected=np.full(reference.size, 3.0))  # fmt: skip
+    without = drive(
+        controllers.cascade(k_p=60.0, k_v=400.0), reference, model=friction.viscous(F_v=20.0), injected=np.full(reference.size, 3.0)
+    )
+    with_integral = drive(
+        controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3),
+        reference,
+        model=friction.viscous(F_v=20.0),
+        injected=np.full(reference.size, 3.0),
+    )
     assert abs(without.position[-1] - 1e-3) > 1e-4
     assert abs(with_integral.position[-1] - 1e-3) < 1e-7
 

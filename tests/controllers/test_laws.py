@@ -21,9 +21,7 @@ LAWS = {
     "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0, cutoff=200.0),
     "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0, cutoff=200.0),
     "lugre_observer": controllers.lugre_observer(**GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5, cutoff=200.0),
-    "adaptive_hysteresis": controllers.adaptive_hysteresis(
-        **GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5, cutoff=200.0
-    ),
+    "adaptive_hysteresis": controllers.adaptive_hysteresis(**GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5, cutoff=200.0),
 }
 
 
@@ -33,13 +31,20 @@ def drive(law, reference, *, model=None, disturbance=None, sensor=None, **option
     desired[1] = np.gradient(reference, DT)
     desired[2] = np.gradient(desired[1], DT)
     return run_closed_loop(
-        inertia(M=2.0), model or friction.viscous(F_v=0.0), law, sensor or sensors.encoder(), desired, DT,
-        disturbance=None if disturbance is None else np.full(reference.size, disturbance), **options,
-    )  # fmt: skip
+        inertia(M=2.0),
+        model or friction.viscous(F_v=0.0),
+        law,
+        sensor or sensors.encoder(),
+        desired,
+        DT,
+        disturbance=None if disturbance is None else np.full(reference.size, disturbance),
+        **options,
+    )
 
 
-@pytest.mark.parametrize(("name", "left"), [("sliding_mode", 1e-6), ("disturbance_observer", 1e-6),
-                                            ("super_twisting", 20.0 * 2.0 * 5.0 * DT)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "left"), [("sliding_mode", 1e-6), ("disturbance_observer", 1e-6), ("super_twisting", 20.0 * 2.0 * 5.0 * DT)]
+)
 def test_a_law_that_takes_over_a_motion_leaves_no_jolt(name, left):
     # Super-twisting chatters around its surface by a few steps of its integral, J k_2 T_s.
     t = DT * np.arange(400)
@@ -53,8 +58,7 @@ def test_a_law_that_takes_over_an_acceleration_goes_on_with_its_force(name):
     t = dt * np.arange(200)
     desired = np.array([v * t + 0.5 * a * t**2, v + a * t, np.full(t.size, a), np.zeros(t.size)])
     law = LAWS[name].with_values(cutoff=math.inf)
-    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v,
-                            acceleration=a)  # fmt: skip
+    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v, acceleration=a)
     # The velocity read is half a sample old.
     assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
 
@@ -87,11 +91,11 @@ def test_plain_python_and_compiled_give_the_same_bits(name):
 def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative():
     law = controllers.sliding_mode(**GAINS)
     measured, r = 0.01, Reference(0.012, 0.1, 3.0, 0.25)
-    first, state = law.component.step(law.component.start(measured, 0.0, 0.0, DT, law.parameters), r, measured, DT,
-                                      law.parameters)  # fmt: skip
+    first, state = law.component.step(law.component.start(measured, 0.0, 0.0, DT, law.parameters), r, measured, DT, law.parameters)
     doubled = controllers.sliding_mode(**GAINS | {"J": 4.0})
-    again, _ = doubled.component.step(doubled.component.start(measured, 0.0, 0.0, DT, doubled.parameters), r, measured,
-                                      DT, doubled.parameters)  # fmt: skip
+    again, _ = doubled.component.step(
+        doubled.component.start(measured, 0.0, 0.0, DT, doubled.parameters), r, measured, DT, doubled.parameters
+    )
     # What is fed forward is added as it is; everything else scales with the inertia.
     assert again - 0.25 == pytest.approx(2.0 * (first - 0.25), rel=1e-12)
     assert state.q == measured
@@ -111,8 +115,7 @@ def test_the_root_of_the_surface_brings_a_velocity_to_rest_in_the_time_of_torric
 
 def test_the_observer_takes_away_what_a_constant_force_leaves():
     steps = np.zeros(2000)
-    left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1]
-            for g in (0.0, 60.0)}  # fmt: skip
+    left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1] for g in (0.0, 60.0)}
     assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
     assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
 

@@ -70,11 +70,16 @@ def test_the_integral_takes_away_what_a_constant_force_leaves():
     desired[0] = 1e-2
     pushed = {
         gain: run_closed_loop(
-            inertia(M=2.0), friction.viscous(F_v=1.0), PID(K_P="2 N/mm", K_I=gain, K_D="80 N*s/m"), sensors.encoder(),
-            desired, DT, disturbance=np.full(4000, 5.0),
+            inertia(M=2.0),
+            friction.viscous(F_v=1.0),
+            PID(K_P="2 N/mm", K_I=gain, K_D="80 N*s/m"),
+            sensors.encoder(),
+            desired,
+            DT,
+            disturbance=np.full(4000, 5.0),
         )
         for gain in ("0 N/(m*s)", "20 N/(mm*s)")
-    }  # fmt: skip
+    }
     left = [abs(desired[0, -1] - trace.position[-1]) for trace in pushed.values()]
     assert left[0] == pytest.approx(5.0 / 2000.0, rel=1e-3)
     assert left[1] < 1e-4 * left[0]

@@ -101,9 +101,7 @@ def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(bytes(1001))
     for given in (path, bytes(1001), io.BytesIO(bytes(1001))):
-        with pytest.raises(
-            InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*--size-limit"
-        ) as caught:
+        with pytest.raises(InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*--size-limit") as caught:
             content_of(given, limit=1000)
         assert size_of(caught.value.mend.split('"')[1]) > 1001
         assert len(content_of(path, limit=1001).data) == 1001
@@ -170,25 +168,19 @@ def test_what_a_shell_puts_in_place_of_a_file(tmp_path):
     code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"
     for words in ('"$0" -c "$1" <(cat "$2")', 'cat "$2" | "$0" -c "$1" -', 'cat "$2" | "$0" -c "$1" /dev/stdin'):
         ended = subprocess.run(
-            ["bash", "-c", words, sys.executable, code, str(tmp_path / "log")],
-            capture_output=True,
-            text=True,
-            check=True,
+            ["bash", "-c", words, sys.executable, code, str(tmp_path / "log")], capture_output=True, text=True, check=True
         )
         assert ended.stdout.strip() == content_of(tmp_path / "log").checksum
 
 
 @pytest.mark.parametrize(
-    ("text", "size"),
-    [("2 GB", 2e9), ("1.5GiB", 1.5 * 2**30), ("700 B", 700), ("64 kB", 64_000), (5, 5), (" 3 MB ", 3e6)],
+    ("text", "size"), [("2 GB", 2e9), ("1.5GiB", 1.5 * 2**30), ("700 B", 700), ("64 kB", 64_000), (5, 5), (" 3 MB ", 3e6)]
 )
 def test_sizes(text, size):
     assert size_of(text) == size
 
 
-@pytest.mark.parametrize(
-    "text", ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"]
-)
+@pytest.mark.parametrize("text", ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"])
 def test_what_is_no_size(text):
     with pytest.raises(InputError, match="--size-limit"):
         size_of(text, "--size-limit")
@@ -205,11 +197,7 @@ def test_a_content_is_told_by_its_name_without_its_folder(tmp_path):
 
 def test_the_limits_are_those_of_the_documentation():
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "safe-in-any-hands.md").read_text(encoding="utf-8")
-    for limit, what in (
-        (SIZE_LIMIT, "a log, and"),
-        (TOML_LIMIT, "a file of settings"),
-        (CODE_LIMIT, "a model of your"),
-    ):
+    for limit, what in ((SIZE_LIMIT, "a log, and"), (TOML_LIMIT, "a file of settings"), (CODE_LIMIT, "a model of your")):
         (line,) = (one for one in page.splitlines() if one.startswith(f"| {what}"))
         assert size_of(line.split("|")[2].strip()) == limit
 

@@ -13,9 +13,13 @@ from bristle.core import FrictionModel, Model
 from bristle.files.user_model import load_code
 
 FAMILIES = {
-    friction: friction.MODELS, hysteresis: hysteresis.OPERATORS, plants: plants.PLANTS,
-    controllers: controllers.CONTROLLERS, sensors: sensors.SENSORS, references: references.REFERENCES,
-}  # fmt: skip
+    friction: friction.MODELS,
+    hysteresis: hysteresis.OPERATORS,
+    plants: plants.PLANTS,
+    controllers: controllers.CONTROLLERS,
+    sensors: sensors.SENSORS,
+    references: references.REFERENCES,
+}
 COMPONENTS = [one for members in FAMILIES.values() for one in members.values()]
 SLOTTED = [friction.find("lugre+asymmetry+position"), friction.find("gms+load"), friction.find("stribeck+asymmetry")]
 EVERY = pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda one: f"{one.family} {one.name}")
@@ -130,9 +134,7 @@ def test_a_model_of_ones_own_is_told_from_its_file(tmp_path):
 
 
 def test_a_parameter_is_an_attribute():
-    model = friction.find("lugre+asymmetry")(
-        F_C_pos=20.0, F_C_neg=18.0, F_S_pos=28.0, F_S_neg=27.0, v_S=2e-3, sigma_0="10 N/um"
-    )
+    model = friction.find("lugre+asymmetry")(F_C_pos=20.0, F_C_neg=18.0, F_S_pos=28.0, F_S_neg=27.0, v_S=2e-3, sigma_0="10 N/um")
     assert (model.F_C_neg, model.sigma_0, model.offset) == (18.0, 1e7, 0.0)
     assert plants.inertia(M=3.0).M == 3.0
     assert list(friction.maxwell_slip(F_C=1.0, k_i=[3.0, 4.0], nu_i=[0.5, 0.5]).k_i) == [3.0, 4.0]

@@ -11,9 +11,13 @@ from bristle.core.docstring import EQUATION, laid_out, paragraphs_of
 from bristle.core.formula import as_text, lines_of, spelt_out
 
 COMPONENTS = [
-    *friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
-    *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values(),
-]  # fmt: skip
+    *friction.MODELS.values(),
+    *hysteresis.OPERATORS.values(),
+    *plants.PLANTS.values(),
+    *controllers.CONTROLLERS.values(),
+    *sensors.SENSORS.values(),
+    *references.REFERENCES.values(),
+]
 SLOTTED = [friction.find(f"{name}+asymmetry+position+periodic") for name in friction.MODELS]
 
 

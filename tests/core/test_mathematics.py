@@ -66,9 +66,14 @@ def test_logarithms_are_within_a_unit_of_the_last_place():
     x = np.concatenate([np.abs(decades(-307.0, 308.0)), 1.0 + decades(-16.0, -0.5), [1.0, 2.0, 0.5, 2.3e-308, 1.7e308]])
     assert np.max(errors("log", x.tolist())) < 0.85
     shifted = np.concatenate(
-        [decades(-300.0, -0.4), np.abs(decades(-3.0, 308.0)), np.abs(decades(-15.5, -0.01)) - 1.0,
-         np.random.default_rng(4).uniform(-0.35, 0.45, 2000), [0.0, 0.41421356, -0.29289322, 1.0, 1e16, 3e16]]
-    )  # fmt: skip
+        [
+            decades(-300.0, -0.4),
+            np.abs(decades(-3.0, 308.0)),
+            np.abs(decades(-15.5, -0.01)) - 1.0,
+            np.random.default_rng(4).uniform(-0.35, 0.45, 2000),
+            [0.0, 0.41421356, -0.29289322, 1.0, 1e16, 3e16],
+        ]
+    )
     assert np.max(errors("log1p", shifted.tolist())) < 0.85
 
 
@@ -94,9 +99,7 @@ def test_angles_of_many_turns_keep_what_their_digits_tell():
         assert abs(mathematics.cos(x) - math.cos(x)) <= math.ulp(x), x
 
 
-@pytest.mark.parametrize(
-    "name", ["exp", "expm1", "relaxation", "fitted_weight", "log", "log1p", "sin", "cos", "tanh", "hyperbolic_mean"]
-)
+@pytest.mark.parametrize("name", ["exp", "expm1", "relaxation", "fitted_weight", "log", "log1p", "sin", "cos", "tanh", "hyperbolic_mean"])
 def test_compiled_functions_give_the_same_bits(name):
     import numba
 
@@ -162,9 +165,7 @@ def test_powers_are_exact_but_for_the_rounding_of_their_logarithm(y):
 
 
 def test_the_fitted_weight_is_exact_to_the_last_places_on_both_sides_of_its_seams():
-    rates = np.concatenate(
-        [np.geomspace(1e-8, 50.0, 400), [np.nextafter(0.03, 0.0), 0.03, np.nextafter(0.25, 0.0), 0.25]]
-    )
+    rates = np.concatenate([np.geomspace(1e-8, 50.0, 400), [np.nextafter(0.03, 0.0), 0.03, np.nextafter(0.25, 0.0), 0.25]])
     with mpmath.workprec(300):
         for rate in rates.tolist():
             x = mpmath.mpf(rate)

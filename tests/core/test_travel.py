@@ -28,14 +28,14 @@ from bristle.testing import example_of
 
 PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)
 COMPONENTS = [
-    *friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
-    *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values(),
-]  # fmt: skip
-SLOTTED = [
-    with_slots(model, list(slots))
-    for model in friction.MODELS.values()
-    for slots in ((), *((one,) for one in SLOTS), SLOTS)
+    *friction.MODELS.values(),
+    *hysteresis.OPERATORS.values(),
+    *plants.PLANTS.values(),
+    *controllers.CONTROLLERS.values(),
+    *sensors.SENSORS.values(),
+    *references.REFERENCES.values(),
 ]
+SLOTTED = [with_slots(model, list(slots)) for model in friction.MODELS.values() for slots in ((), *((one,) for one in SLOTS), SLOTS)]
 ELEMENTS = example_of(friction.maxwell_slip)
 
 
@@ -69,9 +69,7 @@ def test_a_model_arrives_to_the_bit(component):
         assert bits_of(other) == bits_of(model)
 
 
-@pytest.mark.parametrize(
-    "component", [one for one in SLOTTED if is_static(model_of(one))], ids=lambda component: component.name
-)
+@pytest.mark.parametrize("component", [one for one in SLOTTED if is_static(model_of(one))], ids=lambda component: component.name)
 def test_so_does_one_with_presliding(component):
     model = with_presliding(model_of(component), 2e-6)
     assert model.component is not component
@@ -228,9 +226,13 @@ class Parameters(NamedTuple):
 
 def of_nobody(Parameters=Parameters):
     return FrictionModel(
-        name="nobodys", description="made inside a function", Parameters=Parameters, State=friction.coulomb.State,
-        trial=friction.coulomb.trial, commit=friction.coulomb.commit,
-    )  # fmt: skip
+        name="nobodys",
+        description="made inside a function",
+        Parameters=Parameters,
+        State=friction.coulomb.State,
+        trial=friction.coulomb.trial,
+        commit=friction.coulomb.commit,
+    )
 
 
 HERE = of_nobody()

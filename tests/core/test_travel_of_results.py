@@ -90,9 +90,11 @@ def test_what_files_describe_travels(stage):
     experiments = [file for pattern in ("set_[ab].toml", "past_*", "low*", "faster*") for file in PAPER.glob(pattern)]
     models = [*PAPER.glob("*_rig.toml"), *PAPER.glob("*_identified.toml")]
     held = [
-        *(br.read_experiment(file) for file in experiments), *(br.read_model(file) for file in models),
-        *(br.read_axis(file) for file in AXES), stage.axis,
-    ]  # fmt: skip
+        *(br.read_experiment(file) for file in experiments),
+        *(br.read_model(file) for file in models),
+        *(br.read_axis(file) for file in AXES),
+        stage.axis,
+    ]
     assert len(held) > 12
     assert bits_of(there_and_back(held)) == bits_of(held)
     assert bits_of(copy.deepcopy(held)) == bits_of(held)

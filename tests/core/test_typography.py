@@ -33,9 +33,7 @@ def test_rounding_stays_within_a_tenth_of_the_standard_error(value, std):
     assert abs(float(shown.replace("−", "-")) - value) <= 0.1 * std
 
 
-@pytest.mark.parametrize(
-    ("value", "shown"), [(math.nan, "–"), (math.inf, "∞"), (-math.inf, "−∞"), (0.0, "0"), (-1.5, "−1.500")]
-)
+@pytest.mark.parametrize(("value", "shown"), [(math.nan, "–"), (math.inf, "∞"), (-math.inf, "−∞"), (0.0, "0"), (-1.5, "−1.500")])
 def test_odd_numbers_have_a_sign_of_their_own(value, shown):
     assert number(value) == shown
 

@@ -31,12 +31,7 @@ def test_an_unknown_excitation_is_refused_with_those_that_are_known():
 
 @pytest.mark.parametrize(
     ("low", "high", "said"),
-    [
-        (-math.inf, math.inf, "any number in N"),
-        (0.0, math.inf, ">= 0 N"),
-        (-math.inf, 2.0, "<= 2 N"),
-        (0.0, 2.0, "0 to 2 N"),
-    ],
+    [(-math.inf, math.inf, "any number in N"), (0.0, math.inf, ">= 0 N"), (-math.inf, 2.0, "<= 2 N"), (0.0, 2.0, "0 to 2 N")],
 )
 def test_the_allowed_range_in_words(low, high, said):
     assert Variable("force", "force", min=low, max=high).allowed() == said
@@ -76,9 +71,12 @@ class Chosen(NamedTuple):
 
 
 CHOSEN = Component(
-    name="chosen", description="a component with a choice", Parameters=Chosen, State=Chosen,
+    name="chosen",
+    description="a component with a choice",
+    Parameters=Chosen,
+    State=Chosen,
     relations=(Relation("level >= 0.5", lambda p: p.level >= 0.5, "Raise level", advisory=True),),
-)  # fmt: skip
+)
 
 
 def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():

@@ -13,9 +13,7 @@ from bristle.cli.main import main
 from bristle.demo import axis_simulated
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(
-    [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
-)
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")])
 _BLOCK = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -79,21 +77,7 @@ def readers_folder(tmp_path_factory):
     (folder / "study.toml").write_text(STUDY)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        assert (
-            main(
-                [
-                    "identify",
-                    "log.csv",
-                    "--axis",
-                    "axis.toml",
-                    "--model",
-                    "coulomb_viscous+asymmetry",
-                    "--out",
-                    "results",
-                ]
-            )
-            == 0
-        )
+        assert main(["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+asymmetry", "--out", "results"]) == 0
     return folder
 
 

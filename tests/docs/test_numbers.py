@@ -78,11 +78,12 @@ def test_the_effort_taken_as_held(log, axis):
     symmetric = fits["coulomb_viscous"]
     assert numbers == pytest.approx(
         [
-            symmetric.force_error_percent, fits["coulomb_viscous+asymmetry"].force_error_percent,
+            symmetric.force_error_percent,
+            fits["coulomb_viscous+asymmetry"].force_error_percent,
             *(symmetric.parameters[name].value for name in ("M", "F_v", "F_C")),
         ],
         rel=2e-4,
-    )  # fmt: skip
+    )
 
 
 def test_the_presliding_distance(fits, log, axis):

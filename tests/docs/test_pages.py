@@ -175,18 +175,27 @@ def test_tables_in_pages_are_those_of_the_example(block):
 
 def test_no_block_goes_unchecked():
     checked = (
-        "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction",
-        "toml experiment-part", "toml loop", "toml study", "toml study-part", "python", "sh", "text",
-    )  # fmt: skip
+        "toml axis",
+        "toml axis-part",
+        "toml contact",
+        "toml hysteresis",
+        "toml experiment",
+        "toml friction",
+        "toml experiment-part",
+        "toml loop",
+        "toml study",
+        "toml study-part",
+        "python",
+        "sh",
+        "text",
+    )
     every = sum(page.read_text().count("\n```") for page in PAGES)
     assert len(blocks(*checked)) == every / 2
 
 
 def keys_of(schema, prefix=""):
     for name, field in schema.model_fields.items():
-        inner = next(
-            (one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(one)), None
-        )
+        inner = next((one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(one)), None)
         yield from keys_of(inner) if inner else [field.alias or name]
 
 

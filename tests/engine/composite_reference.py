@@ -76,9 +76,8 @@ class Composite:
         while t < times[-1]:
             end = ends[np.searchsorted(ends, t, side="right")]
             part = solve_ivp(
-                self.slope, (t, end), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(),
-                dense_output=True, max_step=1e-3,
-            )  # fmt: skip
+                self.slope, (t, end), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(), dense_output=True, max_step=1e-3
+            )
             within = (times >= t) & (times <= part.t[-1])
             if np.any(within):
                 position[within] = part.sol(times[within])[0]

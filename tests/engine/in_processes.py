@@ -44,21 +44,27 @@ def commit(state, memory, move, p):
     return state
 
 
-OF_THE_SCRIPT = FrictionModel(
-    name="of_the_script", description="made here", Parameters=Parameters, State=State, trial=trial, commit=commit
-)
+OF_THE_SCRIPT = FrictionModel(name="of_the_script", description="made here", Parameters=Parameters, State=State, trial=trial, commit=commit)
 
 
 def experiment(M: float, friction: Model) -> Experiment:
     """A short loop, in two runs with other noise."""
     return Experiment(
-        "short", "translational",
-        (Variant(
-            "only", br.plants.inertia(M=M), friction, br.controllers.cascade(k_p=80.0, k_v=250.0 * M),
-            br.sensors.encoder(resolution=1e-6, noise=1e-6), br.references.sine(amplitude=1e-3, frequency=5.0),
-            Feedforward(mass=M), Run(0.05, 1e-3, seeds=2),
-        ),),
-    )  # fmt: skip
+        "short",
+        "translational",
+        (
+            Variant(
+                "only",
+                br.plants.inertia(M=M),
+                friction,
+                br.controllers.cascade(k_p=80.0, k_v=250.0 * M),
+                br.sensors.encoder(resolution=1e-6, noise=1e-6),
+                br.references.sine(amplitude=1e-3, frequency=5.0),
+                Feedforward(mass=M),
+                Run(0.05, 1e-3, seeds=2),
+            ),
+        ),
+    )
 
 
 def returned(model: Model) -> tuple[Model, bool]:
@@ -70,9 +76,12 @@ def main(method: str, file: str) -> list[str]:
     """What differs."""
     lugre = example_of(br.friction.find("lugre+asymmetry"))
     models = [
-        lugre, example_of(br.friction.preisach_lugre), example_of(br.friction.find("maxwell_slip+position")),
-        example_of(load_code(file)), OF_THE_SCRIPT(),
-    ]  # fmt: skip
+        lugre,
+        example_of(br.friction.preisach_lugre),
+        example_of(br.friction.find("maxwell_slip+position")),
+        example_of(load_code(file)),
+        OF_THE_SCRIPT(),
+    ]
     experiments = [experiment(M, lugre) for M in np.linspace(1.0, 2.0, 100)]
     force = partial(br.response, x=1e-4 * np.sin(np.arange(100.0)), dt=1e-3)
     identify = partial(br.identify, sliding_log(), blocks=2, draws=20)

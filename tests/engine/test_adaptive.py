@@ -41,8 +41,9 @@ def case(letter):
 LONG = "preisach_lugre"  # longer than all others together
 CASES = [
     pytest.param(name, letter, marks=pytest.mark.slow if name == LONG else ())
-    for name in SCREW for letter in ("pre-sliding", "break-away", "stick-slip")
-]  # fmt: skip
+    for name in SCREW
+    for letter in ("pre-sliding", "break-away", "stick-slip")
+]
 
 
 @pytest.mark.parametrize(("name", "letter"), CASES)
@@ -92,10 +93,9 @@ def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
     fine = run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e-11, **options)
     assert np.min(fine.velocity) > 0.5
     errors = [
-        np.max(np.abs(run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e6, max_step=h, **options).position
-                      - fine.position))
+        np.max(np.abs(run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e6, max_step=h, **options).position - fine.position))
         for h in (0.2, 0.1, 0.05)
-    ]  # fmt: skip
+    ]
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(orders > 4.5), (errors, orders)
 
@@ -103,9 +103,7 @@ def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
 @pytest.mark.slow
 def test_far_into_sliding_step_doubling_takes_few_steps():
     # Carried along for metres, the contact only follows; what is left is a mass on a spring, for every model.
-    model = friction.preisach_lugre(
-        s=1e3, f_p=2.0, F_C=1.0, F_S=1.6, v_S=2.0, sigma_1=1.0, sigma_2=0.3, transition="paper"
-    )
+    model = friction.preisach_lugre(s=1e3, f_p=2.0, F_C=1.0, F_S=1.6, v_S=2.0, sigma_1=1.0, sigma_2=0.3, transition="paper")
     plant = pulled_inertia(M=1.0, k=1.0, v_e=2.0)
     options = {"v": 2.0, "x": -1.8}
     fine = run_open_loop(plant, model, np.zeros(100), 0.1, steps=10_000, **options)
@@ -165,9 +163,7 @@ def test_verifying_finds_growth_that_the_local_error_does_not_show():
     assert sure.status == Status.OK
 
 
-@pytest.mark.parametrize("name", [
-    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS
-])  # fmt: skip
+@pytest.mark.parametrize("name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in friction.MODELS])
 def test_plain_python_gives_the_same_bits(name):
     model = example_of(friction.find(name))
     t = 1e-3 * np.arange(20)

@@ -50,10 +50,14 @@ def model_and_reference(name, effort):
     return friction.preisach_lugre(**CONTACT, transition=name), Composite(J=J, **CONTACT, rho=rho, effort=effort)
 
 
-@pytest.mark.parametrize(("name", "motion"), [
-    pytest.param(name, motion, marks=pytest.mark.slow if (name, motion) in LONGEST else ())
-    for name in ("lugre", "elastoplastic", "paper") for motion in ("pre-sliding", "break-away", "stick-slip")
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [
+        pytest.param(name, motion, marks=pytest.mark.slow if (name, motion) in LONGEST else ())
+        for name in ("lugre", "elastoplastic", "paper")
+        for motion in ("pre-sliding", "break-away", "stick-slip")
+    ],
+)
 def test_the_tolerance_is_the_global_error_over_six_decades(name, motion):
     plant, u, effort, bends = case(motion)
     model, reference = model_and_reference(name, effort)
@@ -94,9 +98,7 @@ def test_two_events_within_a_step_do_not_hide_each_other():
 
 
 def test_in_fast_sliding_the_deflection_does_not_turn_at_every_rounding():
-    trace = run_adaptive(
-        plants.inertia(M=J), friction.preisach_lugre(**CONTACT), np.full(501, EFFORT), 1e-3, tolerance=1e-3
-    )
+    trace = run_adaptive(plants.inertia(M=J), friction.preisach_lugre(**CONTACT), np.full(501, EFFORT), 1e-3, tolerance=1e-3)
     assert trace.velocity[500] == pytest.approx(SETTLED, abs=1.0)
     assert trace.steps < 400
 
@@ -104,9 +106,8 @@ def test_in_fast_sliding_the_deflection_does_not_turn_at_every_rounding():
 def test_what_each_direction_has_of_its_own_and_the_offset_count():
     component = friction.find("preisach_lugre+asymmetry")
     directional = {
-        f"{name}_{side}": share * CONTACT[name]
-        for name in ("F_C", "F_S", "sigma_2") for side, share in (("pos", 1.0), ("neg", 0.8))
-    }  # fmt: skip
+        f"{name}_{side}": share * CONTACT[name] for name in ("F_C", "F_S", "sigma_2") for side, share in (("pos", 1.0), ("neg", 0.8))
+    }
     values = {key: value for key, value in CONTACT.items() if key not in ("F_C", "F_S", "sigma_2")}
     model = component(**values, **directional, offset=7.0)
     plant, u = plants.inertia(M=J), noisy_effort()[:80]

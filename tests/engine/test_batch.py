@@ -28,10 +28,14 @@ def mechanisms(name, count):
     return models, effort
 
 
-@pytest.mark.parametrize(("integrator", "name"), [
-    pytest.param(integrator, name, marks=[pytest.mark.slow] if name not in QUICK else [])
-    for integrator in ("semi_implicit", "efim") for name in friction.MODELS
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("integrator", "name"),
+    [
+        pytest.param(integrator, name, marks=[pytest.mark.slow] if name not in QUICK else [])
+        for integrator in ("semi_implicit", "efim")
+        for name in friction.MODELS
+    ],
+)
 def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator):
     models, effort = mechanisms(name, 37)
     plant = inertia(M=2.0)
@@ -50,17 +54,14 @@ def test_every_model_in_a_batch_gives_the_bits_of_a_serial_run(name, integrator)
 @pytest.mark.parametrize("integrator", ["semi_implicit", "efim"])
 def test_the_number_of_threads_changes_nothing(integrator):
     models, effort = mechanisms("lugre", 100)
-    one, two = (
-        run_batch(inertia(M=2.0), models, effort, 1e-4, integrator=integrator, threads=threads) for threads in (1, 2)
-    )
+    one, two = (run_batch(inertia(M=2.0), models, effort, 1e-4, integrator=integrator, threads=threads) for threads in (1, 2))
     for field in FIELDS:
         assert np.array_equal(getattr(one, field), getattr(two, field))
 
 
 WITHOUT_MEMORY = [
-    name for name in friction.MODELS
-    if not (model := example_of(friction.find(name))).component.new_memory(model.parameters).size
-]  # fmt: skip
+    name for name in friction.MODELS if not (model := example_of(friction.find(name))).component.new_memory(model.parameters).size
+]
 
 
 @pytest.fixture
@@ -72,9 +73,9 @@ def lanes(monkeypatch):
     return counted
 
 
-@pytest.mark.parametrize("name", [
-    name if name in ("coulomb", "lugre") else pytest.param(name, marks=pytest.mark.slow) for name in WITHOUT_MEMORY
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name", [name if name in ("coulomb", "lugre") else pytest.param(name, marks=pytest.mark.slow) for name in WITHOUT_MEMORY]
+)
 def test_the_implicit_step_in_lanes_gives_the_bits_of_a_serial_run(name, lanes):
     models, effort = mechanisms(name, 37)
     effort[:, 20:] *= -3.0  # turns most of them around

@@ -64,9 +64,8 @@ def probe(tmp_path):
         settings = os.environ | {"BRISTLE_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
         settings.pop("NUMBA_DISABLE_JIT", None)
         done = subprocess.run(
-            [sys.executable, "-c", PROBE, *map(str, arguments)], env=settings | environment,
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            [sys.executable, "-c", PROBE, *map(str, arguments)], env=settings | environment, capture_output=True, text=True, check=False
+        )
         assert done.returncode == 0, done.stderr
         force, compiled = json.loads(done.stdout)
         return force, compiled
@@ -85,9 +84,12 @@ def test_a_second_process_compiles_nothing(probe):
 def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
     ended = subprocess.run(
         [sys.executable, "-c", "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))"],
-        env=os.environ | {"NUMBA_NUM_THREADS": "0", "BRISTLE_CACHE_DIR": str(tmp_path)}, capture_output=True,
-        text=True, check=False, cwd=tmp_path,
-    )  # fmt: skip
+        env=os.environ | {"NUMBA_NUM_THREADS": "0", "BRISTLE_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
     assert ended.returncode == 2, ended.stderr
     assert "numba: cannot be loaded (" in ended.stderr
     assert "NUMBA_" in ended.stderr
@@ -231,9 +233,12 @@ def driver(run: Run, gain: float) -> float:
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("first: np.ndarray\n    second", "second: np.ndarray\n    first"), ("gain: float", "gain: int"),
-     ("entry: Callable[[Pair, float]", "entry: Callable[[Pair, int]")],
-)  # fmt: skip
+    [
+        ("first: np.ndarray\n    second", "second: np.ndarray\n    first"),
+        ("gain: float", "gain: int"),
+        ("entry: Callable[[Pair, float]", "entry: Callable[[Pair, int]"),
+    ],
+)
 def test_what_a_driver_takes_is_part_of_its_key(old, new):
     keys = []
     for text in (SIGNATURES, SIGNATURES.replace(old, new)):
@@ -266,9 +271,7 @@ def test_no_two_products_share_the_number_that_tells_their_symbols_apart(tmp_pat
     environment.pop("NUMBA_DISABLE_JIT", None)
     numbers = []
     for name in ("coulomb", "viscous", "coulomb", "dahl"):
-        done = subprocess.run(
-            [sys.executable, "-c", NUMBERS, name], env=environment, capture_output=True, text=True, check=True
-        )
+        done = subprocess.run([sys.executable, "-c", NUMBERS, name], env=environment, capture_output=True, text=True, check=True)
         numbers.append(int(done.stdout))
     assert numbers[0] == numbers[2]
     assert len({numbers[0], numbers[1], numbers[3]}) == 3

@@ -43,10 +43,10 @@ def positions(case, transition, h, times):
     return np.interp(times, trace.time, trace.position)
 
 
-@pytest.mark.parametrize(("transition", "case"), [
-    pytest.param(transition, case, marks=pytest.mark.slow if case == LONGEST else ())
-    for transition in TRANSITIONS for case in CASES
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("transition", "case"),
+    [pytest.param(transition, case, marks=pytest.mark.slow if case == LONGEST else ()) for transition in TRANSITIONS for case in CASES],
+)
 def test_second_order_and_one_part_in_a_million(case, transition):
     effort, end = CASES[case]
     times = np.linspace(0.0, end, round(end / 1e-4) + 1)

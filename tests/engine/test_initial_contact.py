@@ -64,10 +64,13 @@ def test_a_search_follows_the_start_too(problem):
 def test_a_prediction_tells_where_the_contact_began(problem):
     segment = problem.dataset.segments[0]
     log = Log(
-        time=Channel(segment.time, "s", "t"), position=Channel(segment.position, "m", "q"),
-        effort=Channel(segment.effort, "N", "u"), sample_time=DT, segments=(slice(0, segment.time.size),),
+        time=Channel(segment.time, "s", "t"),
+        position=Channel(segment.position, "m", "q"),
+        effort=Channel(segment.effort, "N", "u"),
+        sample_time=DT,
+        segments=(slice(0, segment.time.size),),
         kind="translational",
-    )  # fmt: skip
+    )
     notes = notes_of(br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log))
     (told,) = [note for note in notes if note.startswith("the contact began at")]
     assert float(told.split()[4]) == pytest.approx(60.0, abs=3.0)

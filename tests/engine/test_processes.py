@@ -21,8 +21,12 @@ def test_the_bits_of_each_process_are_those_of_this_one(method, tmp_path):
     shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", file)
     path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
-        [sys.executable, SCRIPT, method, file], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True,
-        check=False, timeout=300,
-    )  # fmt: skip
+        [sys.executable, SCRIPT, method, file],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == []

@@ -20,10 +20,7 @@ def trees(count):
 def forests(count):
     if count == 0:
         return [()]
-    found = {
-        tuple(sorted((branch, *rest)))
-        for size in range(1, count + 1) for branch in trees(size) for rest in forests(count - size)
-    }  # fmt: skip
+    found = {tuple(sorted((branch, *rest))) for size in range(1, count + 1) for branch in trees(size) for rest in forests(count - size)}
     return sorted(found)
 
 
@@ -88,8 +85,7 @@ def test_all_samples_of_smooth_friction_come_with_order_four_under_an_effort_tha
     plant, effort = pulled_inertia(M=1.0, k=1.0, v_e=2.0), np.arange(256) / 64.0
     options = {"method": "rosenbrock", "v": 1.5, "x": -1.8, "state": model.component.State(0.7)}
     fine, *rough = (
-        run_adaptive(plant, model, effort, 1.0 / 64.0, tolerance=1e6, max_step=h, **options)
-        for h in (0.01, 0.25, 0.125, 0.0625)
+        run_adaptive(plant, model, effort, 1.0 / 64.0, tolerance=1e6, max_step=h, **options) for h in (0.01, 0.25, 0.125, 0.0625)
     )
     assert np.min(fine.velocity) > 0.5
     for name in ("position", "velocity", "friction"):

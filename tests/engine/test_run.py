@@ -103,15 +103,5 @@ def test_a_settled_model_stays_settled(name, v):
 
 
 def test_what_a_run_keeps_is_kept_in_rows_of_its_own():
-    rows = (
-        "POSITION",
-        "VELOCITY",
-        "MEASURED",
-        "COMMAND",
-        "EFFORT",
-        "FRICTION",
-        "MOTOR_POSITION",
-        "MOTOR_VELOCITY",
-        "FED",
-    )
+    rows = ("POSITION", "VELOCITY", "MEASURED", "COMMAND", "EFFORT", "FRICTION", "MOTOR_POSITION", "MOTOR_VELOCITY", "FED")
     assert sorted(getattr(drivers, row) for row in rows) == list(range(drivers.ROWS))

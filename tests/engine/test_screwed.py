@@ -47,9 +47,8 @@ def test_a_stiff_screw_is_one_inertia_with_the_sum_of_both_frictions():
     t = h * np.arange(4000)
     effort = 0.12 * np.sin(2.0 * np.pi * 4.0 * t)
     rigid = run_open_loop(
-        inertia(kind="rotational", M=J + M * ARM**2), friction.coulomb(kind="rotational", F_C=0.02 + 40.0 * ARM),
-        effort, h, steps=2,
-    ).position  # fmt: skip
+        inertia(kind="rotational", M=J + M * ARM**2), friction.coulomb(kind="rotational", F_C=0.02 + 40.0 * ARM), effort, h, steps=2
+    ).position
     missed = []
     for k, d in ((1e8, 2e3), (1e10, 1e5), (1e12, 2e6)):
         trace = run_open_loop(screw(k=k, d=d), MOTOR, effort, h, table=TABLE, steps=2)
@@ -71,13 +70,9 @@ def test_backlash_agrees_with_a_solver_of_differential_equations():
         twist = y[0] - y[2]
         touches = abs(twist) > gap
         force = (k * (twist - math.copysign(gap, twist)) + d * (y[1] - y[3])) * ARM**2 if touches else 0.0
-        return [
-            y[1], (effort(at) - 1e-3 * y[1] - force) / J, y[3], (force - 200.0 * ARM**2 * y[3]) / (M * ARM**2)
-        ]  # fmt: skip
+        return [y[1], (effort(at) - 1e-3 * y[1] - force) / J, y[3], (force - 200.0 * ARM**2 * y[3]) / (M * ARM**2)]
 
-    solved = solve_ivp(
-        right_hand_side, (0.0, t[-1]), [0.0] * 4, method="Radau", rtol=1e-8, atol=1e-11, max_step=1e-4, t_eval=t
-    ).y
+    solved = solve_ivp(right_hand_side, (0.0, t[-1]), [0.0] * 4, method="Radau", rtol=1e-8, atol=1e-11, max_step=1e-4, t_eval=t).y
     plant = screw(k=k, d=d, backlash=5e-5)
     viscous, guides = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=200.0)
     errors = []
@@ -143,9 +138,8 @@ def test_the_sensor_reads_either_side():
     seen = {}
     for side in ("motor", "load"):
         trace = run_closed_loop(
-            screw(d=2e3, backlash=2e-5), MOTOR, law, encoder(kind="rotational"), reference, dt, table=TABLE,
-            sensor_at=side, steps=10,
-        )  # fmt: skip
+            screw(d=2e3, backlash=2e-5), MOTOR, law, encoder(kind="rotational"), reference, dt, table=TABLE, sensor_at=side, steps=10
+        )
         assert trace.status is Status.OK
         seen[side] = trace
     assert np.array_equal(seen["motor"].measured, seen["motor"].motor_position)

@@ -33,14 +33,11 @@ def test_a_solve_begins_where_the_last_ones_point_to():
         evaluations.append(motion.v)
         return p.F_C * direction(motion.v) + p.F_q * motion.v * abs(motion.v), Move()
 
-    drag = FrictionModel(
-        name="counted", description="drag", Parameters=Parameters, State=State, trial=trial, commit=lambda s, *_: s
-    )
+    drag = FrictionModel(name="counted", description="drag", Parameters=Parameters, State=State, trial=trial, commit=lambda s, *_: s)
     with interpreted():
         trace = run_adaptive(
-            pulled_inertia(M=1.0, k=1.0, v_e=2.0), drag(F_C=1.0, F_q=2.0), np.zeros(100), 0.025, tolerance=1e-7, v=1.5,
-            method="efim",
-        )  # fmt: skip
+            pulled_inertia(M=1.0, k=1.0, v_e=2.0), drag(F_C=1.0, F_q=2.0), np.zeros(100), 0.025, tolerance=1e-7, v=1.5, method="efim"
+        )
     # Each step is three solves of a curved equation; begun at the last velocity they would take three evaluations.
     assert np.min(trace.velocity) > 0.0
     assert len(evaluations) <= 2.28 * 3 * (trace.steps + trace.rejected)

@@ -152,9 +152,7 @@ def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_tur
     environment.pop("NUMBA_DISABLE_JIT", None)
     found = []
     for way in ("in turn", "abreast"):
-        done = subprocess.run(
-            [sys.executable, "-c", COMPILING, way], env=environment, capture_output=True, text=True, check=False
-        )
+        done = subprocess.run([sys.executable, "-c", COMPILING, way], env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         found.append(json.loads(done.stdout))
     assert found[0] == found[1]

@@ -27,10 +27,9 @@ def test_turns_of_the_same_parameters_are_one_run(model):
 @pytest.mark.parametrize("model", MODELS, ids=lambda one: one.name)
 def test_a_level_that_changes_at_a_reversal_leaves_no_jump(model):
     forces = {name: value for name, value in model.values.items() if name in ("F_C", "F_S", "f_p")}
-    rows = np.array([
-        pack(model.with_values(**{name: level * value for name, value in forces.items()}).parameters)
-        for level in (1.0, 1.05, 0.9)
-    ])  # fmt: skip
+    rows = np.array(
+        [pack(model.with_values(**{name: level * value for name, value in forces.items()}).parameters) for level in (1.0, 1.05, 0.9)]
+    )
     force = force_in_turns(model, rows, V, DT, DT * np.cumsum(V), [0, 300, 600])
     steps = np.abs(np.diff(force))
     assert steps[[299, 599]].max() < 3.0 * np.abs(np.diff(force_along(model, V, DT)))[[299, 599]].max()

@@ -33,9 +33,7 @@ def folder() -> Path:
 @pytest.mark.measured
 def test_the_truth_comes_back_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
     out = tmp_path / "out"
-    found = bristle(
-        "identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json"
-    )
+    found = bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json")
     assert found.code == 0, found.err
     known = found.data["parameters"] | found.data["combinations"]
     for name, true in TRUTH.items():

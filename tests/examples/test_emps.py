@@ -37,18 +37,14 @@ def identified(bristle, tmp_path):  # noqa: F811
 @pytest.mark.measured
 def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
     found = identified(emps, "coulomb_viscous")
-    published = {
-        "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
-    }  # fmt: skip
+    published = {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)}
     for name, (value, percent) in published.items():
         one = found["parameters"][name]
         assert abs(one["value"] - value) < 0.5 * abs(value) * percent / 100.0, name
         assert 1.0 / 1.5 < one["relative_std_percent"] / percent < 1.5, name
         assert one["robust_std"] > one["std"]
     assert 4.0 < found["metrics"]["force_error_percent"] < 4.2
-    looped = bristle(
-        "predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json"
-    )
+    looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] <= 4.5
     assert looped.data["metrics"]["position_error_percent"] <= 0.0012
 
@@ -61,9 +57,7 @@ def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path)
     for name, value in published.items():
         assert found["parameters"][name]["value"] == pytest.approx(value, rel=0.01), name
     assert 3.1 < found["metrics"]["force_error_percent"] < 3.25
-    looped = bristle(
-        "predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json"
-    )
+    looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] <= 3.6
     assert looped.data["metrics"]["position_error_percent"] <= 0.0012
 
@@ -90,12 +84,17 @@ def pulse_record(tmp_path_factory) -> Path:
     desired = np.zeros((4, t.size))
     desired[0] = reference
     trace = run_closed_loop(
-        inertia(M=95.0), turning, axis.controller, sensors.encoder(resolution=axis.resolution), desired, dt, steps=8,
-        injected=NEWTON_PER_VOLT * PULSE_VOLT * on, limit=axis.effort_limit or math.inf,
-    )  # fmt: skip
-    record = {
-        "t": t, "qm": trace.measured, "qg": reference, "vir": trace.command / NEWTON_PER_VOLT, "pulses_N": 5.0 * on,
-    }  # fmt: skip
+        inertia(M=95.0),
+        turning,
+        axis.controller,
+        sensors.encoder(resolution=axis.resolution),
+        desired,
+        dt,
+        steps=8,
+        injected=NEWTON_PER_VOLT * PULSE_VOLT * on,
+        limit=axis.effort_limit or math.inf,
+    )
+    record = {"t": t, "qm": trace.measured, "qg": reference, "vir": trace.command / NEWTON_PER_VOLT, "pulses_N": 5.0 * on}
     path = tmp_path_factory.mktemp("pulses") / "DATA_EMPS_PULSES.mat"
     scipy.io.savemat(path, {name: values.reshape(-1, 1) for name, values in record.items()})
     return path
@@ -105,9 +104,7 @@ def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, iden
     vir = scipy.io.loadmat(pulse_record)["vir"].ravel()
     assert np.max(np.abs(np.diff(vir))) > 4.9  # the effort column holds the pulses, 5.07 V each
     model = tmp_path / "out" / "model.toml"
-    assert identified(pulse_record, "coulomb_viscous+asymmetry")["parameters"]["M"]["value"] == pytest.approx(
-        95, rel=0.01
-    )
+    assert identified(pulse_record, "coulomb_viscous+asymmetry")["parameters"]["M"]["value"] == pytest.approx(95, rel=0.01)
     knowing = bristle("predict", model, pulse_record, "--axis", AXIS, "--mode", "closed-loop", "--json").data
     assert knowing["metrics"]["force_error_percent"] < 2.0
     ignorant_axis = tmp_path / "ignorant.toml"
@@ -133,9 +130,7 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
         halves.append(tmp_path / f"{name}.toml")
         halves[-1].write_text(REFINED.read_text().replace("[columns]", f"[log]\nspan = {span}\n\n[columns]", 1))
     out = tmp_path / "out"
-    found = bristle(
-        "identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json"
-    )
+    found = bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json")
     assert found.code == 0, found.err
     known = found.data["parameters"]
     assert known["F_0_pos"]["value"] < 0.8 * known["F_C_pos"]["value"]

@@ -65,9 +65,7 @@ def test_own_model():
 
 
 def test_many_at_once():
-    least, most = re.search(
-        r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")
-    ).groups()
+    least, most = re.search(r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")).groups()
     # 15 % of the friction is missing at most, on either side, and the loop holds against it with 60 * 6700 N/m.
     stiffness = 60.0 * 6700.0
     assert 0.5 * 2e6 * 0.15 * 20.0 / stiffness < float(most) < 1.2 * 2e6 * 0.15 * 28.0 / stiffness

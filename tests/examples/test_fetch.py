@@ -38,9 +38,7 @@ def fetch(tmp_path):
     target.mkdir()
 
     def run(url):
-        done = subprocess.run(
-            [sys.executable, SCRIPT, "--url", url, "--to", target], capture_output=True, text=True, check=False
-        )
+        done = subprocess.run([sys.executable, SCRIPT, "--url", url, "--to", target], capture_output=True, text=True, check=False)
         return done, sorted(one.name for one in target.iterdir())
 
     return run

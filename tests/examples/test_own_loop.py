@@ -73,10 +73,7 @@ def test_what_is_none_is_refused(folder, capsys, table, said):
     assert said in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("section", "model", "built_in"),
-    [("reference", "sine", references), ("plant", "inertia", plants)],
-)
+@pytest.mark.parametrize(("section", "model", "built_in"), [("reference", "sine", references), ("plant", "inertia", plants)])
 def test_a_copy_of_what_is_built_in_gives_the_same_bits(folder, section, model, built_in):
     rig = folder / "rig.toml"
     text = rig.read_text(encoding="utf-8").replace("[plant]\n", '[plant]\nmodel = "inertia"\n')

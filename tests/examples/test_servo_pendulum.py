@@ -15,10 +15,7 @@ pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the logs of the arms 
 @pytest.fixture(scope="module")
 def arms():
     pytest.importorskip("bristle.logs.json_records", reason="JSON of records is not read")
-    return [
-        identify(DATA / f"arm_{mass}g.json", "stribeck_free", axis=FOLDER / "axis.toml", draws=0).best
-        for mass in (200, 400)
-    ]
+    return [identify(DATA / f"arm_{mass}g.json", "stribeck_free", axis=FOLDER / "axis.toml", draws=0).best for mass in (200, 400)]
 
 
 def test_gravity_is_in_proportion_to_the_weight(arms):

@@ -30,11 +30,7 @@ def found(log_file):
     axis = read_axis(AXIS)
     log = read_log(log_file, axis)
     models = "dahl,maxwell_slip,maxwell_slip+position"
-    return (
-        identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0),
-        within(log, (MIDDLE, 205.0)),
-        axis,
-    )
+    return (identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0), within(log, (MIDDLE, 205.0)), axis)
 
 
 @pytest.mark.measured

@@ -60,9 +60,7 @@ def test_three_values_are_in_percent_of_rated(found):
     assert levels["inertia"] == pytest.approx(MASS, rel=0.03)
     at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
     assert levels["units"]["kg*m^2 at the motor"]["inertia"] == pytest.approx(at_motor, rel=0.03)
-    assert levels["units"]["N*m at the motor"]["constant"] == pytest.approx(
-        0.01 * RATED * WEIGHT / PERCENT, rel=0.03
-    )  # fmt: skip
+    assert levels["units"]["N*m at the motor"]["constant"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
 
 
 @pytest.mark.parametrize("entries", [4, 20])
@@ -91,9 +89,8 @@ def test_the_first_page_tells_them_in_the_units_of_the_drive(found):
 def exported(found, folder, points):
     best = found.best
     return br.export(
-        best.friction, "table", folder, points=points, plant=best.plant, axis=found.axis,
-        speed=found.treatment["velocity_max"],
-    )  # fmt: skip
+        best.friction, "table", folder, points=points, plant=best.plant, axis=found.axis, speed=found.treatment["velocity_max"]
+    )
 
 
 def test_a_file_of_three_values_is_in_percent_of_rated(found, tmp_path):

@@ -63,11 +63,7 @@ def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder,
     axis = read_axis(place / "axis.toml")
     all_found = passages(read_log(place / "recorded" / "log.csv", axis), axis)
     found = [one for one in all_found if one.kind == EXPECTED[name]]
-    pieces = [
-        (begin, begin + piece.duration)
-        for piece, begin in zip(motion.pieces, motion.begins, strict=True)
-        if piece.name == name
-    ]
+    pieces = [(begin, begin + piece.duration) for piece, begin in zip(motion.pieces, motion.begins, strict=True) if piece.name == name]
     covered = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found for begin, end in pieces)
     assert covered > 0.5 * sum(end - begin for begin, end in pieces)
 
@@ -78,8 +74,7 @@ def test_what_was_put_in_is_found(folder):
     values = found.friction.values
     level = 0.5 * (truth["F_S_pos"] + truth["F_S_neg"])
     x = np.linspace(0.0, 5e-6, 50)[:, None]
-    curve, wanted = (np.minimum(x * one["k_i"], one["nu_i"] * most).sum(axis=1)
-                     for one, most in ((values, values["F_C"]), (truth, level)))  # fmt: skip
+    curve, wanted = (np.minimum(x * one["k_i"], one["nu_i"] * most).sum(axis=1) for one, most in ((values, values["F_C"]), (truth, level)))
     assert np.max(np.abs(curve - wanted)) < 0.06 * level
     assert values["sigma_2"] == pytest.approx(truth["sigma_2_pos"], rel=0.1)
     assert found.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)

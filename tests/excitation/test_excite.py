@@ -30,15 +30,18 @@ def in_time(axis, duration):
 
 
 @given(
-    velocity=st.floats(1e-3, 2.0), acceleration=st.floats(0.05, 50.0), jerk=st.floats(1.0, 1e5),
-    stroke=st.floats(2e-3, 2.0), presliding=st.floats(1e-6, 4e-5), duration=st.floats(20.0, 120.0),
-)  # fmt: skip
+    velocity=st.floats(1e-3, 2.0),
+    acceleration=st.floats(0.05, 50.0),
+    jerk=st.floats(1.0, 1e5),
+    stroke=st.floats(2e-3, 2.0),
+    presliding=st.floats(1e-6, 4e-5),
+    duration=st.floats(20.0, 120.0),
+)
 @settings(max_examples=15, deadline=None)
 def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, stroke, presliding, duration):
     axis = replace(
-        STAGE, velocity_limit=velocity, acceleration_limit=acceleration, jerk_limit=jerk, stroke=(0.1, 0.1 + stroke),
-        presliding=presliding,
-    )  # fmt: skip
+        STAGE, velocity_limit=velocity, acceleration_limit=acceleration, jerk_limit=jerk, stroke=(0.1, 0.1 + stroke), presliding=presliding
+    )
     motion = in_time(axis, duration)
     assume(motion is not None)
     step = motion.sample_time
@@ -136,11 +139,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (STAGE, {"duration": 1e5}, "samples"),
         (replace(STAGE, velocity_limit=1e-9), {}, "its usual friction is out of range \\(v_S: out of range"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is less than 100 samples of this axis"),
-        (
-            replace(STAGE, jerk_limit=1e-9),
-            {"purposes": "stribeck"},
-            "for stribeck that the limits allow: acceleration: ",
-        ),
+        (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck that the limits allow: acceleration: "),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or its file"),
@@ -182,8 +181,18 @@ def test_an_axis_that_is_too_slow_for_the_time_is_refused_at_once(slow, seconds)
 
 
 def test_units_of_a_rotational_axis():
-    axis = replace(STAGE, kind="rotational", mass=1e-3, effort_limit=2.0, stroke=(-3.0, 3.0), velocity_limit=30.0,
-                   acceleration_limit=500.0, jerk_limit=None, presliding=1e-3, resolution=1e-5)  # fmt: skip
+    axis = replace(
+        STAGE,
+        kind="rotational",
+        mass=1e-3,
+        effort_limit=2.0,
+        stroke=(-3.0, 3.0),
+        velocity_limit=30.0,
+        acceleration_limit=500.0,
+        jerk_limit=None,
+        presliding=1e-3,
+        resolution=1e-5,
+    )
     found = planned(axis, duration="30 s")
     assert found.motion.kind == "rotational"
     assert {one.reference.kind for one in found.motion.pieces} == {"rotational"}

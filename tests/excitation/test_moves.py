@@ -13,9 +13,7 @@ from bristle.excitation import excite
 from bristle.excitation.moves import moves_of
 from bristle.files.moves import gcode_of, moves_table
 
-IN_MM = replace(
-    STAGE, columns={"time": Column("t", "s", "s"), "position": Column("x", "mm", "m"), "effort": Column("u", "N", "N")}
-)
+IN_MM = replace(STAGE, columns={"time": Column("t", "s", "s"), "position": Column("x", "mm", "m"), "effort": Column("u", "N", "N")})
 
 
 @pytest.fixture(scope="module")

@@ -44,10 +44,15 @@ def test_without_slow_loops_stiffness_is_not_found():
 
 def test_with_a_controller_it_runs_in_the_loop():
     stiff, soft = (
-        excite(replace(AXIS, controller=cascade(k_p=k, k_v=4e3, k_i=40.0 * k * 4e3)), duration="16 s",
-               purposes="presliding", model=TRUTH, draws=0)
+        excite(
+            replace(AXIS, controller=cascade(k_p=k, k_v=4e3, k_i=40.0 * k * 4e3)),
+            duration="16 s",
+            purposes="presliding",
+            model=TRUTH,
+            draws=0,
+        )
         for k in (60.0, 6.0)
-    )  # fmt: skip
+    )
     assert stiff.rehearsal.loop is soft.rehearsal.loop is True
     assert 0.0 < stiff.rehearsal.lag < AXIS.presliding < soft.rehearsal.lag
 

@@ -14,9 +14,12 @@ needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler
 STEP = 1e-3
 PLANT = br.plants.inertia(M=2.0)
 WRITTEN = {
-    "preisach_lugre_2": ("asymmetry", "load"), "preisach_lugre_3": ("asymmetry",), "gms_2": ("asymmetry",),
-    "lugre_2": (), "coulomb_3": (),
-}  # fmt: skip
+    "preisach_lugre_2": ("asymmetry", "load"),
+    "preisach_lugre_3": ("asymmetry",),
+    "gms_2": ("asymmetry",),
+    "lugre_2": (),
+    "coulomb_3": (),
+}
 """What is written: a model, behind it the version of FMI, and its slots."""
 
 
@@ -40,9 +43,11 @@ class Importer:
         identifier = self.described.coSimulation.modelIdentifier
         kinds = {(2, False): FMU2Slave, (2, True): FMU2Model, (3, False): FMU3Slave, (3, True): FMU3Model}
         self.unit = kinds[self.fmi, exchanged](
-            guid=self.described.guid or self.described.instantiationToken, unzipDirectory=str(folder),
-            modelIdentifier=identifier, instanceName="tested",
-        )  # fmt: skip
+            guid=self.described.guid or self.described.instantiationToken,
+            unzipDirectory=str(folder),
+            modelIdentifier=identifier,
+            instanceName="tested",
+        )
 
     def start(self, time=0.0, **values):
         self.unit.instantiate()

@@ -50,8 +50,16 @@ def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
     subject = subject_of(model)
     call = "axis_x_output(axis, x)" if subject.is_operator else f"axis_x_force(axis, x, {DT!r})"
     scales = ", ".join(repr(scale) for scale in walk_of(subject, DT).scales)
-    lines = {"AXIS": "axis_x", "START": "axis_x_start", "SCALES": f"{{{scales}}}", "CALL(axis, x)": call,
-             "STEPS": f"{steps}U", "SEED": f"{SEED}U", "RESTS": f"{RESTS}U", "PART": f"{PART}U"}  # fmt: skip
+    lines = {
+        "AXIS": "axis_x",
+        "START": "axis_x_start",
+        "SCALES": f"{{{scales}}}",
+        "CALL(axis, x)": call,
+        "STEPS": f"{steps}U",
+        "SEED": f"{SEED}U",
+        "RESTS": f"{RESTS}U",
+        "PART": f"{PART}U",
+    }
     text = ['#include "axis_x.h"', *(f"#define {name} {value}" for name, value in lines.items()), ""]
     (folder / "walk.h").write_text("\n".join(text), encoding="ascii")
     built = [*target.build, *FLAGS, "-I."]

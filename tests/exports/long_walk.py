@@ -29,11 +29,7 @@ def main() -> int:
     if COMPILER is None:
         print("no C compiler here: nothing compared")
         return 0
-    models = {
-        f"{kind}_{name}": example_of(with_slots(MODELS[name], slots))
-        for kind, slots in SLOTS.items()
-        for name in MODELS
-    }
+    models = {f"{kind}_{name}": example_of(with_slots(MODELS[name], slots)) for kind, slots in SLOTS.items() for name in MODELS}
     x, wrong = walk(STEPS), 0
     with tempfile.TemporaryDirectory() as place:
         built = {}

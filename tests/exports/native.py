@@ -51,9 +51,12 @@ class Native:
         includes = [f"-Iout_{name}" for name in models]
         library = folder / "models.so"
         built = subprocess.run(
-            [compiler, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library),
-             "-lm"], cwd=folder, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            [compiler, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library), "-lm"],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert built.returncode == 0, built.stderr[:4000]
         self._library = ctypes.CDLL(str(library))
 

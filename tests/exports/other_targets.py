@@ -45,12 +45,32 @@ class Target(NamedTuple):
 
 def _cortex(core: str, unit: str, board: str) -> Target:
     return Target(
-        ("arm-none-eabi-gcc", f"-mcpu={core}", "-mthumb", "-mfloat-abi=hard", f"-mfpu={unit}", "--specs=rdimon.specs",
-         "-nostartfiles", "-T", str(HERE / "mps2.ld")),
-        ("qemu-system-arm", "-M", board, "-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config",
-         "enable=on,target=native", "-kernel"),
+        (
+            "arm-none-eabi-gcc",
+            f"-mcpu={core}",
+            "-mthumb",
+            "-mfloat-abi=hard",
+            f"-mfpu={unit}",
+            "--specs=rdimon.specs",
+            "-nostartfiles",
+            "-T",
+            str(HERE / "mps2.ld"),
+        ),
+        (
+            "qemu-system-arm",
+            "-M",
+            board,
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "none",
+            "-semihosting-config",
+            "enable=on,target=native",
+            "-kernel",
+        ),
         (str(HERE / "startup.c"),),
-    )  # fmt: skip
+    )
 
 
 TARGETS = {
@@ -67,13 +87,17 @@ def answer(target: Target, model: Model, folder: Path) -> str:
     program = folder / "selftest"
     further = target.further
     if further:  # the start of a C program, which the library of the compiler brings
-        start = subprocess.run([*target.build[:5], "-print-file-name=rdimon-crt0.o"], capture_output=True, text=True,
-                               check=True).stdout.strip()  # fmt: skip
+        start = subprocess.run(
+            [*target.build[:5], "-print-file-name=rdimon-crt0.o"], capture_output=True, text=True, check=True
+        ).stdout.strip()
         further = (*further, start)
     built = subprocess.run(
-        [*target.build, *FLAGS, "axis_x.c", "axis_x_selftest.c", *further, "-o", str(program), "-lm"], cwd=folder,
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [*target.build, *FLAGS, "axis_x.c", "axis_x_selftest.c", *further, "-o", str(program), "-lm"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if built.returncode != 0:
         return built.stderr[-400:]
     try:
@@ -85,8 +109,7 @@ def answer(target: Target, model: Model, folder: Path) -> str:
 
 def examples() -> dict[str, Model]:
     """Return every model with each set of slots."""
-    return {f"{kind} {name}": example_of(with_slots(MODELS[name], slots)) for kind, slots in SLOTS.items()
-            for name in MODELS}  # fmt: skip
+    return {f"{kind} {name}": example_of(with_slots(MODELS[name], slots)) for kind, slots in SLOTS.items() for name in MODELS}
 
 
 def main() -> int:

@@ -16,22 +16,23 @@ import tree_sitter_iec61131_3_st as grammar
 from tests.exports.native import COMPILER
 
 FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
-C_TYPES = {
-    "lreal": "double",
-    "real": "float",
-    "dint": "int32_t",
-    "lint": "int64_t",
-    "bool": "bool",
-    "lword": "uint64_t",
-}
+C_TYPES = {"lreal": "double", "real": "float", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
 SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
 CONVERTED = {
-    "dint_to_lreal": ("dint", "lreal"), "lint_to_lreal": ("lint", "lreal"), "lreal_to_dint": ("lreal", "dint"),
-    "lreal_to_lint": ("lreal", "lint"), "lint_to_dint": ("lint", "dint"), "lint_to_lword": ("lint", "lword"),
-    "lword_to_lint": ("lword", "lint"), "dint_to_real": ("dint", "real"), "lint_to_real": ("lint", "real"),
-    "real_to_dint": ("real", "dint"), "real_to_lint": ("real", "lint"), "real_to_lreal": ("real", "lreal"),
+    "dint_to_lreal": ("dint", "lreal"),
+    "lint_to_lreal": ("lint", "lreal"),
+    "lreal_to_dint": ("lreal", "dint"),
+    "lreal_to_lint": ("lreal", "lint"),
+    "lint_to_dint": ("lint", "dint"),
+    "lint_to_lword": ("lint", "lword"),
+    "lword_to_lint": ("lword", "lint"),
+    "dint_to_real": ("dint", "real"),
+    "lint_to_real": ("lint", "real"),
+    "real_to_dint": ("real", "dint"),
+    "real_to_lint": ("real", "lint"),
+    "real_to_lreal": ("real", "lreal"),
     "lreal_to_real": ("lreal", "real"),
-}  # fmt: skip
+}
 ROOTS = {"lreal": "sqrt", "real": "sqrtf"}
 HEAD = """
 #define _GNU_SOURCE
@@ -246,30 +247,44 @@ class Translator:
         body = Statements(self, unit)
         given = [f"{_kind(unit.types[n])} {_c(n)}" for n in unit.of("input")]
         given += [f"{_kind(unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
-        own = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});"
-               for n in unit.of("own")]  # fmt: skip
+        own = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});" for n in unit.of("own")]
         result = C_TYPES[unit.returns]
-        return "\n".join([
-            f"static {result} {_kind(unit.name)}({', '.join(given)})", "{", f"    {result} own_result = 0;", *own,
-            *body.lines(), "    goto end;", "end:", "    return own_result;", "}",
-        ])  # fmt: skip
+        return "\n".join(
+            [
+                f"static {result} {_kind(unit.name)}({', '.join(given)})",
+                "{",
+                f"    {result} own_result = 0;",
+                *own,
+                *body.lines(),
+                "    goto end;",
+                "end:",
+                "    return own_result;",
+                "}",
+            ]
+        )
 
     def _block(self, unit):
         body = Statements(self, unit)
         fields = " ".join(f"{_kind(kind)} {_c(name)};" for name, kind in unit.types.items())
-        begin = [
-            f"    self->{_c(name)} = {Statements(self, unit).value(node)[0]};" for name, node in unit.initial.items()
-        ]
-        begin += [
-            f"    {_kind(kind)}_virgin(&self->{_c(name)});" for name, kind in unit.types.items() if kind in self.units
-        ]
-        return "\n".join([
-            f"typedef struct {{ {fields} }} {_kind(unit.name)};",
-            f"static void {_kind(unit.name)}_virgin({_kind(unit.name)} *self)",
-            "{", "    memset(self, 0, sizeof *self);", *begin, "}",
-            f"static void call_{_kind(unit.name)}({_kind(unit.name)} *self)",
-            "{", *body.lines(), "    goto end;", "end:", "    return;", "}",
-        ])  # fmt: skip
+        begin = [f"    self->{_c(name)} = {Statements(self, unit).value(node)[0]};" for name, node in unit.initial.items()]
+        begin += [f"    {_kind(kind)}_virgin(&self->{_c(name)});" for name, kind in unit.types.items() if kind in self.units]
+        return "\n".join(
+            [
+                f"typedef struct {{ {fields} }} {_kind(unit.name)};",
+                f"static void {_kind(unit.name)}_virgin({_kind(unit.name)} *self)",
+                "{",
+                "    memset(self, 0, sizeof *self);",
+                *begin,
+                "}",
+                f"static void call_{_kind(unit.name)}({_kind(unit.name)} *self)",
+                "{",
+                *body.lines(),
+                "    goto end;",
+                "end:",
+                "    return;",
+                "}",
+            ]
+        )
 
     def text(self):
         """Return what is C of all of it."""
@@ -326,8 +341,7 @@ class Statements:
         self.count += 1
         last = f"last_{self.count}"
         head = f"for ({counter} = {start[0]}; {counter} <= {last}; ++{counter}) {{"
-        return [f"{{ const {C_TYPES[kind]} {last} = {end[0]};", head,
-                *self._inside(node.children_by_field_name("body")), "} }"]  # fmt: skip
+        return [f"{{ const {C_TYPES[kind]} {last} = {end[0]};", head, *self._inside(node.children_by_field_name("body")), "} }"]
 
     def _while_statement(self, node):
         self.count += 1
@@ -536,10 +550,26 @@ class StructuredText:
             drivers += TESTED.format(name=name, block=_kind(name))
             (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
         built = subprocess.run(
-            [COMPILER, *FLAGS, *flags, f"-DROUNDED={rounded}", "-Wno-unused-function", "-Wno-unused-but-set-variable",
-             "-Wno-clobbered", "-shared", "-fPIC", *(f"{name}.c" for name in models), "-o", "models.so", "-lm"],
-            cwd=folder, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            [
+                COMPILER,
+                *FLAGS,
+                *flags,
+                f"-DROUNDED={rounded}",
+                "-Wno-unused-function",
+                "-Wno-unused-but-set-variable",
+                "-Wno-clobbered",
+                "-shared",
+                "-fPIC",
+                *(f"{name}.c" for name in models),
+                "-o",
+                "models.so",
+                "-lm",
+            ],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert built.returncode == 0, built.stderr[:4000]
         self._library = ctypes.CDLL(str(folder / "models.so"))
 
@@ -558,9 +588,8 @@ class StructuredText:
         force, flags = np.full(count, np.nan), np.zeros(count, dtype=np.int32)
         real, whole = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int)
         why = getattr(self._library, f"run_{name}")(
-            count, inputs.ctypes.data_as(real), commands.ctypes.data_as(whole), force.ctypes.data_as(real),
-            flags.ctypes.data_as(whole),
-        )  # fmt: skip
+            count, inputs.ctypes.data_as(real), commands.ctypes.data_as(whole), force.ctypes.data_as(real), flags.ctypes.data_as(whole)
+        )
         if why:
             raise StandardError(f"{name} stops: {REASONS[why]}")
         return force, flags
@@ -575,6 +604,9 @@ class StructuredText:
 
 
 REASONS = {
-    1: "division by zero, overflow or an invalid operation", 2: "a place outside of an array",
-    3: "a whole number divided by zero", 4: "a conversion out of range", 5: "a loop without end",
-}  # fmt: skip
+    1: "division by zero, overflow or an invalid operation",
+    2: "a place outside of an array",
+    3: "a whole number divided by zero",
+    4: "a conversion out of range",
+    5: "a loop without end",
+}

@@ -39,15 +39,19 @@ def native(models, tmp_path_factory):
 
 QUICK = ("sided_lugre", "sided_maxwell_slip", "sided_elastoplastic", "sided_gms")
 COMPARED = (
-    *(f"sided_{name}" for name in MODELS), "plain_lugre", "plain_coulomb", "plain_maxwell_slip", "varied_lugre",
-    "varied_gms", "varied_preisach_lugre",
-)  # fmt: skip
+    *(f"sided_{name}" for name in MODELS),
+    "plain_lugre",
+    "plain_coulomb",
+    "plain_maxwell_slip",
+    "varied_lugre",
+    "varied_gms",
+    "varied_preisach_lugre",
+)
 
 
 # The contract of each model compares its C too.
 @pytest.mark.parametrize(
-    "model",
-    [pytest.param(name, marks=() if name in (*QUICK, *COMPARED[-6:]) else pytest.mark.slow) for name in COMPARED],
+    "model", [pytest.param(name, marks=() if name in (*QUICK, *COMPARED[-6:]) else pytest.mark.slow) for name in COMPARED]
 )
 def test_each_force_has_the_bits_of_bristle(native, models, model):
     x = walk(20_000)
@@ -205,11 +209,8 @@ def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(written):
 
 
 def test_nothing_of_a_library_but_the_square_root(written):
-    subprocess.run(
-        [COMPILER, "-O2", *FLAGS, "-c", "axis_x.c", "-o", "axis_x.o"], cwd=written / "preisach_lugre", check=True
-    )
-    listed = subprocess.run(["nm", "-u", "axis_x.o"], cwd=written / "preisach_lugre", capture_output=True, text=True,
-                            check=True).stdout  # fmt: skip
+    subprocess.run([COMPILER, "-O2", *FLAGS, "-c", "axis_x.c", "-o", "axis_x.o"], cwd=written / "preisach_lugre", check=True)
+    listed = subprocess.run(["nm", "-u", "axis_x.o"], cwd=written / "preisach_lugre", capture_output=True, text=True, check=True).stdout
     assert set(listed.split()) - {"U"} <= {"sqrt", "memcpy", "memset", "__stack_chk_fail"}
 
 
@@ -304,9 +305,7 @@ def test_what_cannot_be_exported_is_refused(options, word, tmp_path):
 
 def test_nothing_is_compiled_and_no_compiler_loaded(tmp_path):
     code = (
-        "import sys, bristle as br\n"
-        "br.export(br.friction.coulomb(F_C=2.0), 'c', sys.argv[1])\n"
-        "assert 'numba' not in sys.modules, 'numba'\n"
+        "import sys, bristle as br\nbr.export(br.friction.coulomb(F_C=2.0), 'c', sys.argv[1])\nassert 'numba' not in sys.modules, 'numba'\n"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path / "out")], check=True)
 
@@ -362,7 +361,5 @@ def test_load_and_temperature_come_in_where_friction_depends_on_them(tmp_path):
     i = np.arange(40)
     x = 1e-5 * ((i * 37) % 91)
     with interpreted():
-        expected = force_along(
-            model, np.diff(x) / DT, DT, x[1:], load=1.0 + 0.01 * i[1:], temperature=300.0 + i[1:].astype(float)
-        )
+        expected = force_along(model, np.diff(x) / DT, DT, x[1:], load=1.0 + 0.01 * i[1:], temperature=300.0 + i[1:].astype(float))
     assert differing(forces[1:], expected) == 0

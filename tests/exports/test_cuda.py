@@ -65,23 +65,26 @@ def written(tmp_path_factory):
 def native(name, text, folder):
     """Return the function of a text that a compiler of C++ took, for one lane after another."""
     run = RUN.format(
-        name=name, parts=4, output="output" if name.startswith("op_") else "force",
+        name=name,
+        parts=4,
+        output="output" if name.startswith("op_") else "force",
         dt="" if name.startswith("op_") else "dt, ",
         set=f"{name}_set_lanes(axes, lanes, values);" if "set_lanes" in text else "(void)values;",
-    )  # fmt: skip
+    )
     (folder / f"{name}.cpp").write_text(text + run)
     flags = ("-O1", "-std=c++17", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC")
-    built = subprocess.run(
-        [COMPILER, *flags, f"{name}.cpp", "-o", "model.so"], cwd=folder, capture_output=True, text=True, check=False
-    )
+    built = subprocess.run([COMPILER, *flags, f"{name}.cpp", "-o", "model.so"], cwd=folder, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr[:4000]
     return getattr(ctypes.CDLL(str(folder / "model.so")), f"run_{name}")
 
 
 def lanes_of(model):
     """Return models with other values in each lane, and the rows of values that say so."""
-    variables = {name: np.asarray(value, float) for name, value in model.values.items()
-                 if not model.component.is_integer(name) and not model.component.variables[name].choices}  # fmt: skip
+    variables = {
+        name: np.asarray(value, float)
+        for name, value in model.values.items()
+        if not model.component.is_integer(name) and not model.component.variables[name].choices
+    }
     models, columns = [], []
     for lane in range(LANES):
         models.append(model.with_values(sigma_2=5.0 + lane) if "sigma_2" in variables else model)

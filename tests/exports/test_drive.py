@@ -10,20 +10,19 @@ from bristle.engine.steady import steady_force
 from bristle.exports.drive import side_of
 
 AXIS = {
-    "schema": 1, "kind": "rotational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "deg"},
-        "effort": {"column": "u", "unit": "%"},
-    }, "effort": {"rated": "0.5 N*m"},
-}  # fmt: skip
+    "schema": 1,
+    "kind": "rotational",
+    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "deg"}, "effort": {"column": "u", "unit": "%"}},
+    "effort": {"rated": "0.5 N*m"},
+}
 ONE_DEGREE = np.pi / 180.0
 
 
 @pytest.fixture(scope="module")
 def model():
     return br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
-        kind="rotational", F_C_pos=0.1, F_C_neg=0.08, F_S_pos=0.15, F_S_neg=0.12, v_S=0.5, sigma_0=100.0,
-        sigma_2_pos=0.02, sigma_2_neg=0.02,
-    )  # fmt: skip
+        kind="rotational", F_C_pos=0.1, F_C_neg=0.08, F_S_pos=0.15, F_S_neg=0.12, v_S=0.5, sigma_0=100.0, sigma_2_pos=0.02, sigma_2_neg=0.02
+    )
 
 
 def exported(model, folder, to, **options):

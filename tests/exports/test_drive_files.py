@@ -15,17 +15,18 @@ from bristle.plants.terms import effort_of_place
 
 STRIBECK = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)
 LINEAR = {
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "A"},
-    }, "effort": {"force_constant": "50 N/A"},
-}  # fmt: skip
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
+    "effort": {"force_constant": "50 N/A"},
+}
 SCREW = {
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "N"},
-    }, "effort": {"rated": "2 N*m"}, "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-}  # fmt: skip
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}},
+    "effort": {"rated": "2 N*m"},
+    "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+}
 FINE = br.read_axis(SCREW | {"effort": {"rated": f"{1.0 / (40.0 * np.pi)!r} N*m"}, "transmission": {"lead": "50 mm"}})
 LOOP = {"controller": {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "T_n": "20 ms"}}
 
@@ -46,7 +47,7 @@ def numbers_in(path):
 def test_three_values_give_the_friction_back_in_each_unit(tmp_path):
     model = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(
         F_C_pos=90.0, F_C_neg=70.0, F_v_pos=100.0, F_v_neg=100.0, offset=-30.0
-    )  # fmt: skip
+    )
     plant = br.plants.inertia(M=40.0)
     found = br.export(model, "table", tmp_path / "out", points=3, speed=0.2, axis=br.read_axis(SCREW), plant=plant)
     values = values_in(tmp_path / "out")
@@ -85,18 +86,11 @@ def test_a_second_file_is_in_the_units_of_the_drive(tmp_path):
     for rpm, percent in np.array(rows, dtype=float):
         if rpm:
             torque = percent / 100.0 * 2.0
-            assert torque / (0.01 / (2.0 * np.pi * 2.0)) == pytest.approx(
-                steady_force(STRIBECK, rpm / 60.0 / 2.0 * 0.01), rel=1e-6
-            )
+            assert torque / (0.01 / (2.0 * np.pi * 2.0)) == pytest.approx(steady_force(STRIBECK, rpm / 60.0 / 2.0 * 0.01), rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("axis", "words"),
-    [
-        (br.read_axis(LINEAR), "no rated effort: efforts are in A"),
-        (None, "SI of the axis"),
-        (br.read_axis(SCREW), ""),
-    ],
+    ("axis", "words"), [(br.read_axis(LINEAR), "no rated effort: efforts are in A"), (None, "SI of the axis"), (br.read_axis(SCREW), "")]
 )
 def test_a_rated_effort_that_is_missing_is_told(tmp_path, axis, words):
     notes = " ".join(br.export(STRIBECK, "table", tmp_path / "out", speed=0.2, axis=axis).notes)
@@ -167,9 +161,10 @@ def test_a_sinumerik_is_told_what_is_documented_and_no_more(tmp_path):
     text = (tmp_path / "out" / "axis_x.txt").read_text()
     data = machine_data(tmp_path / "out" / "axis_x.txt")
     assert {name: value[:2] for name, value in data.items() if name.split("_")[2] not in ("CONST", "TIME")} == {
-        "FRICT_COMP_MODE": ("MD32490", 1.0), "FRICT_COMP_ENABLE": ("MD32500", 1.0),
+        "FRICT_COMP_MODE": ("MD32490", 1.0),
+        "FRICT_COMP_ENABLE": ("MD32500", 1.0),
         "FRICT_COMP_ADAPT_ENABLE": ("MD32510", 0.0),
-    }  # fmt: skip
+    }
     assert "START VALUES, to be tuned by the circularity test" in text
     assert "6FC5397-1BP40-3BA1" in text
     assert any("start values" in note for note in found.notes)
@@ -206,8 +201,9 @@ def test_the_file_of_cogging_gives_the_effort_of_each_place_back(tmp_path):
     places = np.linspace(-4.0, 9.0, 200)
     effort = sum(
         float(amplitude) * np.cos(int(order) * places - np.radians(float(phase)))
-        for order, amplitude, phase, turner in rows if turner == "motor"
-    )  # fmt: skip
+        for order, amplitude, phase, turner in rows
+        if turner == "motor"
+    )
     assert 0.005 * effort == pytest.approx(effort_of_place(places, plant.parameters.terms), abs=1e-6)
     assert all(0.0 <= float(row[2]) < 360.0 for row in rows)
 

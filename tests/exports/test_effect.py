@@ -24,13 +24,14 @@ from bristle.plants.terms import with_terms
 DT = 1e-3
 MASS = 25.0
 SCREW = {
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "N"},
-    }, "effort": {"rated": "2 N*m", "limit": "2 kN"}, "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}},
+    "effort": {"rated": "2 N*m", "limit": "2 kN"},
+    "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
     "encoder": {"resolution": "0.1 um"},
     "controller": {"model": "cascade", "k_p": "60 1/s", "k_v": "5000 N*s/m", "k_i": "200 kN/m"},
-}  # fmt: skip
+}
 AXIS = axis_from(SCREW)
 LUGRE = br.friction.lugre(F_C=40.0, F_S=50.0, v_S=5e-3, sigma_0=5e6, sigma_1=2e3, sigma_2=200.0)
 STRIBECK = br.friction.stribeck(F_C=40.0, F_S=50.0, v_S=5e-3, F_v=200.0)
@@ -38,9 +39,8 @@ STRIBECK = br.friction.stribeck(F_C=40.0, F_S=50.0, v_S=5e-3, F_v=200.0)
 
 def asked(model=LUGRE, axis=AXIS, **options):
     return Request(
-        model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1,
-        plant=br.plants.inertia(M=MASS), **options,
-    )  # fmt: skip
+        model, "axis_x", DT, Source({"command": "bristle export"}), axis=axis, speed=0.1, plant=br.plants.inertia(M=MASS), **options
+    )
 
 
 def text_of(product, end):
@@ -50,9 +50,7 @@ def text_of(product, end):
 @pytest.fixture(scope="module")
 def written():
     """Return what each target that acts on an axis writes of a model with memory."""
-    cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(
-        M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0
-    )  # fmt: skip
+    cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0)
     found = {}
     for name in ("c", "st", "wasm", "cuda", "fmu3", "table", "tf5200", "ax8000", "cogging", "sinumerik"):
         request = replace(asked(), plant=cogging) if name == "cogging" else asked()
@@ -70,9 +68,7 @@ def test_eight_targets_and_more_state_their_effect(written):
         assert any("following error, peak to peak, simulated" in note for note in written[name].notes)
 
 
-@pytest.mark.parametrize(
-    ("name", "end"), [("c", ".h"), ("st", ".st"), ("table", "_drive.csv"), ("tf5200", ".txt"), ("ax8000", ".csv")]
-)
+@pytest.mark.parametrize(("name", "end"), [("c", ".h"), ("st", ".st"), ("table", "_drive.csv"), ("tf5200", ".txt"), ("ax8000", ".csv")])
 def test_the_file_itself_states_effect_and_preview(written, name, end):
     text, (head, *_) = text_of(written[name], end), written[name].effect.lines()
     plain = " ".join(re.sub(r"(?m)^\s*(#|;|\(\*|/?\*)", " ", text).split())
@@ -139,10 +135,12 @@ def test_the_preview_is_one_sample_and_delay_and_lag(lag, delay):
     assert samples_ahead(loop) == ahead
     product = files_for("tf5200", asked(loop=loop), accept_harm=True)
     assert any(f"feed the desired motion {ahead} sample" in note for note in product.notes)
-    values = {key: float(value) for key, value in (
-        line.removeprefix("frict_comp.").split() for line in text_of(product, ".txt").splitlines()
-        if line.startswith("frict_comp.")
-    )}  # fmt: skip
+    values = {
+        key: float(value)
+        for key, value in (
+            line.removeprefix("frict_comp.").split() for line in text_of(product, ".txt").splitlines() if line.startswith("frict_comp.")
+        )
+    }
     assert values["reversal_lookahead"] == min(ahead, 4)
 
 
@@ -192,9 +190,7 @@ def test_a_wrong_unit_in_a_file_is_seen(written):
 
 
 def test_objects_of_an_ax8000_are_those_of_the_motor(written):
-    rows = dict(
-        line.split(",")[:2] for line in text_of(written["ax8000"], ".csv").splitlines() if line.startswith("0x")
-    )  # fmt: skip
+    rows = dict(line.split(",")[:2] for line in text_of(written["ax8000"], ".csv").splitlines() if line.startswith("0x"))
     arm = 0.010 / (2.0 * math.pi) / 2.0
     static, dynamic = float(rows["0x3144:02"]) / arm, float(rows["0x3144:03"]) / arm**2
     for speed in (0.001, 0.02, 0.1):

@@ -334,9 +334,7 @@ def test_it_says_what_it_is_whose_it_is_and_how_it_is_used(tmp_path, monkeypatch
         assert "0.0005 s" in page
     br.export(model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5))
     with zipfile.ZipFile(tmp_path / "heavier" / "axis_x_mass.fmu") as archive:
-        hashes.append(
-            ElementTree.fromstring(archive.read("modelDescription.xml")).find(".//Model[@sha256]").get("sha256")
-        )
+        hashes.append(ElementTree.fromstring(archive.read("modelDescription.xml")).find(".//Model[@sha256]").get("sha256"))
     assert hashes[0] == hash_of_model(model)
     assert len(set(hashes)) == 3
 

@@ -47,9 +47,16 @@ def integrated(path, signals, tolerance, output, points=1000, **start):
 
     end = float(signals["time"][-1])
     found = simulate_fmu(
-        str(path), fmi_type="ModelExchange", stop_time=end, relative_tolerance=tolerance, input=signals,
-        output_interval=end / points, record_events=True, output=output, start_values=start,
-    )  # fmt: skip
+        str(path),
+        fmi_type="ModelExchange",
+        stop_time=end,
+        relative_tolerance=tolerance,
+        input=signals,
+        output_interval=end / points,
+        record_events=True,
+        output=output,
+        start_values=start,
+    )
     events = np.flatnonzero(np.diff(found["time"]) == 0.0)
     return found, events
 
@@ -59,9 +66,7 @@ def state_events(found, events, name):
     return int(np.count_nonzero(found[name][events] < 0.0))
 
 
-@pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [
-    (LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3),
-])  # fmt: skip
+@pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [(LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3)])
 def test_along_a_velocity_loops_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
     times, v = along(turns, speed)
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
@@ -203,11 +208,19 @@ SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "slots", "plant", "fmi"), [
-    ("dahl", (), PLANT, 2), ("elastoplastic", (), PLANT, 3), ("bouc_wen", (), SPRUNG, 2),
-    ("bouc_wen_classic", (), PLANT, 3), ("leuven", (), PULLED, 2), ("preisach_lugre", (), PULLED, 2),
-    ("preisach_lugre", ("asymmetry",), PULLED, 3), ("lugre", ("load",), PLANT, 3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "slots", "plant", "fmi"),
+    [
+        ("dahl", (), PLANT, 2),
+        ("elastoplastic", (), PLANT, 3),
+        ("bouc_wen", (), SPRUNG, 2),
+        ("bouc_wen_classic", (), PLANT, 3),
+        ("leuven", (), PULLED, 2),
+        ("preisach_lugre", (), PULLED, 2),
+        ("preisach_lugre", ("asymmetry",), PULLED, 3),
+        ("lugre", ("load",), PLANT, 3),
+    ],
+)
 def test_every_model_in_continuous_time_is_as_exact_as_asked_for(tmp_path, monkeypatch, name, slots, plant, fmi):
     from fmpy.validation import validate_fmu
 

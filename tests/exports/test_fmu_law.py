@@ -25,9 +25,11 @@ pytestmark = [needs_compiler, needs_fmpy]
 COUNT = 600
 # A law without a compensator, one along the measured motion, one led ahead with a past, and one that gravity passes to.
 LAWS = {
-    "cascade_nothing": ("cascade", "nothing", 2), "twisting_measured": ("twisting", "measured", 3),
-    "sliding_mode_all": ("sliding_mode", "all", 2), "cascade_toothed": ("cascade", "toothed", 3),
-}  # fmt: skip
+    "cascade_nothing": ("cascade", "nothing", 2),
+    "twisting_measured": ("twisting", "measured", 3),
+    "sliding_mode_all": ("sliding_mode", "all", 2),
+    "cascade_toothed": ("cascade", "toothed", 3),
+}
 TUNED = ("cascade", "toothed")
 
 
@@ -45,8 +47,14 @@ def inputs_of(controller, fed):
     v = np.diff(x) / DT
     for k in range(COUNT):
         ahead = slice(k + 1, k + 1 + told.samples_ahead)
-        sample = {"position": x[k], "velocity": v[k], "acceleration": 100.0 * v[k], "measured": x[max(k - 1, 0)],
-                  "place_ahead": x[ahead], "acceleration_ahead": 100.0 * v[ahead]}  # fmt: skip
+        sample = {
+            "position": x[k],
+            "velocity": v[k],
+            "acceleration": 100.0 * v[k],
+            "measured": x[max(k - 1, 0)],
+            "place_ahead": x[ahead],
+            "acceleration_ahead": 100.0 * v[ahead],
+        }
         each.append(np.hstack([sample[name] for name in told.inputs]))
     return np.array(each)
 
@@ -167,9 +175,15 @@ def test_it_tells_its_inputs_and_how_it_is_stepped(fmus):
         page = archive.read("documentation/index.html").decode()
     variables = {each.get("name"): each for each in described.find("ModelVariables")}
     assert [name for name, each in variables.items() if each.get("causality") == "input"] == [
-        "position", "velocity", "acceleration", "measured", "place_ahead[1]", "place_ahead[2]", "acceleration_ahead[1]",
+        "position",
+        "velocity",
+        "acceleration",
+        "measured",
+        "place_ahead[1]",
+        "place_ahead[2]",
+        "acceleration_ahead[1]",
         "acceleration_ahead[2]",
-    ]  # fmt: skip
+    ]
     assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == ("N", "tunable")
     assert described.find("CoSimulation").get("fixedInternalStepSize") == repr(DT)
     assert described.find("ModelExchange") is None

@@ -39,9 +39,13 @@ def test_the_licence_is_that_of_the_package():
 def test_each_file_of_each_target_has_the_hash_of_its_model_whatever_the_options(tmp_path):
     model = br.friction.lugre(**LUGRE)
     cases = {
-        "c": {}, "st": {}, "cuda": {}, "wasm": {}, "tuned": {"to": "c", "tunable": True, "name": "knee"},
+        "c": {},
+        "st": {},
+        "cuda": {},
+        "wasm": {},
+        "tuned": {"to": "c", "tunable": True, "name": "knee"},
         "single": {"to": "st", "float32": True, "step": 1e-3},
-    }  # fmt: skip
+    }
     for name, options in cases.items():
         options = {"to": name} | options
         br.export(model, options.pop("to"), tmp_path / name, **options)
@@ -89,8 +93,13 @@ def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
 def test_another_process_finds_the_same():
     model = f"br.friction.lugre(**{LUGRE})"
     code = f"import bristle as br; from bristle.exports.identity import hash_of_model; print(hash_of_model({model}))"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
-                         env={"PYTHONPATH": str(Path(br.__file__).parents[1]), "PYTHONHASHSEED": "7"})  # fmt: skip
+    ran = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={"PYTHONPATH": str(Path(br.__file__).parents[1]), "PYTHONHASHSEED": "7"},
+    )
     assert ran.stdout.strip() == hash_of_model(br.friction.lugre(**LUGRE))
 
 
@@ -105,9 +114,11 @@ def test_a_law_has_one_too_whatever_its_options(tmp_path, to):
 def test_another_gain_another_compensator_and_another_delay_are_other_laws():
     variant = variant_of("cascade", "desired")
     others = [
-        variant_of("cascade", "nothing"), variant_of("cascade", "measured"), variant_of("sliding_mode", "desired"),
+        variant_of("cascade", "nothing"),
+        variant_of("cascade", "measured"),
+        variant_of("sliding_mode", "desired"),
         replace(variant, controller=variant.controller.with_values(k_p=40.00000000000001)),
         replace(variant, feedforward=replace(variant.feedforward, gain=0.65)),
         replace(variant, run=replace(variant.run, delay=2)),
-    ]  # fmt: skip
+    ]
     assert len({hash_of_law(law_of(each)) for each in (variant, *others)}) == 1 + len(others)

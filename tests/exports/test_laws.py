@@ -43,13 +43,16 @@ LAWS = {
     "sliding_mode": br.controllers.sliding_mode(J=M, lambda_=150.0, K_1=150.0, K_2=5e-3, phi=2e-5, cutoff=400.0),
     "cascade": br.controllers.cascade(k_p=40.0, k_v=8e4, k_i=2e6, k_ff=1.0, averaging=2),
     "observer": br.controllers.disturbance_observer(J=M, lambda_=150.0, K_1=150.0, g=60.0, cutoff=400.0),
-    "twisting": br.controllers.super_twisting(J=M, lambda_=150.0, K_1=150.0, k_1=1e-2, k_2=1.0,
-                                                estimator="tracking_observer", cutoff=200.0),
-    "bristles": br.controllers.lugre_observer(J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4,
-                                              sigma_0=18e6, sigma_2=4737.4, k=1.0, cutoff=400.0),
-    "learning": br.controllers.adaptive_hysteresis(J=M, lambda_=150.0, K_1=150.0, reach=7e-6, Gamma=8e5, w_max=60.0,
-                                                   delta=2e-5, cutoff=400.0),
-}  # fmt: skip
+    "twisting": br.controllers.super_twisting(
+        J=M, lambda_=150.0, K_1=150.0, k_1=1e-2, k_2=1.0, estimator="tracking_observer", cutoff=200.0
+    ),
+    "bristles": br.controllers.lugre_observer(
+        J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4, sigma_0=18e6, sigma_2=4737.4, k=1.0, cutoff=400.0
+    ),
+    "learning": br.controllers.adaptive_hysteresis(
+        J=M, lambda_=150.0, K_1=150.0, reach=7e-6, Gamma=8e5, w_max=60.0, delta=2e-5, cutoff=400.0
+    ),
+}
 SECOND = ("bristles", "learning")  # what is fed forward enters them as it does the others'
 assert {law.name for law in LAWS.values()} == set(br.controllers.CONTROLLERS)
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
@@ -73,10 +76,15 @@ CARRYING = {
 def variant_of(controller, fed, name="loop"):
     feedforward, delay, limit = (FED | CARRYING)[fed]
     return Variant(
-        name, inertia(M=M), LUGRE, LAWS[controller], encoder(resolution=1.25e-7, noise=2e-7, seed=3),
-        varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]), feedforward,
+        name,
+        inertia(M=M),
+        LUGRE,
+        LAWS[controller],
+        encoder(resolution=1.25e-7, noise=2e-7, seed=3),
+        varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]),
+        feedforward,
         Run(duration=SAMPLES * DT, sample_time=DT, delay=delay, effort_limit=limit, substeps=4),
-    )  # fmt: skip
+    )
 
 
 CASES = [(controller, fed) for controller in LAWS for fed in (("desired",) if controller in SECOND else FED)]
@@ -113,8 +121,9 @@ def recorded(variant):
     t = DT * np.arange(count + variant.run.delay)
     x, v, a = variant.reference.component.sample(t, variant.reference.parameters)
     told = {"position": x, "velocity": v, "acceleration": a, "measured": outcome.measured}
-    told |= {f"{name}_ahead": np.lib.stride_tricks.sliding_window_view(signal[1:], ahead)
-             for name, signal in (("place", x), ("acceleration", a))}  # fmt: skip
+    told |= {
+        f"{name}_ahead": np.lib.stride_tricks.sliding_window_view(signal[1:], ahead) for name, signal in (("place", x), ("acceleration", a))
+    }
     used = count - 1
     return np.column_stack([told[name][:used] for name in law.inputs]), outcome.command[:used]
 
@@ -241,10 +250,7 @@ def test_a_variant_is_exported_from_python(tmp_path):
     ("changed", "words"),
     [
         ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "again and again"),
-        (
-            {"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))},
-            "more than inertia",
-        ),
+        ({"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))}, "more than inertia"),
     ],
 )
 def test_what_is_more_than_a_law_is_refused(tmp_path, changed, words):
@@ -280,7 +286,7 @@ CHANGED = {
         {"feedforward_mass": 600.0, "friction_F_S": 55.0, "friction_c_T": 0.3},
         {"friction": {"F_S": 55.0, "c_T": 0.3}, "feedforward": {"mass": 600.0}},
     ),
-}  # fmt: skip
+}
 RUN_CHANGED = """
 #include "{name}.h"
 void run_{name}(const {name}_inputs *inputs, int count, double *effort, int changed)
@@ -317,9 +323,7 @@ def otherwise(tmp_path_factory):
             for file, text in law_files(law, name, Source()).items():
                 (folder / name / file).write_text(text, encoding="ascii")
             end = "f" if single else ""
-            lines = [
-                f"axis.parameters.{field} = {value!r}{end};" for field, value in CHANGED[controller, fed][0].items()
-            ]
+            lines = [f"axis.parameters.{field} = {value!r}{end};" for field, value in CHANGED[controller, fed][0].items()]
             (folder / name / "run.c").write_text(RUN_CHANGED.format(name=name, lines=" ".join(lines)))
             sources += [f"{name}/{name}.c", f"{name}/run.c"]
             blocks = st_law_files(law, name, Source())
@@ -410,9 +414,7 @@ def test_structured_text_has_the_bits_of_c(otherwise, tuned_blocks, controller, 
 
 @pytest.mark.parametrize("to", ["c", "st"])
 @pytest.mark.parametrize("tunable", [False, True])
-@pytest.mark.parametrize(
-    ("given", "path"), [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")]
-)
+@pytest.mark.parametrize(("given", "path"), [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")])
 def test_what_is_fed_forward_beyond_single_precision_is_refused(tmp_path, to, tunable, given, path):
     variant = variant_of("cascade", "all")
     beyond = replace(variant, feedforward=replace(variant.feedforward, **given))

@@ -151,19 +151,14 @@ def test_a_model_in_single_precision_has_the_bits_of_c(tmp_path, name, slots):
     br.export(model, "st", tmp_path / "st", float32=True)
     found = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     br.export(model, "c", tmp_path / "out", float32=True)
-    text = (
-        AT if slots else AT.replace("_force_at", "_force").replace(", given[2], given[3]", "").replace("+= 4", "+= 2")
-    )
+    text = AT if slots else AT.replace("_force_at", "_force").replace(", given[2], given[3]", "").replace("+= 4", "+= 2")
     (tmp_path / "run.c").write_text(text)
     line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "out/axis_x.c", "-o", "run.so", "-lm"]
     subprocess.run(line, cwd=tmp_path, check=True)
     assert differing(settled(found), replayed(ctypes.CDLL(str(tmp_path / "run.so")), "at", rows)) == 0
 
 
-@pytest.mark.parametrize(
-    ("controller", "fed", "single"),
-    [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS],
-)
+@pytest.mark.parametrize(("controller", "fed", "single"), [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS])
 def test_a_law_gives_the_bits_of_the_law_in_c(tmp_path, controller, fed, single):
     law, rows = law_of(variant_of(controller, fed), single=single), inputs_of(controller, fed)
     found = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)

@@ -168,17 +168,16 @@ def test_its_webassembly_has_the_bits_and_tells_its_parameters_apart(model, forc
         "console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));"
     )
     values = json.loads(node(tmp_path, script))
-    assert values == {
-        name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items()
-    } | {"Int": 0.125}
+    assert values == {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items()} | {"Int": 0.125}
 
 
 @needs_compiler
 @pytest.mark.parametrize("standard", ["c99", "gnu17"])
 def test_no_variable_has_the_name_of_a_macro_of_the_headers(tmp_path, standard):
     includes = "".join(f"#include <{header}.h>\n" for header in HEADERS)
-    ran = subprocess.run([COMPILER, f"-std={standard}", "-dM", "-E", "-xc", "-"], input=includes, capture_output=True,
-                         text=True, check=True)  # fmt: skip
+    ran = subprocess.run(
+        [COMPILER, f"-std={standard}", "-dM", "-E", "-xc", "-"], input=includes, capture_output=True, text=True, check=True
+    )
     macros = re.findall(r"^#define ([A-Za-z]\w*) ", ran.stdout, flags=re.MULTILINE)
     assert {"NULL", "INT32_MAX", "NAN"} <= set(macros)
     names = Names([])

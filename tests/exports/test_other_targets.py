@@ -23,9 +23,12 @@ def test_the_self_test_finds_the_same_bits(name, model, tmp_path):
 
 @pytest.mark.parametrize(
     ("core", "model", "mean", "worst", "code"),
-    [("Cortex-M7", "lugre", 250, 300, 2500), ("Cortex-M7", "preisach_lugre", 900, 9000, 18000),
-     ("Cortex-M4F", "preisach_lugre", 1200, 6000, 16000)],
-)  # fmt: skip
+    [
+        ("Cortex-M7", "lugre", 250, 300, 2500),
+        ("Cortex-M7", "preisach_lugre", 900, 9000, 18000),
+        ("Cortex-M4F", "preisach_lugre", 1200, 6000, 16000),
+    ],
+)
 def test_a_step_takes_no_more_instructions_than_a_drive_has(core, model, mean, worst, code, tmp_path):
     if TARGETS[core].lacking:
         pytest.skip(f"needs {TARGETS[core].lacking}")

@@ -114,9 +114,7 @@ def test_its_kernels_are_told_apart_from_the_functions_of_the_export(tmp_path):
 def test_and_in_webassembly(tmp_path):
     from tests.exports.test_wasm import RUN, node
 
-    model = model_of(
-        HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"), tmp_path
-    )
+    model = model_of(HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"), tmp_path)
     x = walk(3000, seed=5)
     x.tofile(tmp_path / "x.bin")
     br.export(model, "wasm", tmp_path / "layers")

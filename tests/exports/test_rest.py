@@ -78,9 +78,7 @@ def test_what_a_loop_feeds_forward_keeps_the_rule(rule):
 
 
 def test_models_with_one_force_at_rest_have_no_rule():
-    assert [name for name in MODELS if rest_rule(with_rest(example_of(MODELS[name]), "held"))] == sorted(
-        MEMORYLESS, key=list(MODELS).index
-    )
+    assert [name for name in MODELS if rest_rule(with_rest(example_of(MODELS[name]), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
 
 
 @needs_compiler

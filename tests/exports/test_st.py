@@ -27,10 +27,14 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, wh
 DT = 5e-4
 ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 CHOSEN = {
-    "sided_lugre": ("lugre", ("asymmetry",)), "plain_coulomb": ("coulomb", ()), "plain_dahl": ("dahl", ()),
-    "plain_maxwell_slip": ("maxwell_slip", ()), "sided_maxwell_stribeck": ("maxwell_stribeck", ("asymmetry",)),
-    "varied_gms": ("gms", ALL), "varied_preisach_lugre": ("preisach_lugre", ALL),
-}  # fmt: skip
+    "sided_lugre": ("lugre", ("asymmetry",)),
+    "plain_coulomb": ("coulomb", ()),
+    "plain_dahl": ("dahl", ()),
+    "plain_maxwell_slip": ("maxwell_slip", ()),
+    "sided_maxwell_stribeck": ("maxwell_stribeck", ("asymmetry",)),
+    "varied_gms": ("gms", ALL),
+    "varied_preisach_lugre": ("preisach_lugre", ALL),
+}
 
 
 def example(name):
@@ -78,11 +82,7 @@ def test_a_controller_that_cuts_where_others_round_gives_the_same(written, tmp_p
 
 @pytest.mark.parametrize(
     ("seen", "instead"),
-    [
-        ("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"),
-        ("F_C := 22.0;", "F_C := 22.000000000000004;"),
-        (" + 0.0;", " + 1.0E-30;"),
-    ],
+    [("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"), ("F_C := 22.0;", "F_C := 22.000000000000004;"), (" + 0.0;", " + 1.0E-30;")],
 )
 def test_the_self_test_sees_the_last_place(written, tmp_path, seen, instead):
     block, test = written["sided_lugre"]
@@ -94,13 +94,9 @@ def test_the_self_test_sees_the_last_place(written, tmp_path, seen, instead):
 CONTRACTING = Path("/proc/cpuinfo")
 
 
-@pytest.mark.skipif(
-    not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(), reason="needs a processor with x86 FMA"
-)
+@pytest.mark.skipif(not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(), reason="needs a processor with x86 FMA")
 def test_the_self_test_sees_a_compiler_that_contracts(written, tmp_path):
-    contracted = StructuredText(
-        {"sided_lugre": written["sided_lugre"]}, tmp_path, flags=("-O2", "-ffp-contract=fast", "-mfma")
-    )
+    contracted = StructuredText({"sided_lugre": written["sided_lugre"]}, tmp_path, flags=("-O2", "-ffp-contract=fast", "-mfma"))
     assert contracted.selftest("sided_lugre") == (True, False)
 
 
@@ -203,8 +199,24 @@ VAR_OUTPUT done : BOOL; passed : BOOL; END_VAR
     done := TRUE;
 END_PROGRAM
 """
-REALS = (1.0, 1.9999999999999998, 2.0, 3.7, 0.5, 0.3, 2.0**-63, 2.0**-65, 1e-66, 2.0**64, 2.0**64 * 0.999, 7e200,
-         2.2250738585072014e-308, 4e-308, 1.7976931348623157e308, 2.0**1023)  # fmt: skip
+REALS = (
+    1.0,
+    1.9999999999999998,
+    2.0,
+    3.7,
+    0.5,
+    0.3,
+    2.0**-63,
+    2.0**-65,
+    1e-66,
+    2.0**64,
+    2.0**64 * 0.999,
+    7e200,
+    2.2250738585072014e-308,
+    4e-308,
+    1.7976931348623157e308,
+    2.0**1023,
+)
 HELPERS = {
     "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-1022, 1024, 5), "{0}(power := position)"),
     "ends": (lambda k: math.ldexp(1.0, int(k)), (-1022, 1023, 512, -512), "axis_x_power_of_two(power := position)"),
@@ -212,13 +224,11 @@ HELPERS = {
     "exponent": (exponent, REALS, "{0}(number := position)"),
     "floor": (math.floor, (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9), "DINT_TO_LREAL({0}(number := position))"),
     "truncated": (math.trunc, (-2.5, -2.0, -0.1, 0.0, 2.7, -1e9), "DINT_TO_LREAL({0}(number := position))"),
-    "floor_divided": (lambda x: x // 3, (-7, -6, -1, 0, 2, 7),
-                      "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := 3))"),
-    "floor_rest": (lambda x: x % -3, (-7, -6, -1, 0, 2, 7),
-                   "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))"),
+    "floor_divided": (lambda x: x // 3, (-7, -6, -1, 0, 2, 7), "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := 3))"),
+    "floor_rest": (lambda x: x % -3, (-7, -6, -1, 0, 2, 7), "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))"),
     "abs": (abs, (-2.5, 0.0, 3.0), "1.0 * {0}(number := position)"),
     "copysign": (lambda x: math.copysign(-2.0, x), (-1e-300, 0.0, 3.0), "{0}(number := -2.0, sign_of := position)"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("rounded", ["nearbyint", "trunc"])
@@ -249,10 +259,16 @@ def test_the_sum_of_a_self_test_keeps_what_rounding_takes():
 
 ARITHMETIC = {"tuned": {"tunable": True}, "single": {"float32": True}, "both": {"tunable": True, "float32": True}}
 OTHERWISE = [
-    ("sided_lugre", "tuned"), ("varied_gms", "tuned"), ("varied_preisach_lugre", "tuned"), ("sided_lugre", "both"),
-    ("sided_lugre", "single"), ("plain_coulomb", "single"), ("sided_maxwell_stribeck", "single"),
-    ("varied_gms", "single"), ("varied_preisach_lugre", "single"),
-]  # fmt: skip
+    ("sided_lugre", "tuned"),
+    ("varied_gms", "tuned"),
+    ("varied_preisach_lugre", "tuned"),
+    ("sided_lugre", "both"),
+    ("sided_lugre", "single"),
+    ("plain_coulomb", "single"),
+    ("sided_maxwell_stribeck", "single"),
+    ("varied_gms", "single"),
+    ("varied_preisach_lugre", "single"),
+]
 SINGLE = [name for name, kind in OTHERWISE if kind == "single"]
 
 
@@ -260,8 +276,7 @@ SINGLE = [name for name, kind in OTHERWISE if kind == "single"]
 def otherwise(tmp_path_factory):
     """Blocks by model and arithmetic, with their texts, and the C of those in single precision."""
     folder = tmp_path_factory.mktemp("otherwise")
-    written = {f"{kind}_{name}": texts(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind])
-               for name, kind in OTHERWISE}  # fmt: skip
+    written = {f"{kind}_{name}": texts(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind]) for name, kind in OTHERWISE}
     native = Native({name: example(name) for name in SINGLE}, folder / "native", float32=True)
     return written, StructuredText(written, folder / "blocks"), native
 
@@ -297,9 +312,7 @@ def test_a_parameter_that_is_given_is_that_of_bristle(otherwise, name, inputs, v
     assert not flags.any()
 
 
-@pytest.mark.parametrize(
-    ("kind", "beyond"), [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})]
-)
+@pytest.mark.parametrize(("kind", "beyond"), [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})])
 def test_a_parameter_that_leaves_its_range_is_refused_and_the_force_held(otherwise, kind, beyond):
     written, blocks, _ = otherwise
     name = f"{kind}_sided_lugre"
@@ -325,8 +338,7 @@ def test_single_precision_has_the_bits_of_single_precision_in_c(otherwise, name)
 def test_the_self_test_of_single_precision_sees_a_wrong_parameter(otherwise, tmp_path):
     block, test = otherwise[0]["single_sided_lugre"]
     assert "F_C := REAL#22.0;" in block
-    changed = StructuredText({"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]},
-                             tmp_path)  # fmt: skip
+    changed = StructuredText({"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]}, tmp_path)
     assert changed.selftest("single_sided_lugre") == (True, False)
 
 
@@ -360,16 +372,25 @@ def test_what_stands_in_for_bits_of_single_precision_is_exact(name, tmp_path):
 
 # What may be inside each element, in this order, as the schema of TC6 2.01 has it.
 ORDER = {
-    "project": ["fileHeader", "contentHeader", "types", "instances"], "contentHeader": ["Comment", "coordinateInfo"],
-    "coordinateInfo": ["fbd", "ld", "sfc"], "types": ["dataTypes", "pous"], "dataType": ["baseType"],
-    "pou": ["interface", "body", "documentation"], "variable": ["type", "initialValue", "documentation"],
-    "interface": ["returnType", "inputVars", "outputVars", "inOutVars", "localVars"], "body": ["ST"],
+    "project": ["fileHeader", "contentHeader", "types", "instances"],
+    "contentHeader": ["Comment", "coordinateInfo"],
+    "coordinateInfo": ["fbd", "ld", "sfc"],
+    "types": ["dataTypes", "pous"],
+    "dataType": ["baseType"],
+    "pou": ["interface", "body", "documentation"],
+    "variable": ["type", "initialValue", "documentation"],
+    "interface": ["returnType", "inputVars", "outputVars", "inOutVars", "localVars"],
+    "body": ["ST"],
     "array": ["dimension", "baseType"],
-}  # fmt: skip
+}
 NEEDED = {
-    "fileHeader": {"companyName", "productName", "productVersion", "creationDateTime"}, "contentHeader": {"name"},
-    "pou": {"name", "pouType"}, "variable": {"name"}, "dataType": {"name"}, "dimension": {"lower", "upper"},
-}  # fmt: skip
+    "fileHeader": {"companyName", "productName", "productVersion", "creationDateTime"},
+    "contentHeader": {"name"},
+    "pou": {"name", "pouType"},
+    "variable": {"name"},
+    "dataType": {"name"},
+    "dimension": {"lower", "upper"},
+}
 
 
 def local(element):
@@ -476,9 +497,7 @@ def test_what_is_exported_again_replaces_itself_in_a_project_of_twincat(folder_o
     br.export(example("varied_gms").with_values(F_C_pos=9.5), "st", tmp_path / "again")
     pattern = r'Id="(\{.*?\})"'
     for name in ("axis_x", "axis_x_selftest"):
-        first, second = [
-            (folder / f"{name}.TcPOU").read_text() for folder in (folder_of_project[1], tmp_path / "again")
-        ]
+        first, second = [(folder / f"{name}.TcPOU").read_text() for folder in (folder_of_project[1], tmp_path / "again")]
         assert re.search(pattern, first)[1] == re.search(pattern, second)[1]
         assert first != second
 
@@ -501,10 +520,7 @@ def test_the_head_says_what_is_known_and_ends_where_it_should(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        *[({"name": name}, "name of a function block") for name in ("limit", "ax", "axis_", "axis__x")],
-    ],
+    ("options", "reason"), [*[({"name": name}, "name of a function block") for name in ("limit", "ax", "axis_", "axis__x")]]
 )
 def test_what_it_does_not_hold_is_refused(options, reason, tmp_path):
     with pytest.raises(br.core.InputError, match=reason):

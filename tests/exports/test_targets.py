@@ -37,9 +37,7 @@ def test_each_file_of_the_folder_is_a_target_with_its_name():
     assert [target.name for target in TARGETS.values()] == list(TARGETS)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith("fmu")) for name in TARGETS]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith("fmu")) for name in TARGETS])
 def test_each_target_meets_the_contract(name):
     assert [check for check in check_target(TARGETS[name]) if not check.passed] == []
 
@@ -89,10 +87,14 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
     from bristle.engine.steady import steady_force
 
     model = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)
-    axis = br.read_axis({
-        "schema": 1, "kind": "translational", "effort": {"force_constant": "50 N/A"},
-        "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
-    })  # fmt: skip
+    axis = br.read_axis(
+        {
+            "schema": 1,
+            "kind": "translational",
+            "effort": {"force_constant": "50 N/A"},
+            "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
+        }
+    )
     found = br.export(model, EXAMPLE, tmp_path / "out", speed=0.2, axis=axis)
     table = tomllib.loads((tmp_path / "out" / "axis_x.toml").read_text(encoding="utf-8"))
     assert (table["velocity_unit"], table["effort_unit"]) == ("mm/s", "A")
@@ -130,15 +132,23 @@ def test_what_is_no_product_is_refused_and_nothing_is_written(tmp_path, result, 
     ("result", "before", "demand", "said"),
     [
         ("1 / 0", "", "writes or refuses", "stops with ZeroDivisionError: division by zero (mine.py, line 3)"),
-        ("refuse()", "from bristle.core import InputError\ndef refuse():\n    raise InputError('no')\n",
-         "writes or refuses", "it refuses every model: coulomb_viscous, no"),
-        ("Product({'a.txt': str(next(COUNT))})", "import itertools\nCOUNT = itertools.count()\n", "same bytes twice",
-         "a.txt of coulomb_viscous has other content the second time"),
+        (
+            "refuse()",
+            "from bristle.core import InputError\ndef refuse():\n    raise InputError('no')\n",
+            "writes or refuses",
+            "it refuses every model: coulomb_viscous, no",
+        ),
+        (
+            "Product({'a.txt': str(next(COUNT))})",
+            "import itertools\nCOUNT = itertools.count()\n",
+            "same bytes twice",
+            "a.txt of coulomb_viscous has other content the second time",
+        ),
         ("Product({'a.txt': str(__import__('pathlib').Path.cwd())})", "", "names no folder", "a.txt names"),
         ("Product({'a.txt': 'a'}, ('note',))", "", "notes in words", "a note is 'note'"),
         ("Product({'a.txt': 'a'}, ('a note\\n of two lines',))", "", "notes in words", "a note is"),
     ],
-)  # fmt: skip
+)
 def test_each_fault_is_told_by_its_demand(tmp_path, result, before, demand, said):
     failed = [one for one in check_target(load_target_file(own(tmp_path, result, before))) if not one.passed]
     assert [one.name for one in failed] == [demand]

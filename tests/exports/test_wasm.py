@@ -248,8 +248,12 @@ def test_bytes_that_hold_what_a_contact_never_has_are_refused_even_with_a_right_
     saved = (tmp_path / "saved.bin").read_bytes()
     names = subject_of(model).state.fields
     depth = 32 + 8 * next(place for place, (name, _) in enumerate(names) if name.endswith("depth"))
-    cases = {"as_it_was": (depth, saved[depth : depth + 8]), "deep": (depth, (10**6).to_bytes(8, "little")),
-             "nan": (8, np.array(np.nan).tobytes()), "flags": (28, (4).to_bytes(4, "little"))}  # fmt: skip
+    cases = {
+        "as_it_was": (depth, saved[depth : depth + 8]),
+        "deep": (depth, (10**6).to_bytes(8, "little")),
+        "nan": (8, np.array(np.nan).tobytes()),
+        "flags": (28, (4).to_bytes(4, "little")),
+    }
     for name, (at, content) in cases.items():
         changed = saved[:at] + content + saved[at + len(content) : -8]
         (tmp_path / name).write_bytes(changed + digest_of(changed).to_bytes(8, "little"))
@@ -288,13 +292,7 @@ def test_counts_are_written_as_the_format_has_them():
     # The examples of the WebAssembly specification and of the format LEB128.
     assert leb(624485) == b"\xe5\x8e\x26"
     assert signed_leb(-123456) == b"\xc0\xbb\x78"
-    assert [signed_leb(value) for value in (0, 63, 64, -64, -65)] == [
-        b"\x00",
-        b"\x3f",
-        b"\xc0\x00",
-        b"\x40",
-        b"\xbf\x7f",
-    ]
+    assert [signed_leb(value) for value in (0, 63, 64, -64, -65)] == [b"\x00", b"\x3f", b"\xc0\x00", b"\x40", b"\xbf\x7f"]
 
 
 def test_a_model_is_a_few_kilobytes():

@@ -25,27 +25,36 @@ SPREAD = figures.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 def fit(names, name):
     """A fit whose parameters and model have these names."""
     estimates = [Estimate(one, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, one in enumerate(names)]
-    traces = Some(
-        time=T, velocity=V, acceleration=np.gradient(V, T), measured=F, predicted=0.97 * F, friction=F,
-        residual=0.03 * F,
-    )  # fmt: skip
+    traces = Some(time=T, velocity=V, acceleration=np.gradient(V, T), measured=F, predicted=0.97 * F, friction=F, residual=0.03 * F)
     return Some(
-        name=name, plant=Some(kind="translational"), traces=traces, estimates=estimates,
-        correlation_names=names, correlation=np.linspace(-1.0, 1.0, len(names) ** 2).reshape(len(names), -1),
-        held_out=Some(of="time blocks", block_errors_percent=(2.0, 3.0), mean_percent=2.5), error_percent=2.2,
+        name=name,
+        plant=Some(kind="translational"),
+        traces=traces,
+        estimates=estimates,
+        correlation_names=names,
+        correlation=np.linspace(-1.0, 1.0, len(names) ** 2).reshape(len(names), -1),
+        held_out=Some(of="time blocks", block_errors_percent=(2.0, 3.0), mean_percent=2.5),
+        error_percent=2.2,
         position_error_percent=None,
-    )  # fmt: skip
+    )
 
 
 def simulated(names, moved=1.0):
     """Variants of a loop; how much of its reference it follows."""
     return {
         name: Some(
-            name=name, time=T, reference=X, measured=moved * (X - 1e-5 * (k + 1) * np.tanh(V / 1e-3)), effort=F,
-            position=X, velocity=V, friction=F, status=Status.OK,
+            name=name,
+            time=T,
+            reference=X,
+            measured=moved * (X - 1e-5 * (k + 1) * np.tanh(V / 1e-3)),
+            effort=F,
+            position=X,
+            velocity=V,
+            friction=F,
+            status=Status.OK,
         )
         for k, name in enumerate(names)
-    }  # fmt: skip
+    }
 
 
 def looped(names):
@@ -63,9 +72,13 @@ def compared():
     }
     turn = Turn("forward_to_backward", T[:90] - T[30], 1e-5 * np.tanh(V[:90]), 8e-6 * np.tanh(V[:90]))
     return Some(
-        kind="translational", changes=changes, course=Course(T, X, 1e-5 * np.tanh(V / 1e-3), 8e-6 * V / V.max()),
-        turns=(turn,), window=0.15, friction_curve=[(speed, changes["friction.level"]) for speed in (0.01, 0.05)],
-    )  # fmt: skip
+        kind="translational",
+        changes=changes,
+        course=Course(T, X, 1e-5 * np.tanh(V / 1e-3), 8e-6 * V / V.max()),
+        turns=(turn,),
+        window=0.15,
+        friction_curve=[(speed, changes["friction.level"]) for speed in (0.01, 0.05)],
+    )
 
 
 def log():
@@ -79,9 +92,7 @@ def motion():
     """A motion with small loops and steady slides."""
     pieces = [Some(purpose="presliding", duration=2.0), Some(purpose="stribeck", duration=2.0)]
     velocity = np.where(T < 2.0, V, np.where(T < 3.0, 2e-2, -5e-3))
-    return Some(
-        time=T, position=X, velocity=velocity, start=0.0, kind="translational", pieces=pieces, begins=(0.0, 2.0)
-    )  # fmt: skip
+    return Some(time=T, position=X, velocity=velocity, start=0.0, kind="translational", pieces=pieces, begins=(0.0, 2.0))
 
 
 def circles(names):
@@ -91,8 +102,7 @@ def circles(names):
 
 def budget():
     entries = [
-        Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6))
-        for one in ("friction", "noise of the encoder")
+        Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6)) for one in ("friction", "noise of the encoder")
     ]
     return Some(entries=entries, all_causes=Some(peak_to_peak=4e-6))
 
@@ -116,11 +126,15 @@ def tracks(names):
     alarm = Some(at=20040.0, onset=20030.0, onset_interval=(20026.0, 20033.0))
     verdicts = [
         Some(
-            track=Some(quantity=name, unit="N", time=time, is_dated=True, is_logarithmic=k > 0), level=level,
-            fitted=level, ratio=np.linspace(0.0, 9.0, 60), threshold=3.9, alarm=None if k else alarm,
+            track=Some(quantity=name, unit="N", time=time, is_dated=True, is_logarithmic=k > 0),
+            level=level,
+            fitted=level,
+            ratio=np.linspace(0.0, 9.0, 60),
+            threshold=3.9,
+            alarm=None if k else alarm,
         )
         for k, name in enumerate(names)
-    ]  # fmt: skip
+    ]
     return verdicts, names, "2024-10-04"
 
 
@@ -160,8 +174,7 @@ def gallery(names=PLAIN, many=None):
             {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
         ),
         "errors_by_truth": lambda: figures.errors_by_truth(
-            {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5,
-            "Error [µm]", "0.5 µm",
+            {"Set A": {one: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {one: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
         ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
@@ -197,27 +210,30 @@ def gallery(names=PLAIN, many=None):
         "ripple": lambda: figures.ripple(T, F, few, 200, told),
         "ripple_close_up": lambda: figures.ripple(T, F, few, 200, told, close_up=(other, both)),
         "study_influence": lambda: figures.study_influence(
-            [one, other], {"alone": [(0.6, (0.5, 0.7)), (0.3, (0.2, 0.4))],
-                           "with others": [(0.65, (0.5, 0.8)), (0.35, (0.2, 0.5))]}, f"Share of {one}", signed=False,
+            [one, other],
+            {"alone": [(0.6, (0.5, 0.7)), (0.3, (0.2, 0.4))], "with others": [(0.65, (0.5, 0.8)), (0.35, (0.2, 0.5))]},
+            f"Share of {one}",
+            signed=False,
         ),
-        "study_spread": lambda: figures.study_spread(
-            {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]
-        ),
+        "study_spread": lambda: figures.study_spread({name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (one, other)}, ["m", "N"]),
         "tracking": lambda: figures.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: figures.tracking_error(simulated(names), 0.5),
         "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),
-    }  # fmt: skip
+    }
 
 
 def predicted():
     return Some(
-        time=T, effort=F, effort_predicted=0.97 * F, half_width=np.full(T.size, 0.2), position=X,
-        position_predicted=0.99 * X, position_half_width=None,
-    )  # fmt: skip
+        time=T,
+        effort=F,
+        effort_predicted=0.97 * F,
+        half_width=np.full(T.size, 0.2),
+        position=X,
+        position_predicted=0.99 * X,
+        position_half_width=None,
+    )
 
 
 def drawn(names=PLAIN, many=None):
     """Return every figure as SVG, by name."""
-    return {
-        name: figures.inline_svg(draw(), name.replace("_", "-"), name) for name, draw in gallery(names, many).items()
-    }
+    return {name: figures.inline_svg(draw(), name.replace("_", "-"), name) for name, draw in gallery(names, many).items()}

@@ -26,17 +26,13 @@ def round_trip():
 def test_gain_phase_and_poles_are_legible(delay):
     figure = figures.margins(assess(rig(delay)))
     assert_legible(figure)
-    assert "$" not in "".join(
-        one.get_text() for axes in figure.axes for one in axes.get_xticklabels() + axes.get_yticklabels()
-    )
+    assert "$" not in "".join(one.get_text() for axes in figure.axes for one in axes.get_xticklabels() + axes.get_yticklabels())
 
 
 def test_the_phase_margin_is_drawn_where_the_gain_crosses_one():
     found = assess(rig(1)).bare[0]
     _, _, phase = sorted(figures.margins(assess(rig(1))).axes, key=lambda axes: axes.get_position().y1)[::-1]
-    hertz, degrees = next(
-        one.get_data() for one in phase.get_lines() if len(one.get_xdata()) == 2 and one.get_xdata()[0]
-    )
+    hertz, degrees = next(one.get_data() for one in phase.get_lines() if len(one.get_xdata()) == 2 and one.get_xdata()[0])
     assert hertz[0] == pytest.approx(found.margins.crossover / (2.0 * np.pi))
     assert degrees[1] - degrees[0] == pytest.approx(found.margins.phase)
 
@@ -45,9 +41,7 @@ def test_every_cause_has_two_bars(budget):
     figure = figures.error_budget(budget, "translational")
     assert_legible(figure)
     bars = [one.get_width() for one in figure.axes[0].patches if isinstance(one, Rectangle)]
-    told = [1e6 * one.alone.peak_to_peak for one in budget.entries] + [
-        1e6 * one.without.peak_to_peak for one in budget.entries
-    ]
+    told = [1e6 * one.alone.peak_to_peak for one in budget.entries] + [1e6 * one.without.peak_to_peak for one in budget.entries]
     assert bars == pytest.approx(told)
     assert figure.axes[0].get_xlabel().endswith("[µm]")
 

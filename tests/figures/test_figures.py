@@ -37,9 +37,18 @@ def draw(name, bench):
 
 
 NAMES = (
-    "correlation", "drive_table", "effort_over_time", "fitted", "following_error",
-    "following_error_focus", "friction_over_velocity", "model_comparison", "parameters", "prediction", "residuals",
-)  # fmt: skip
+    "correlation",
+    "drive_table",
+    "effort_over_time",
+    "fitted",
+    "following_error",
+    "following_error_focus",
+    "friction_over_velocity",
+    "model_comparison",
+    "parameters",
+    "prediction",
+    "residuals",
+)
 
 
 @pytest.fixture(params=NAMES)
@@ -85,10 +94,7 @@ def test_lines_with_a_name_differ_without_colour(figure):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rotational_axis_speaks_of_torque_and_angle(name, workbenches):
-    labels = {
-        kind: " ".join(one.get_xlabel() + one.get_ylabel() for one in draw(name, bench).axes)
-        for kind, bench in workbenches.items()
-    }
+    labels = {kind: " ".join(one.get_xlabel() + one.get_ylabel() for one in draw(name, bench).axes) for kind, bench in workbenches.items()}
     assert not re.search(r"rad|N·m|Torque|Angle", labels["translational"], re.IGNORECASE)
     assert not re.search(r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position", labels["rotational"])
 

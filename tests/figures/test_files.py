@@ -59,9 +59,7 @@ def test_fonts_of_pdf_are_inside_as_letters_and_no_outlines(margins):
 
 
 def test_it_is_as_wide_as_two_columns_of_a_journal(margins):
-    _, _, wide, _ = re.search(
-        rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", figure_file(margins, "pdf", "")
-    ).groups()
+    _, _, wide, _ = re.search(rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", figure_file(margins, "pdf", "")).groups()
     assert 6.8 < float(wide) / 72.0 < TWO_COLUMNS
     svg = figure_file(margins, "svg", "").decode()
     assert 6.8 < float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72.0 < TWO_COLUMNS
@@ -83,13 +81,7 @@ def test_png_has_300_dots_an_inch_on_white(margins, tmp_path):
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_same_figure_gives_the_same_bytes_whatever_is_set(form):
     first = figure_file(gallery()["expected"](), form, "a")
-    settings = {
-        "font.size": 31,
-        "svg.fonttype": "path",
-        "pdf.fonttype": 3,
-        "savefig.dpi": 20,
-        "savefig.facecolor": "red",
-    }
+    settings = {"font.size": 31, "svg.fonttype": "path", "pdf.fonttype": 3, "savefig.dpi": 20, "savefig.facecolor": "red"}
     with matplotlib.rc_context(settings):
         assert figure_file(gallery()["expected"](), form, "a") == first
         assert matplotlib.rcParams["svg.fonttype"] == "path"
@@ -99,9 +91,7 @@ def test_the_same_figure_gives_the_same_bytes_whatever_is_set(form):
 def test_any_name_can_be_drawn(form):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)
-        assert (
-            len(figure_file(gallery(NAMES[:2], NAMES)["minor_loops"](), form, "\x00\ud800 \n" + "".join(NAMES))) > 1000
-        )
+        assert len(figure_file(gallery(NAMES[:2], NAMES)["minor_loops"](), form, "\x00\ud800 \n" + "".join(NAMES))) > 1000
 
 
 def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
@@ -113,9 +103,7 @@ def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
 
     with pytest.warns() as caught:
         files.figure_file(Lacking(), "png", "")
-    assert [(one.category, str(one.message)[:7]) for one in caught] == [
-        (DeprecationWarning, "another"), (InputWarning, "letters"),
-    ]  # fmt: skip
+    assert [(one.category, str(one.message)[:7]) for one in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
 
 
 def test_a_figure_of_very_many_panels_is_no_png(margins):

@@ -55,7 +55,6 @@ def test_a_name_with_an_underscore_in_front_is_in_the_legend(stage):
     experiment = stage.looped.experiment
     first = replace(experiment.variants[0], name="_hidden")
     result = replace(
-        stage.looped, experiment=replace(experiment, variants=(first,)),
-        variants={"_hidden": stage.looped.variants["as_recorded"]},
-    )  # fmt: skip
+        stage.looped, experiment=replace(experiment, variants=(first,)), variants={"_hidden": stage.looped.variants["as_recorded"]}
+    )
     assert any("_hidden" in text for text in legend_of(figures.following_error(result)))

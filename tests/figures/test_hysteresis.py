@@ -94,9 +94,13 @@ def test_what_is_compared_lies_wide_and_light_beneath():
     x = np.linspace(0.0, 1.0, 50)
     traces = {"one": (x, x), "two": (x, 2.0 * x)}
     figure = figures.marked_path(
-        traces, {name: [0, 20, 49] for name in traces}, "abc", {name: name for name in traces},
-        beneath={"one": (x, 5.0 + x), "two": (x, 9.0 + x)}, names=("measured", "modelled"),
-    )  # fmt: skip
+        traces,
+        {name: [0, 20, 49] for name in traces},
+        "abc",
+        {name: name for name in traces},
+        beneath={"one": (x, 5.0 + x), "two": (x, 9.0 + x)},
+        names=("measured", "modelled"),
+    )
     for axes, first in zip(figure.axes, (5.0, 9.0), strict=True):
         beneath, trace = axes.get_lines()[:2]
         assert (beneath.get_label(), trace.get_label()) == ("measured", "modelled")

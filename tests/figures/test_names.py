@@ -16,10 +16,26 @@ from bristle.figures.plain import one_line, printable
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {
-    "comparison", "comparison_in_short", "drive_table", "effort_over_time", "error_budget",
-    "everett_surface", "expected", "first_page", "fitted", "friction_over_velocity", "margins", "motion", "passages",
-    "prediction", "preisach_plane", "preisach_stages", "recorded_curves", "residuals", "rig_layout",
-}  # fmt: skip
+    "comparison",
+    "comparison_in_short",
+    "drive_table",
+    "effort_over_time",
+    "error_budget",
+    "everett_surface",
+    "expected",
+    "first_page",
+    "fitted",
+    "friction_over_velocity",
+    "margins",
+    "motion",
+    "passages",
+    "prediction",
+    "preisach_plane",
+    "preisach_stages",
+    "recorded_curves",
+    "residuals",
+    "rig_layout",
+}
 # Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
 WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "model_comparison", "tracking")
 FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
@@ -60,9 +76,7 @@ def test_every_figure_takes_every_name(names, only):
     for name in only or draws:
         svg = figures.inline_svg(draws[name](), "a", names[0])
         tree = ElementTree.fromstring(svg)
-        assert {one.tag for one in tree.iter()} <= {
-            "svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern",
-        }, name  # fmt: skip
+        assert {one.tag for one in tree.iter()} <= {"svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern"}, name
         assert FORBIDDEN.search(svg) is None, name
         used = set(re.findall(r'<[^>]*(?:href="#|url\(#)([^")]+)', svg))
         assert used <= {one.get("id") for one in tree.iter()}, name

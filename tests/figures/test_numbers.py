@@ -156,9 +156,7 @@ def test_bars_stand_where_they_end_by_their_names(axes):
 def test_level_bars_beside_their_rows_are_called_as_the_row(axes):
     axes.barh([-0.2, 0.8], [3.0, 5.0], height=0.3, label="a")
     axes.set_yticks([0, 1], ["first", "second"])
-    assert [(one["x"], one["name at y"]) for one in rows_of(numbers_of(axes.figure)[0])] == [
-        ("3", "first"), ("5", "second"),
-    ]  # fmt: skip
+    assert [(one["x"], one["name at y"]) for one in rows_of(numbers_of(axes.figure)[0])] == [("3", "first"), ("5", "second")]
 
 
 def test_ticks_with_numbers_are_no_names(axes):

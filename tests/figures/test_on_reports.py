@@ -39,13 +39,15 @@ def page_of(report, by_position=False):
             best = replace(best, position_rmse=1e-6, position_error_percent=1.0)
             identification = replace(identification, fits=(best, *identification.fits[1:]))
         return identification_report(
-            identification, prediction=facts["prediction"], simulation=facts["simulation"],
-            table=drive_table(best, 10), axis_name="axis", **TOLD,
-        )  # fmt: skip
-    if report == "prediction":
-        return prediction_report(
-            facts["prediction"], plant=best.plant, friction=best.friction, log=log, axis_name="axis", **TOLD
+            identification,
+            prediction=facts["prediction"],
+            simulation=facts["simulation"],
+            table=drive_table(best, 10),
+            axis_name="axis",
+            **TOLD,
         )
+    if report == "prediction":
+        return prediction_report(facts["prediction"], plant=best.plant, friction=best.friction, log=log, axis_name="axis", **TOLD)
     if report == "simulation":
         return simulation_report(facts["simulation"], **TOLD)
     return log_report(log, (), name="axis", **TOLD)
@@ -78,8 +80,7 @@ def test_nearly_every_figure_of_the_registry_is_drawn_of_the_small_results():
 
 
 @pytest.mark.parametrize(
-    ("report", "section"),
-    [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})],
+    ("report", "section"), [(report, section) for report in REPORTS for section in sorted({place.section for place in REPORTS[report]})]
 )
 def test_a_figure_that_is_added_to_a_section_stands_on_the_page(report, section, monkeypatch):
     module = ModuleType("bristle.figures.added")

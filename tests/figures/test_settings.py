@@ -88,17 +88,17 @@ def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
         assert shown("expected") == found
 
 
-@pytest.mark.parametrize("name", [
-    pytest.param("everett_surface", marks=pytest.mark.slow), "rig_layout",
-    pytest.param("following_error", marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name", [pytest.param("everett_surface", marks=pytest.mark.slow), "rig_layout", pytest.param("following_error", marks=pytest.mark.slow)]
+)
 def test_no_font_changes_a_figure(name, plain, monkeypatch):
     manager = font_manager.fontManager
     other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"
     others = [
         font_manager.FontEntry(str(other_font), name="DejaVu Sans", style=style, weight=weight, size="scalable")
-        for style in ("normal", "italic", "oblique") for weight in (400, 700)
-    ]  # fmt: skip
+        for style in ("normal", "italic", "oblique")
+        for weight in (400, 700)
+    ]
     monkeypatch.setattr(manager, "ttflist", others + manager.ttflist)
     manager.addfont(other_font)  # what was found before is forgotten
     try:
@@ -123,13 +123,7 @@ def run(code, folder, **environment):
     """Run Python in a folder; return what it printed, and what it remarked."""
     variables = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])} | environment
     ended = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env=variables,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=100,
+        [sys.executable, "-c", code], cwd=folder, env=variables, capture_output=True, text=True, check=False, timeout=100
     )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout, ended.stderr
@@ -141,15 +135,9 @@ def run(code, folder, **environment):
         pytest.param(SETTINGS.encode(), {}, id="settings"),
         pytest.param(b"font.family: caf\xe9\n", {}, id="undecodable", marks=pytest.mark.slow),
         pytest.param(b"text.usetex = True\n<html>\n::\n\x00\n", {"MPLBACKEND": "module://no.such"}, id="no settings"),
-        pytest.param(
-            None, {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "no/such/file"}, id="backend", marks=pytest.mark.slow
-        ),
-        pytest.param(
-            b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale", marks=pytest.mark.slow
-        ),
-        pytest.param(
-            None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow
-        ),
+        pytest.param(None, {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "no/such/file"}, id="backend", marks=pytest.mark.slow),
+        pytest.param(b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale", marks=pytest.mark.slow),
+        pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow),
     ],
 )
 def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(file, environment, tmp_path, plain):
@@ -187,8 +175,9 @@ def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_
         "rc = matplotlib.rcParams\n"
         "level = logging.getLogger('matplotlib').level\n"
         "print(rc['font.size'], rc['lines.linewidth'], rc['backend'], os.environ['MPLBACKEND'], level)",
-        tmp_path, MPLBACKEND="svg",
-    )  # fmt: skip
+        tmp_path,
+        MPLBACKEND="svg",
+    )
     assert told.split() == ["31.0", "7.0", "svg", "svg", str(logging.NOTSET)]
 
 
@@ -206,8 +195,9 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
         "assert plt.get_backend() == 'template'\n"
         "assert plt.gcf() is figure and figure.canvas is canvas and plt.get_fignums() == [1]\n"
         "print(logging.getLogger('matplotlib').level)\n",
-        tmp_path, MPLBACKEND="template",
-    )  # fmt: skip
+        tmp_path,
+        MPLBACKEND="template",
+    )
     assert told.split() == ["15"]
 
 
@@ -233,7 +223,7 @@ def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_user
         "thread.join()\n"
         "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), matplotlib.rcParams['font.size'])",
         tmp_path,
-    )  # fmt: skip
+    )
     assert told.split() == ["31", "31.0"]
 
 
@@ -243,8 +233,7 @@ def test_a_command_writes_the_same_report_and_says_nothing_of_the_settings(tmp_p
         folder = tmp_path / name
         folder.mkdir()
         (folder / "log.csv").write_text(
-            "time [s],position [mm],force [N]\n"
-            + "".join(f"{0.01 * k:g},{10 * (k % 60):d},{(k % 60) - 30:d}\n" for k in range(600))
+            "time [s],position [mm],force [N]\n" + "".join(f"{0.01 * k:g},{10 * (k % 60):d},{(k % 60) - 30:d}\n" for k in range(600))
         )
         (folder / "matplotlibrc").write_bytes(settings)
         command = "import sys; from bristle.cli.main import main; sys.exit(main(['log', 'log.csv', '--out', 'out']))"

@@ -56,9 +56,13 @@ def test_a_log_of_25000_samples_stays_small(stage):
     rng = np.random.default_rng(0)
     signal = rng.normal(size=n)
     traces = replace(
-        stage.identified.best.traces, time=1e-3 * np.arange(n), velocity=rng.normal(size=n),
-        acceleration=rng.normal(size=n), measured=signal, predicted=signal + rng.normal(size=n),
-    )  # fmt: skip
+        stage.identified.best.traces,
+        time=1e-3 * np.arange(n),
+        velocity=rng.normal(size=n),
+        acceleration=rng.normal(size=n),
+        measured=signal,
+        predicted=signal + rng.normal(size=n),
+    )
     fit = replace(stage.identified.best, traces=traces)
     for draw in (figures.effort_over_time, figures.residuals):
         assert len(inline_svg(draw(fit), "a", "")) < 200_000

@@ -20,11 +20,7 @@ LINEAR = {
     "schema": 1,
     "name": "stage",
     "kind": "translational",
-    "columns": {
-        "time": {"column": "t", "unit": "ms"},
-        "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "N"},
-    },
+    "columns": {"time": {"column": "t", "unit": "ms"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}},
 }
 
 
@@ -104,10 +100,7 @@ def test_a_joint_in_percent_of_rated_and_counts():
         {
             "schema": 1,
             "kind": "rotational",
-            "columns": {
-                "position": {"column": "enc", "unit": "count"},
-                "effort": {"column": "load", "unit": "%"},
-            },
+            "columns": {"position": {"column": "enc", "unit": "count"}, "effort": {"column": "load", "unit": "%"}},
             "effort": {"rated": "2.4 N*m"},
             "transmission": {"gear_ratio": 50},
             "encoder": {"counts_per_rev": 40000, "side": "motor"},
@@ -122,9 +115,7 @@ def test_a_joint_in_percent_of_rated_and_counts():
 
 def test_percent_of_a_rated_current():
     effort = {"rated": "3 A", "torque_constant": "0.5 Nm/A"}
-    axis = axis_from(
-        changed(kind="rotational", columns={"position": "q", "effort": {"column": "u", "unit": "%"}}, effort=effort)
-    )
+    axis = axis_from(changed(kind="rotational", columns={"position": "q", "effort": {"column": "u", "unit": "%"}}, effort=effort))
     assert si(axis.columns["effort"], 50.0) == pytest.approx(0.75)
 
 
@@ -144,9 +135,7 @@ def test_a_linear_scale_on_an_axis_told_as_an_angle():
 def test_a_known_input_in_any_unit_of_effort(gain):
     axis = axis_from(
         changed(
-            effort={"force_constant": "35 N/V"},
-            columns={"effort": {"column": "u", "unit": "V"}},
-            injected=[{"column": "pulses", **gain}],
+            effort={"force_constant": "35 N/V"}, columns={"effort": {"column": "u", "unit": "V"}}, injected=[{"column": "pulses", **gain}]
         )
     )
     assert axis.injected[0].gain == pytest.approx(70.0)
@@ -157,10 +146,7 @@ def column(**entry):
 
 
 BAD = [
-    (
-        {"schema": 2},
-        "schema: is not one that this bristle reads; found 2, allowed 1. Is the file from a newer bristle?",
-    ),
+    ({"schema": 2}, "schema: is not one that this bristle reads; found 2, allowed 1. Is the file from a newer bristle?"),
     ({"schema": datetime.date(1979, 5, 27)}, "schema: is not one that this bristle reads; found 1979-05-27"),
     ({"schema": True}, "schema: is not one that this bristle reads; found True"),
     ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
@@ -232,11 +218,7 @@ def test_what_is_refused_names_key_value_and_mend(tables, said):
 def test_with_a_gear_the_side_must_be_said():
     with pytest.raises(InputError, match=r"does not say on which side of the gear .* side = \"motor\""):
         axis_from(
-            changed(
-                kind="rotational",
-                transmission={"gear_ratio": 50},
-                columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"},
-            )
+            changed(kind="rotational", transmission={"gear_ratio": 50}, columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"})
         )
 
 

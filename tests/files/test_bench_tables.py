@@ -86,18 +86,21 @@ def test_what_is_fed_forward_is_read_with_its_units(tmp_path):
 def test_several_runs_are_reported_as_means_with_their_spread(tmp_path):
     result = simulate(read(tmp_path, HEAD)).variants["base"]
     singles = [
-        simulate(read(tmp_path, HEAD.replace("seeds = 3", "")
-                      .replace("scatter = 0.05", f"scatter = 0.05\nseed = {seed}")
-                      .replace('noise = "0.05 um"', f'noise = "0.05 um"\nseed = {seed}'))).variants["base"]
+        simulate(
+            read(
+                tmp_path,
+                HEAD.replace("seeds = 3", "")
+                .replace("scatter = 0.05", f"scatter = 0.05\nseed = {seed}")
+                .replace('noise = "0.05 um"', f'noise = "0.05 um"\nseed = {seed}'),
+            )
+        ).variants["base"]
         for seed in range(3)
-    ]  # fmt: skip
+    ]
     peaks = [one.following_error.peak_to_peak for one in singles]
     assert len(set(peaks)) == 3
     assert result.following_error.peak_to_peak == pytest.approx(sum(peaks) / 3)
     told = result.as_dict()
-    assert told["following_error"]["peak_to_peak_spread"] == pytest.approx(
-        math.sqrt(sum((one - sum(peaks) / 3) ** 2 for one in peaks) / 2)
-    )
+    assert told["following_error"]["peak_to_peak_spread"] == pytest.approx(math.sqrt(sum((one - sum(peaks) / 3) ** 2 for one in peaks) / 2))
     assert "peak_to_peak_spread" not in singles[0].as_dict()["following_error"]
 
 

@@ -61,8 +61,7 @@ def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
 
 
 def test_a_gain_for_an_angle_of_the_motor_needs_no_position_that_is_one():
-    by_angle, by_scale = (axis_from(tomllib.loads(text)) for text in (SCREW, SCREW.replace(
-        'unit = "rev", side = "motor"', 'unit = "mm"')))  # fmt: skip
+    by_angle, by_scale = (axis_from(tomllib.loads(text)) for text in (SCREW, SCREW.replace('unit = "rev", side = "motor"', 'unit = "mm"')))
     assert by_scale.controller.values["k_v"] == pytest.approx(by_angle.controller.values["k_v"], rel=1e-12)
 
 

@@ -26,11 +26,7 @@ duration = "6 s"
 sample_time = "10 ms"
 tolerance = "1 um"
 """
-LOG = (
-    "time [s],position [m],effort [N]\n"
-    + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120))
-    + "\n"
-)
+LOG = "time [s],position [m],effort [N]\n" + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120)) + "\n"
 
 
 def write(folder, text):
@@ -54,10 +50,7 @@ def test_a_plant_left_alone(tmp_path):
     ("table", "check"),
     [
         ('model = "constant"\nlevel = "3 N"', lambda u, t: np.ptp(u) == 0.0 and u[0] == 3.0),
-        (
-            'model = "sine"\namplitude = "2 kN"\nfrequency = "2 Hz"',
-            lambda u, t: np.allclose(u, 2e3 * np.sin(4.0 * np.pi * t)),
-        ),
+        ('model = "sine"\namplitude = "2 kN"\nfrequency = "2 Hz"', lambda u, t: np.allclose(u, 2e3 * np.sin(4.0 * np.pi * t))),
         (
             'model = "s_curve"\ndistance = "5 N"\nvelocity = "2 N/s"\nacceleration = "1 kN/s^2"',
             lambda u, t: u[-1] == pytest.approx(5.0) and np.max(np.diff(u)) == pytest.approx(0.02),
@@ -116,8 +109,10 @@ def test_a_run_longer_than_its_log_is_refused(tmp_path):
 
 
 def test_a_tolerance_in_a_loop_is_refused(tmp_path):
-    loop = OPEN.replace('[effort]\nmodel = "constant"', '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n'
-                        '[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1')  # fmt: skip
+    loop = OPEN.replace(
+        '[effort]\nmodel = "constant"',
+        '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
+    )
     with pytest.raises(InputError, match=r"run.tolerance: is for open loops.*\[effort\]"):
         read(tmp_path, loop)
 

@@ -142,12 +142,7 @@ def test_an_empty_variant_gives_the_file_as_it_stands_a_name(experiment):
 def test_another_controller_keeps_what_is_fed_forward():
     base = tomllib.loads(PLAIN)
     changed = merged(base, {"controller": {"model": "cascade", "k_p": 1, "k_v": 2}})
-    assert changed["controller"] == {
-        "model": "cascade",
-        "k_p": 1,
-        "k_v": 2,
-        "feedforward": base["controller"]["feedforward"],
-    }
+    assert changed["controller"] == {"model": "cascade", "k_p": 1, "k_v": 2, "feedforward": base["controller"]["feedforward"]}
     assert base == tomllib.loads(PLAIN)
 
 
@@ -209,9 +204,7 @@ def test_an_identified_model_gives_plant_kind_and_friction(experiment):
 
 
 def test_a_users_own_model_by_file(experiment, own_model):
-    text = PLAIN.replace(
-        'model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5'
-    )
+    text = PLAIN.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5')
     with pytest.raises(InputError, match="not run unasked"):
         experiment(text)
     with pytest.warns(InputWarning, match="is run"):
@@ -222,12 +215,7 @@ def test_a_users_own_model_by_file(experiment, own_model):
 
 
 def test_the_units_tell_the_kind(experiment):
-    text = (
-        PLAIN.replace('"2 kg"', "2")
-        .replace('"3 N"', '"3 N*m"')
-        .replace('"2.5 N"', '"2.5 N*m"')
-        .replace("1 mm", "1 mrad")
-    )
+    text = PLAIN.replace('"2 kg"', "2").replace('"3 N"', '"3 N*m"').replace('"2.5 N"', '"2.5 N*m"').replace("1 mm", "1 mrad")
     assert experiment(text).kind == "rotational"
 
 
@@ -248,7 +236,7 @@ def test_the_units_tell_the_kind(experiment):
         (PLAIN.replace("[run]", "[run]\nsubsteps = inf"), ("run.substeps", "finite")),
         (PLAIN.replace("gain = 0.9", "gain = 'much'"), ("controller.feedforward.gain",)),
         (PLAIN.replace("gain = 0.9", "gian = 0.9"), ("controller.feedforward.gian", "Did you mean 'gain'")),
-        (PLAIN.replace('[plant]', 'kind = "rotational"\n[plant]'), ("friction.F_C", "rotational")),
+        (PLAIN.replace("[plant]", 'kind = "rotational"\n[plant]'), ("friction.F_C", "rotational")),
         (BY_AXIS.replace("schema = 1", 'schema = 1\nkind = "rotational"'), ("kind", "translational")),
         (BY_AXIS + "axis = 'nowhere.toml'\n", ("reference.axis", "nowhere.toml")),
         (BY_AXIS.replace("log.csv", "none.csv"), ("reference.file", "none.csv")),
@@ -256,7 +244,7 @@ def test_the_units_tell_the_kind(experiment):
         (BY_AXIS.replace('model = "coulomb"\nF_C = "3 N"', 'file = "model.toml"'), ("friction.file", "rotational")),
         (BY_MODEL.replace("F_C_neg", "F_C"), ("controller.feedforward.friction.F_C", "F_C_neg")),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_named_with_its_place(experiment, text, words):
     with pytest.raises(InputError) as caught:
         experiment(text, model=IDENTIFIED)

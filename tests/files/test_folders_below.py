@@ -73,10 +73,7 @@ def test_what_stands_in_place_of_the_folder_is_a_persons(out, what, tmp_path):
 
 def test_what_is_read_there_is_not_replaced(out):
     reads = [out / "figures" / "a.svg"]
-    with (
-        pytest.raises(InputError, match="holds what is read here: figures"),
-        results_folder(out, force=True, reads=reads),
-    ):
+    with pytest.raises(InputError, match="holds what is read here: figures"), results_folder(out, force=True, reads=reads):
         pytest.fail("the work must not begin")
 
 

@@ -74,18 +74,19 @@ def refusal(data):
 
 
 def test_what_is_to_be_filled_in_is_named_until_it_is():
-    data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"},
-                 effort={"rated": "?"})  # fmt: skip
+    data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"})
     with pytest.raises(InputError, match=r"columns\.position\.unit: is still to be filled in.*So are effort\.rated"):
         axis_from(data)
 
 
 def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
     data = table(
-        kind="linear", columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "2.4 N*m"},
+        kind="linear",
+        columns__effort={"column": "u", "unit": "‰"},
+        effort={"rated": "2.4 N*m"},
         transmission={"gear_ratio": 2, "lead": "10 mm"},
         controller={"model": "cascade", "k_p": "60 1/s", "k_v": "20 %*s/rad"},
-    )  # fmt: skip
+    )
     axis = axis_from(data)
     # 1 % of 2.4 N*m for 1 rad/s of the motor, which moves the axis by 10 mm/(2 * 2 pi).
     assert axis.controller.values["k_v"] * axis.arm**2 == pytest.approx(0.2 * 2.4, rel=1e-12)
@@ -106,8 +107,7 @@ def test_the_unit_of_the_position_says_which_kind_it_is(unit, kind):
 def test_one_constant_is_of_a_force_or_of_a_torque():
     effort = {"column": "u", "unit": "A"}
     straight = axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A"}))
-    turning = axis_from(table(kind="rotary", columns__position="q", columns__effort=effort,
-                              effort={"constant": "0.12 N*m/A"}))  # fmt: skip
+    turning = axis_from(table(kind="rotary", columns__position="q", columns__effort=effort, effort={"constant": "0.12 N*m/A"}))
     assert (straight.columns["effort"].scale, turning.columns["effort"].scale) == (61.2, 0.12)
     with pytest.raises(InputError, match="has both a force_constant and a constant"):
         axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}))

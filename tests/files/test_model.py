@@ -56,8 +56,14 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
         Estimate("offset", "N", "offset", 0.0, None, "held"),
     ]
     path = tmp_path / "model.toml"
-    write_model(path, plants.inertia(M=20.0), model, estimates=estimates, provenance={"command": 'a "b" \\ c'},
-                notes={"F_C": 'the "edge"\nof what is sought', "M": ""})  # fmt: skip
+    write_model(
+        path,
+        plants.inertia(M=20.0),
+        model,
+        estimates=estimates,
+        provenance={"command": 'a "b" \\ c'},
+        notes={"F_C": 'the "edge"\nof what is sought', "M": ""},
+    )
     assert "M = 20.0 # kg: moving mass or inertia" in path.read_text()
     raw = tomllib.loads(path.read_text())
     assert raw["schema"] == 1
@@ -73,9 +79,7 @@ def test_the_treatment_of_the_identification_comes_back(tmp_path):
     treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3, "lag": 2.8e-4}
     write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
     assert "cutoff = 37.5 # Hz: " in path.read_text()
-    assert read_model(path).info["treatment"] == {
-        "cutoff": 37.5, "decimation": 4, "velocity_max": 0.3, "lag": 2.8e-4,
-    }  # fmt: skip
+    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3, "lag": 2.8e-4}
     write_model(path, None, find("coulomb")(F_C=8.0))
     assert read_model(path).info["treatment"] == {}
 
@@ -183,10 +187,7 @@ def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_
         read_model(path)
 
 
-@pytest.mark.parametrize(("bad", "plant", "model"), [
-    ("plant", 5, friction.coulomb(F_C=1.0)),
-    ("friction", None, friction.coulomb),
-])  # fmt: skip
+@pytest.mark.parametrize(("bad", "plant", "model"), [("plant", 5, friction.coulomb(F_C=1.0)), ("friction", None, friction.coulomb)])
 def test_what_is_no_model_is_refused_by_name_before_anything_is_written(bad, plant, model, tmp_path):
     with pytest.raises(InputError, match=rf"^{bad}: must be a model with parameters"):
         write_model(tmp_path / "model.toml", plant, model)

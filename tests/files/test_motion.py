@@ -9,12 +9,7 @@ from bristle.files.motion import motion_columns, write_motion
 
 T = 1e-3 * np.arange(2000)
 X = 0.01 * np.sin(2.0 * np.pi * T) ** 3
-SIGNALS = {
-    "time": T,
-    "position": X,
-    "velocity": np.gradient(X, T),
-    "acceleration": np.gradient(np.gradient(X, T), T),
-}
+SIGNALS = {"time": T, "position": X, "velocity": np.gradient(X, T), "acceleration": np.gradient(np.gradient(X, T), T)}
 
 AXES = {
     "millimetres": {
@@ -49,10 +44,7 @@ def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
         "position": {**AXES[name]["columns"]["position"], "column": head[1].split(" [")[0]},
         "velocity": AXES[name]["columns"].get("velocity"),
     }
-    again = axis_from({
-        "schema": 1, "kind": "translational", **AXES[name],
-        "columns": {key: one for key, one in columns.items() if one},
-    })  # fmt: skip
+    again = axis_from({"schema": 1, "kind": "translational", **AXES[name], "columns": {key: one for key, one in columns.items() if one}})
     log = read_log(tmp_path / "motion.csv", again)
     assert log.sample_time == pytest.approx(1e-3)
     assert log.position.values == pytest.approx(X, abs=1e-12)
@@ -61,15 +53,10 @@ def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
 
 
 def test_heads_say_name_and_unit():
-    heads = {name: head for name, (head, _) in motion_columns(axis_from({
-        "schema": 1, "kind": "translational", **AXES["millimetres"]
-    })).items()}  # fmt: skip
-    assert heads == {
-        "time": "t [ms]",
-        "position": "soll [mm]",
-        "velocity": "velocity [mm/s]",
-        "acceleration": "acceleration [mm/s^2]",
+    heads = {
+        name: head for name, (head, _) in motion_columns(axis_from({"schema": 1, "kind": "translational", **AXES["millimetres"]})).items()
     }
+    assert heads == {"time": "t [ms]", "position": "soll [mm]", "velocity": "velocity [mm/s]", "acceleration": "acceleration [mm/s^2]"}
 
 
 def test_an_axis_without_columns_has_si():

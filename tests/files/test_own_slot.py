@@ -14,16 +14,7 @@ from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
-from bristle.friction import (
-    base_of,
-    channel_slots_of,
-    coulomb_viscous,
-    find,
-    lugre,
-    unvaried,
-    with_presliding,
-    with_slots,
-)
+from bristle.friction import base_of, channel_slots_of, coulomb_viscous, find, lugre, unvaried, with_presliding, with_slots
 
 CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
 V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])
@@ -84,10 +75,13 @@ def test_a_model_and_a_slot_of_ones_own_go_together(oiled, bench):
 
 def test_in_a_loop_the_channel_has_its_usual_value(bench):
     tables = {
-        "schema": 1, "plant": {"M": "20 kg"}, "run": {"duration": "0.5 s", "sample_time": "1 ms"},
+        "schema": 1,
+        "plant": {"M": "20 kg"},
+        "run": {"duration": "0.5 s", "sample_time": "1 ms"},
         "controller": {"model": "cascade", "k_p": "80 1/s", "k_v": "4 N*s/mm"},
-        "reference": {"model": "sine", "amplitude": "5 mm", "frequency": "2 Hz"}, "compare": {"as_it_is": {}},
-    }  # fmt: skip
+        "reference": {"model": "sine", "amplitude": "5 mm", "frequency": "2 Hz"},
+        "compare": {"as_it_is": {}},
+    }
     less = float(np.exp(-3e-6 * 1e5))
     own = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
     Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": own}))
@@ -97,9 +91,7 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
         experiment = read_experiment("own.toml", allow_code=True)
     scaled = {"model": "coulomb_viscous", "F_C": 8.0 * less, "F_v": 40.0 * less}
     Path("scaled.toml").write_text(tomlkit.dumps(tables | {"friction": scaled}))
-    found, expected = (
-        br.simulate(one).variants["as_it_is"].position for one in (experiment, read_experiment("scaled.toml"))
-    )
+    found, expected = (br.simulate(one).variants["as_it_is"].position for one in (experiment, read_experiment("scaled.toml")))
     assert found == pytest.approx(expected, abs=1e-12)
 
 
@@ -131,9 +123,14 @@ def test_it_may_raise_the_level_alone(bench):
 
 def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
     warm = edited(
-        (CHANNEL, '"temperature"'), ('"oiled"', '"warm"'), ("    a:", "    w:"), ("p.a ", "p.w "), ("b_0", "T_0"),
-        ('{"a": 3e-6}', '{"w": 1e-2}'), ("2e5", "293.15"),
-    )  # fmt: skip
+        (CHANNEL, '"temperature"'),
+        ('"oiled"', '"warm"'),
+        ("    a:", "    w:"),
+        ("p.a ", "p.w "),
+        ("b_0", "T_0"),
+        ('{"a": 3e-6}', '{"w": 1e-2}'),
+        ("2e5", "293.15"),
+    )
     plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
     both = with_slots(coulomb_viscous, [warm, oiled])(F_C=8.0, F_v=30.0, a=3e-6, w=1e-2)
     assert [one.name for one in both.component.surroundings] == ["temperature", "pressure"]
@@ -148,8 +145,7 @@ def test_it_may_depend_on_a_channel_of_bristle_and_beside_another_one(oiled):
 
 
 def test_two_slots_do_not_take_one_name_for_two_things(oiled):
-    other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"),
-                   ('{"a"', '{"c"'))  # fmt: skip
+    other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"'))
     with pytest.raises(InputError, match=r"channel pressure: is described by two slots, and not alike"):
         with_slots(lugre, [oiled, other])
     clash = edited(("b_0", "F_C"))
@@ -184,9 +180,7 @@ def test_a_wrong_file_is_refused_with_what_to_change(bench, old, new, said):
 
 
 def test_every_parameter_has_a_default(bench):
-    with pytest.raises(
-        InputError, match=r"edited\.py: Parameters\.a: has no default\. Give each parameter the default"
-    ):
+    with pytest.raises(InputError, match=r"edited\.py: Parameters\.a: has no default\. Give each parameter the default"):
         edited(("] = 2e5", "]"), ("] = 0.0", "]"))
 
 
@@ -231,14 +225,8 @@ def test_a_channel_that_cannot_be_one_is_refused(bench, line, said):
 @pytest.mark.parametrize(
     ("unit", "said"),
     [
-        (
-            "mm",
-            r"pressure\.unit: is of another quantity than the slot takes it for; found 'm', allowed pressure",
-        ),
-        (
-            "-",
-            r"columns\.pressure: is out of range.*found -2.*allowed >= 0 N/m\^2.*unit right",
-        ),
+        ("mm", r"pressure\.unit: is of another quantity than the slot takes it for; found 'm', allowed pressure"),
+        ("-", r"columns\.pressure: is out of range.*found -2.*allowed >= 0 N/m\^2.*unit right"),
     ],
 )
 def test_what_is_no_pressure_is_not_taken_for_one(bench, oiled, unit, said):
@@ -275,7 +263,5 @@ def test_in_c_the_channel_comes_in_and_the_bits_are_the_same(bench, oiled):
     forces = np.array(built(bench / "out", "at.c").stdout.split(), dtype=float)
     x = 1e-5 * ((np.arange(60) * 37) % 91)
     with interpreted():
-        expected = force_along(
-            model, np.diff(x) / 5e-4, 5e-4, x[1:], temperature=300.0, pressure=1e4 * np.arange(1.0, 60.0)
-        )
+        expected = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], temperature=300.0, pressure=1e4 * np.arange(1.0, 60.0))
     assert np.array_equal(forces[1:], expected)

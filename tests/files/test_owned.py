@@ -76,9 +76,7 @@ def test_a_note_that_lacks_what_bristle_writes_is_none(tmp_path, key):
         assert note_of(tmp_path, HEAD | {key: [HEAD[key]]}) is None
 
 
-@pytest.mark.parametrize(
-    "line", [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}]
-)
+@pytest.mark.parametrize("line", [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}])
 def test_a_note_with_a_line_that_bristle_does_not_write_is_none(tmp_path, line):
     assert note_of(tmp_path, HEAD, {"file": "a", "sha256": "00"}) is not None
     assert note_of(tmp_path, HEAD, {"file": "a"}, line) is None

@@ -164,8 +164,7 @@ def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
 
 def test_a_name_that_is_no_text_is_refused(tmp_path):
     path = tmp_path / "own.py"
-    path.write_text("from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\n"
-                    "MODEL = replace(dahl, name=5)\n")  # fmt: skip
+    path.write_text("from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\nMODEL = replace(dahl, name=5)\n")
     with pytest.raises(InputError, match="a name that cannot be asked for; found 5"):
         load_code(path)
 
@@ -232,14 +231,27 @@ def test_nobody_else_looks_into_what_is_remembered():
 
 
 RAISED = [
-    "raise SystemExit", "raise SystemExit('now')", "raise BaseException('odd')", "raise GeneratorExit",
+    "raise SystemExit",
+    "raise SystemExit('now')",
+    "raise BaseException('odd')",
+    "raise GeneratorExit",
     "import sys; sys.exit(0)",
-    "class Odd(BaseException):\n    def __str__(self):\n        raise RuntimeError\nraise Odd", "def f(): f()\nf()",
-    "raise InputError", "import no_such_module", "(" * 500 + ")" * 500, "x = " + "-" * 100_000 + "1", "x = '''",
-    "raise ExceptionGroup('several', [ValueError('one')])", "assert False", "1 / 0", "del __builtins__\nopen",
+    "class Odd(BaseException):\n    def __str__(self):\n        raise RuntimeError\nraise Odd",
+    "def f(): f()\nf()",
+    "raise InputError",
+    "import no_such_module",
+    "(" * 500 + ")" * 500,
+    "x = " + "-" * 100_000 + "1",
+    "x = '''",
+    "raise ExceptionGroup('several', [ValueError('one')])",
+    "assert False",
+    "1 / 0",
+    "del __builtins__\nopen",
     "\ufeff\ufeff",
-    "MODEL = 3", "MODEL = None", "from bristle.core import FrictionModel\nMODEL = FrictionModel(name='a')",
-]  # fmt: skip
+    "MODEL = 3",
+    "MODEL = None",
+    "from bristle.core import FrictionModel\nMODEL = FrictionModel(name='a')",
+]
 
 
 @pytest.mark.parametrize("code", RAISED, ids=range(len(RAISED)))

@@ -13,9 +13,7 @@ def test_names_checksums_and_command(tmp_path):
     log.write_bytes(b"another")
     found = provenance("bristle identify log.csv", log=content, axis=None, code=())
     (tmp_path / "as_read.csv").write_bytes(content.data)
-    printed = subprocess.run(
-        ["sha256sum", tmp_path / "as_read.csv"], capture_output=True, text=True, check=True
-    ).stdout.split()[0]
+    printed = subprocess.run(["sha256sum", tmp_path / "as_read.csv"], capture_output=True, text=True, check=True).stdout.split()[0]
     assert found["log"] == "log.csv"
     assert found["log_sha256"] == printed.split()[0]
     assert found["command"] == "bristle identify log.csv"

@@ -600,9 +600,7 @@ def test_killed_at_random_moments(tmp_path):
 
 
 def test_a_limit_on_the_size_of_files(out):
-    process = writer(
-        out, "new", 100_000, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
-    )
+    process = writer(out, "new", 100_000, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)))
     _, errors = process.communicate()
     assert process.returncode != 0
     assert "InputError" in errors
@@ -810,9 +808,7 @@ def test_results_without_a_file_are_a_bug(tmp_path):
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "name", ["../x", "/x", "a/../b", "a/b/c", "a//b", "a/", "./a", f"a/{NOTE}", "a\\b", "..", ".", "", NOTE, "a\0b"]
-)
+@pytest.mark.parametrize("name", ["../x", "/x", "a/../b", "a/b/c", "a//b", "a/", "./a", f"a/{NOTE}", "a\\b", "..", ".", "", NOTE, "a\0b"])
 def test_a_name_that_leads_elsewhere_is_a_bug(tmp_path, name):
     with pytest.raises(ValueError, match="is not the name"), results_folder(tmp_path / "run") as folder:
         folder / name

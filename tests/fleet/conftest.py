@@ -8,10 +8,7 @@ from bristle.core.axis import Axis, Column
 
 OPTIONS = {"draws": 0, "blocks": 2}
 AXIS = Axis(
-    columns={
-        name: Column(name, "", unit)
-        for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"), ("temperature", "K"))
-    },
+    columns={name: Column(name, "", unit) for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"), ("temperature", "K"))},
     mass=12.0,
 )
 
@@ -48,5 +45,6 @@ def errors():
     return Errors(
         {name: size * rng.standard_normal(58) for name, size in std.items()},
         {name: 2.0 * size * np.exp(0.1 * rng.standard_normal(58)) for name, size in std.items()},
-        scatter, np.column_stack([0.8 * scatter, 1.3 * scatter]),
-    )  # fmt: skip
+        scatter,
+        np.column_stack([0.8 * scatter, 1.3 * scatter]),
+    )

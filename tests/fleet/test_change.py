@@ -71,10 +71,13 @@ def test_thresholds_fall_as_the_rate_rises_and_end_where_nothing_was_simulated()
 @pytest.mark.parametrize(
     ("text", "days", "quantities", "rate"),
     [
-        ("1 in 1000 days", 1.0, 1, 1e-3), ("1 per 1000 days", 0.5, 1, 5e-4), ("2/1000 days", 1.0, 4, 5e-4),
-        ("1 in 500 logs", 7.0, 2, 1e-3), ("1 in 500 logs", None, 1, 2e-3),
+        ("1 in 1000 days", 1.0, 1, 1e-3),
+        ("1 per 1000 days", 0.5, 1, 5e-4),
+        ("2/1000 days", 1.0, 4, 5e-4),
+        ("1 in 500 logs", 7.0, 2, 1e-3),
+        ("1 in 500 logs", None, 1, 2e-3),
     ],
-)  # fmt: skip
+)
 def test_a_rate_is_shared_by_quantities_and_follows_the_time_between_observations(text, days, quantities, rate):
     assert false_alarms_from(text).per_observation(days, quantities) == pytest.approx(rate)
 

@@ -19,9 +19,7 @@ from bristle.study.dataset import runs_in
 
 
 def each(logs, out, **options):
-    return identify_each(
-        [logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options
-    )
+    return identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)
 
 
 def test_a_log_is_a_row_and_one_that_fails_is_a_row_with_its_reason(logs, tmp_path):
@@ -59,9 +57,7 @@ def test_it_goes_on_and_it_grows_and_what_is_there_keeps_its_number(logs, tmp_pa
     (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
     write_log(logs / "press_2026-03-02T01-00.csv", 5.2, seed=9)  # sorts between those that are there
     identified, columns = [], Identifier.columns
-    monkeypatch.setattr(
-        Identifier, "columns", lambda self, block: identified.append(block.first) or columns(self, block)
-    )
+    monkeypatch.setattr(Identifier, "columns", lambda self, block: identified.append(block.first) or columns(self, block))
     each(logs, tmp_path / "out")
     assert identified == [1, 3]
     names = [entry["log"] for entry in json.loads((tmp_path / "out" / "study.json").read_text())["logs"]]
@@ -86,9 +82,10 @@ def test_a_log_with_another_content_and_another_model_are_refused(logs, tmp_path
 def test_what_a_command_names_wrongly_is_refused_before_anything_begins(logs, tmp_path):
     first = logs / "press_2026-03-01T06-30.csv"
     for names, message in (
-        ([logs / "gone.csv"], "there is no such file"), ([logs, first], "is named twice"),
+        ([logs / "gone.csv"], "there is no such file"),
+        ([logs, first], "is named twice"),
         ([f"{first}::*"], "holds no such table"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(InputError, match=message):
             each(names, tmp_path / "out")
     with pytest.raises(InputError, match="takes one model"):
@@ -103,11 +100,10 @@ def test_tables_of_a_file_are_logs(tmp_path):
     t = np.arange(3000) * 1e-3
     tables = {f"test_{k}": np.column_stack((t, np.sin((3.0 + k) * t), np.sign(np.cos((3.0 + k) * t)))) for k in (1, 2)}
     np.savez(tmp_path / "all.npz", **tables, rest=np.zeros((3000, 3)))
-    columns = {name: Column(f"column_{k}", "", unit) for k, (name, unit) in enumerate(
-        (("time", "s"), ("position", "m"), ("effort", "N")), 1)}  # fmt: skip
-    identify_each(
-        [f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS
-    )
+    columns = {
+        name: Column(f"column_{k}", "", unit) for k, (name, unit) in enumerate((("time", "s"), ("position", "m"), ("effort", "N")), 1)
+    }
+    identify_each([f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS)
     columns = runs_in(tmp_path / "out").columns
     assert columns["log"].tolist() == ["all.npz::test_1", "all.npz::test_2"]
     assert columns["status"].tolist() == ["ok", "ok"]

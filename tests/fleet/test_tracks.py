@@ -19,12 +19,18 @@ ABOUT = {
 def rows(count=12, axis="x", per_day=2, **columns):
     value = 5.0 + 0.1 * np.arange(count)
     usual = {
-        "status": np.full(count, "ok"), "friction.F_C": value, "friction.F_C.lower": value - 0.196,
-        "friction.F_C.upper": value + 0.196, "friction.F_C.status": np.full(count, "identified"),
-        "plant.M": np.ones(count), "plant.M.status": np.full(count, "held"), "scatter": np.full(count, 0.02),
-        "scatter.lower": np.full(count, 0.015), "scatter.upper": np.full(count, 0.03),
+        "status": np.full(count, "ok"),
+        "friction.F_C": value,
+        "friction.F_C.lower": value - 0.196,
+        "friction.F_C.upper": value + 0.196,
+        "friction.F_C.status": np.full(count, "identified"),
+        "plant.M": np.ones(count),
+        "plant.M.status": np.full(count, "held"),
+        "scatter": np.full(count, 0.02),
+        "scatter.lower": np.full(count, 0.015),
+        "scatter.upper": np.full(count, 0.03),
         "temperature": np.full(count, np.nan),
-    }  # fmt: skip
+    }
     time = DAY * (20000.25 + np.arange(count) // per_day + 0.3 * (np.arange(count) % per_day))
     return Rows((axis,) * count, ("log",) * count, time, usual | columns, ABOUT)
 
@@ -87,9 +93,11 @@ def test_what_came_before_a_date_is_left_out():
 def fleet(monkeypatch, logs, folders=None, stamps=None):
     count = len(logs)
     columns = {
-        "log": np.array(logs), "folder": np.array(folders or ["hall"] * count),
-        "time_of_log": np.array(stamps or ["NaT"] * count, "datetime64[us]"), "status": np.full(count, "ok"),
-    }  # fmt: skip
+        "log": np.array(logs),
+        "folder": np.array(folders or ["hall"] * count),
+        "time_of_log": np.array(stamps or ["NaT"] * count, "datetime64[us]"),
+        "status": np.full(count, "ok"),
+    }
     described = {"logs": [], "model": "coulomb", "kind": "translational", "columns": ABOUT}
     monkeypatch.setattr(module, "_stores_in", lambda folder: iter([folder]))
     monkeypatch.setattr(module, "runs_in", lambda store: Some(described=described, columns=columns, count=count))
@@ -110,9 +118,13 @@ def test_the_axis_of_a_log_is_its_folder_or_what_a_pattern_says(monkeypatch):
 
 @pytest.mark.parametrize(
     ("pattern", "message"),
-    [("(", "is no regular expression"), ("(?P<name>.)", "has no group called axis"),
-     ("(?P<axis>q)", "does not fit the pattern"), ("(?P<axis>h)(?P<date>a)", "is no date")],
-)  # fmt: skip
+    [
+        ("(", "is no regular expression"),
+        ("(?P<name>.)", "has no group called axis"),
+        ("(?P<axis>q)", "does not fit the pattern"),
+        ("(?P<axis>h)(?P<date>a)", "is no date"),
+    ],
+)
 def test_a_pattern_that_does_not_serve_is_refused(monkeypatch, pattern, message):
     fleet(monkeypatch, ["b.csv"])
     with pytest.raises(InputError, match=message):

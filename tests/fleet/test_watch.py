@@ -17,8 +17,16 @@ DAYS = 120
 
 def track(values, temperature=None, std=None):
     count = len(values)
-    return Track("x", "friction.F_C", "N", 20000.0 + np.arange(count), np.asarray(values),
-                 np.full(count, 0.05) if std is None else std, temperature, True)  # fmt: skip
+    return Track(
+        "x",
+        "friction.F_C",
+        "N",
+        20000.0 + np.arange(count),
+        np.asarray(values),
+        np.full(count, 0.05) if std is None else std,
+        temperature,
+        True,
+    )
 
 
 def level(seed, temperature=None, count=DAYS):

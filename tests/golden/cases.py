@@ -75,8 +75,7 @@ def emps_lugre_draws_without_blocks() -> Found:
 def emps_as_asked() -> Found:
     """Every number that can be known beforehand, and every number of the treatment."""
     log, axis = logs.emps()
-    return fitted(log, "coulomb_viscous,stribeck", axis, cutoff="50 Hz", decimation=5, blocks=3, mass="95 kg",
-                  offset="-3 N")  # fmt: skip
+    return fitted(log, "coulomb_viscous,stribeck", axis, cutoff="50 Hz", decimation=5, blocks=3, mass="95 kg", offset="-3 N")
 
 
 @golden(fast=True, measured=True)
@@ -99,8 +98,7 @@ def emps_closed_loop() -> Found:
     log, axis = logs.emps("axis_refined.toml")
     half = len(log) // 2
     first, second = (replace(log, segments=(part,)) for part in (slice(0, half), slice(half, len(log))))
-    found = identify(first, "stribeck_free+asymmetry,coulomb_viscous", axis=axis, method="output_error", draws=0,
-                     blocks=0)  # fmt: skip
+    found = identify(first, "stribeck_free+asymmetry,coulomb_viscous", axis=axis, method="output_error", draws=0, blocks=0)
     best = found.best
     predictions = {
         mode: of_prediction(predict(best.plant, best.friction, second, axis, mode, lag=best.lag), best.friction)
@@ -130,9 +128,7 @@ def tribometer_halves() -> Found:
     log, axis = logs.tribometer()
     first, second = within(log, (12.0, 108.5)), within(log, (108.5, 205.0))
     found = identify(first, "dahl,maxwell_slip,maxwell_slip+position,gms", axis=axis, free="exponent", draws=0)
-    predictions = {
-        fit.name: of_prediction(predict(fit.plant, fit.friction, second, axis), fit.friction) for fit in found.fits
-    }
+    predictions = {fit.name: of_prediction(predict(fit.plant, fit.friction, second, axis), fit.friction) for fit in found.fits}
     return of_identification(found) | {"predictions": predictions}
 
 
@@ -215,10 +211,9 @@ def demo_draws() -> Found:
     best = found.best
     assert best.resampling is not None
     said = {
-        mode: of_prediction(predict(best.plant, best.friction, unseen, axis, mode, bands=best.resampling.bands),
-                            best.friction)
+        mode: of_prediction(predict(best.plant, best.friction, unseen, axis, mode, bands=best.resampling.bands), best.friction)
         for mode in ("inverse", "closed-loop")
-    }  # fmt: skip
+    }
     force = unexplained(best.plant, best.friction, unseen, axis)
     return of_identification(found) | {"predictions": said, "unexplained": force}
 

@@ -35,9 +35,7 @@ def in_loop(*, pairs: int = 5, scatter: float = 0.0) -> Log:
 
 
 RATE, SIZE, FINE = 750.0, 1500, 40
-OPEN = Axis(
-    plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1
-)
+OPEN = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1)
 
 
 @cache
@@ -53,9 +51,12 @@ def ringing() -> Log:
     position = np.tile(trace.position[-one.size :: FINE], 2)
     position = position + np.random.default_rng(2).normal(0.0, 5e-6, position.size)
     return Log(
-        time=Channel(np.arange(position.size) / RATE, "s", "t"), position=Channel(position, "m", "y"),
-        effort=Channel(np.tile(one[::FINE], 2), "N", "u"), sample_time=1.0 / RATE, segments=(slice(0, position.size),),
-    )  # fmt: skip
+        time=Channel(np.arange(position.size) / RATE, "s", "t"),
+        position=Channel(position, "m", "y"),
+        effort=Channel(np.tile(one[::FINE], 2), "N", "u"),
+        sample_time=1.0 / RATE,
+        segments=(slice(0, position.size),),
+    )
 
 
 # --- motion that is known -------------------------------------------------------------------------------------------
@@ -94,9 +95,8 @@ def elements_with_stribeck() -> Log:
     x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
     v, a = (np.concatenate([getattr(one, name) for one in (loops, slides)]) for name in ("velocity", "acceleration"))
     truth = find("gms")(
-        F_C=20.0, F_S=28.0, v_S=1e-3, C=2e3, sigma_2=300.0, offset=1.5, nu_i=share,
-        k_i=28.0 * share / np.array([2e-6, 6e-6, 15e-6]),
-    )  # fmt: skip
+        F_C=20.0, F_S=28.0, v_S=1e-3, C=2e3, sigma_2=300.0, offset=1.5, nu_i=share, k_i=28.0 * share / np.array([2e-6, 6e-6, 15e-6])
+    )
     sides = np.sign(v)
     leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
     levels = 1.0 + 0.03 * np.random.default_rng(10).standard_normal(leg[-1] + 1)

@@ -78,11 +78,5 @@ def test_what_was_and_what_is_are_told():
 
 
 def test_numbers_survive_the_file_to_the_last_bit():
-    found = {
-        "a": [0.1 + 0.2, 5e-324, -1e300],
-        "b": {"c": [1, None, True]},
-        "µ": ["x", {}],
-        "d": [],
-        "e": [[1.5], [2.5]],
-    }
+    found = {"a": [0.1 + 0.2, 5e-324, -1e300], "b": {"c": [1, None, True]}, "µ": ["x", {}], "d": [], "e": [[1.5], [2.5]]}
     assert json.loads(frozen_text(found)) == found

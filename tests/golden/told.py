@@ -34,9 +34,7 @@ MARKS = 7  # of a signal that are kept one by one, beside its length, mean and r
 
 def of_identification(found: Any) -> dict[str, Any]:
     """Return all that an identification says."""
-    summary = identification_summary(
-        found, table=drive_table(found.best, 20), simulation=None, prediction=None, provenance={}
-    )
+    summary = identification_summary(found, table=drive_table(found.best, 20), simulation=None, prediction=None, provenance={})
     traces = {name: signal(values) for name, values in vars(found.best.traces).items()}
     return plain({"json": summary, "notes": found.notes, "fits": [_fit(one) for one in found.fits], "traces": traces})
 
@@ -69,8 +67,7 @@ def _fit(fit: Any) -> dict[str, Any]:
 
 def _estimate(one: Any) -> dict[str, Any]:
     numbers = {name: getattr(one, name) for name in ("value", "std", "robust_std", "interval")}
-    return numbers | {"name": one.name, "unit": one.unit, "status": one.status, "note": note_of(one),
-                      "description": one.description}  # fmt: skip
+    return numbers | {"name": one.name, "unit": one.unit, "status": one.status, "note": note_of(one), "description": one.description}
 
 
 def _resampling(found: Any) -> dict[str, Any]:
@@ -87,8 +84,7 @@ def _resampling(found: Any) -> dict[str, Any]:
 def of_prediction(prediction: Any, friction: Any) -> dict[str, Any]:
     """Return all that a prediction says."""
     summary = prediction_summary(prediction, friction=friction, notes=(), provenance={})
-    names = ("time", "effort", "effort_predicted", "position", "position_predicted", "half_width",
-             "position_half_width")  # fmt: skip
+    names = ("time", "effort", "effort_predicted", "position", "position_predicted", "half_width", "position_half_width")
     return plain({"json": summary, "signals": {name: signal(getattr(prediction, name)) for name in names}})
 
 
@@ -136,9 +132,4 @@ def signal(values: Any) -> dict[str, Any] | None:
         return None
     flat = np.ravel(np.asarray(values, float))
     places = np.linspace(0, flat.size - 1, MARKS).astype(int)
-    return {
-        "size": flat.size,
-        "mean": float(np.mean(flat)),
-        "rms": float(np.sqrt(np.mean(flat**2))),
-        "samples": flat[places].tolist(),
-    }
+    return {"size": flat.size, "mean": float(np.mean(flat)), "rms": float(np.sqrt(np.mean(flat**2))), "samples": flat[places].tolist()}

@@ -30,10 +30,7 @@ v_S = "0.3 rad/s"
 sigma_0 = "100 N*m/rad"
 sigma_1 = "0.1 N*m*s/rad"
 """
-COMPOSITE = (
-    LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s")
-    + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
-)
+COMPOSITE = LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s") + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
 CURVES = """
 schema = 1
 name = "loops"
@@ -139,9 +136,7 @@ def _write_loop(folder: Path) -> None:
     (folder / "parts").mkdir(exist_ok=True)
     for day in range(6):
         name = folder / "parts" / f"2026-03-0{day + 1}.csv"
-        np.savetxt(
-            name, columns[500 * day : 500 * day + 3000], delimiter=",", header="t,q,r,u", comments="", fmt="%.9g"
-        )
+        np.savetxt(name, columns[500 * day : 500 * day + 3000], delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     lines = (folder / "log.csv").read_text().splitlines()
     for row in (100, 300):
         lines[row] = lines[row].rpartition(",")[0] + ",nan"

@@ -11,9 +11,7 @@ from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS
 
 THIRTEEN = [0.0, 3.0, -2.0, 2.4, -1.0, 1.1, 0.3, 0.9, -0.5, 2.0, -3.5, 1.0, -3.0, 0.5, 3.9]
-STOPS = hysteresis.prandtl_ishlinskii(
-    thresholds=[0.2, 0.5, 0.5, 1.0, 2.5], weights=[2.0, 1.0, 0.5, 0.7, 0.3], spring=0.05
-)
+STOPS = hysteresis.prandtl_ishlinskii(thresholds=[0.2, 0.5, 0.5, 1.0, 2.5], weights=[2.0, 1.0, 0.5, 0.7, 0.3], spring=0.05)
 
 
 def test_stops_and_their_inverse_over_thirteen_reversals():

@@ -25,19 +25,14 @@ def test_turning_points_are_the_relays_at_extremes_on_their_grid(kernel, count):
 def maxwell(kernel, count):
     """Elements of equal stiffness whose thresholds follow the published stiffness density of the kernel."""
     share = (np.arange(count) + 0.5) / count
-    thresholds = {
-        "dahl_masing": (1.0 - share) ** -0.5 - 1.0,
-        "exp_masing": -np.log1p(-share),
-    }[kernel]
+    thresholds = {"dahl_masing": (1.0 - share) ** -0.5 - 1.0, "exp_masing": -np.log1p(-share)}[kernel]
     return hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=np.full(count, 1.0 / count))
 
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "exp_masing"])
 def test_turning_points_are_ten_thousand_maxwell_elements(kernel):
     path = walk(8, 1000)
-    errors = [
-        np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (100, 1000, 10_000)
-    ]
+    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (100, 1000, 10_000)]
     assert errors[-1] <= 1e-6
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 

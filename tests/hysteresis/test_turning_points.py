@@ -112,9 +112,7 @@ def test_at_the_end_of_a_branch_the_next_one_goes_on():
 
 
 def composite(capacity):
-    return friction.preisach_lugre(
-        kernel="dahl_masing", s=1e6, f_p=150.0, F_C=100.0, F_S=120.0, v_S=1e-3, capacity=capacity
-    )  # fmt: skip
+    return friction.preisach_lugre(kernel="dahl_masing", s=1e6, f_p=150.0, F_C=100.0, F_S=120.0, v_S=1e-3, capacity=capacity)
 
 
 @pytest.mark.slow

@@ -18,9 +18,7 @@ def friction():
 
 def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
     told, shares = [], []
-    found = br.identify_operator(
-        friction, "all", cells=12, progress=lambda share, text: (told.append(text), shares.append(share))
-    )
+    found = br.identify_operator(friction, "all", cells=12, progress=lambda share, text: (told.append(text), shares.append(share)))
     assert [fit.rank for fit in found.fits] == [1, 2, 3]
     assert found.best.name == "preisach"
     held_out = [fit.held_out.mean_percent for fit in found.fits]

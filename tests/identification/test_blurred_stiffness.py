@@ -51,9 +51,7 @@ def asked_about(status="identified", *, counts, noise=1.0, simulates=False, lost
     parameters = SimpleNamespace(variables=find("lugre").variables, complete=lambda free: {"F_C": 8.0} | free)
     values = {"sigma_0": 8.0 / (counts * least)}
     solution = SimpleNamespace(values=values, space=SimpleNamespace(names=tuple(values), linear=False))
-    estimation = SimpleNamespace(
-        simulates=simulates, resampled=(SimpleNamespace(parameters=parameters, dataset=dataset), solution)
-    )
+    estimation = SimpleNamespace(simulates=simulates, resampled=(SimpleNamespace(parameters=parameters, dataset=dataset), solution))
     estimates = [SimpleNamespace(name=name, status=status) for name in values]
     return _blurred(estimates, lost, estimation, DEFAULT)
 

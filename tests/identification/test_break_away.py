@@ -75,9 +75,7 @@ def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie
         rng = np.random.default_rng(seed)
         moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
         effort = MASS * motion.acceleration + friction + 0.05 * rng.standard_normal(v.size)
-        for one in treat(log_of(moved, effort, step=step), axis, CUTOFF).break_aways(
-            inertia(M=MASS), TRUTH.values["offset"]
-        ):
+        for one in treat(log_of(moved, effort, step=step), axis, CUTOFF).break_aways(inertia(M=MASS), TRUTH.values["offset"]):
             low, high = one.distance_interval
             inside.append(low < distance() < high)
             assert high / low < 1.05

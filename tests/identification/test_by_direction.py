@@ -35,9 +35,14 @@ def commit(state, memory, move, p):
 
 
 OWN = FrictionModel(
-    name="against", description="a level whose name ends as one of a direction", Parameters=Parameters, State=State,
-    trial=trial, commit=commit, linear=True,
-)  # fmt: skip
+    name="against",
+    description="a level whose name ends as one of a direction",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    linear=True,
+)
 
 
 def test_a_level_whose_name_ends_as_one_of_a_direction_holds_no_offset():

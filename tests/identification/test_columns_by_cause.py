@@ -21,9 +21,8 @@ def rows_of(amplitude=0.05, kind="translational", **surroundings):
     cycles = Groups(np.cumsum(np.diff(np.sign(v), prepend=1.0) != 0.0))
     predicted, none = friction + 3.0 * a, np.zeros_like(x)
     return Rows(
-        TIME, x, v, a, predicted, none, none[:, None], predicted, friction, np.sign(v), cycles, surroundings, 50.0,
-        kind, none, 10.0,
-    )  # fmt: skip
+        TIME, x, v, a, predicted, none, none[:, None], predicted, friction, np.sign(v), cycles, surroundings, 50.0, kind, none, 10.0
+    )
 
 
 def left(columns, force):

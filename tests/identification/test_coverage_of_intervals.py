@@ -78,17 +78,14 @@ def levelled(count: int) -> Levelled:
 def test_of_few_levels_the_mean_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
-        half_width(levelled(count).fit.parameters["F_C"])
-        / (stats.t.ppf(0.975, count - 1) * levelled(count).standard_error)
+        half_width(levelled(count).fit.parameters["F_C"]) / (stats.t.ppf(0.975, count - 1) * levelled(count).standard_error)
         for count in FEW
     ]
     assert 0.8 < np.mean(shares) < 1.2
 
 
 def test_the_scatter_is_what_the_levels_have_and_not_what_the_fit_leaves_of_it():
-    shares = [
-        levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW
-    ]
+    shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
     assert 0.92 < np.mean(shares) < 1.08
 
 
@@ -166,9 +163,7 @@ def lasting_share() -> float:
 
 
 def test_how_long_it_lasts_is_told():
-    assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(
-        lasting_share(), rel=0.4
-    )
+    assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
 
 
 def test_a_level_that_scatters_does_not_count_as_what_lasts():
@@ -185,12 +180,7 @@ def rounded():
     """A fit to a log with sharp corners behind a filter that is too low for them, which biases it."""
     motion = trapezoids(6.0)
     return identify(
-        log_of(motion, sliding_effort(motion, noise=0.02)),
-        "coulomb_viscous",
-        cutoff=10.0,
-        decimation=5,
-        blocks=0,
-        draws=40,
+        log_of(motion, sliding_effort(motion, noise=0.02)), "coulomb_viscous", cutoff=10.0, decimation=5, blocks=0, draws=40
     ).best
 
 
@@ -213,10 +203,7 @@ def spotted(seed: int) -> Log:
 
 def test_bands_hold_19_of_20_though_what_the_model_lacks_is_rare_and_large():
     fit = identify(spotted(0), "coulomb_viscous", blocks=0, draws=20).best
-    inside = [
-        predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent
-        for seed in range(1, 5)
-    ]
+    inside = [predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent for seed in range(1, 5)]
     # A normal number of this size would be inside nine times of ten.
     assert 94.0 < np.mean(inside) < 98.5
 
@@ -336,9 +323,7 @@ def test_noise_that_lasts_tells_a_level_no_better_than_the_few_rows_that_it_is_w
     lasting = 4.0 * lfilter([1.0], [1.0, -along], rng.standard_normal(levels.shape))
     # White noise that does the same to a mean over many rows.
     white = 4.0 / (1.0 - along) * rng.standard_normal(levels.shape)
-    one, other = (
-        np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white)
-    )
+    one, other = (np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white))
     assert one == pytest.approx(other, rel=0.08)
     means = np.add.reduceat(levels + lasting, np.cumsum(lengths) - lengths, axis=1) / lengths
     assert one < 0.8 * np.sqrt(np.mean(means**2)), "long half-cycles count for more"
@@ -363,14 +348,24 @@ def looped(count: int, *, scatter=0.0, step=1e-7, noise=0.02, wave=0.0, spot=0.0
     off += spot * (np.abs(path.position - np.quantile(path.position, 0.3)) < 0.0012)
     desired = np.stack([path.position, path.velocity, path.acceleration, np.zeros(off.size)])
     trace = run_closed_loop(
-        plants.inertia(M=MASS), friction.coulomb(F_C=LEVEL), LAW, sensors.encoder(resolution=step), desired, DT,
-        steps=8, disturbance=off, x=path.position[0],
-    )  # fmt: skip
+        plants.inertia(M=MASS),
+        friction.coulomb(F_C=LEVEL),
+        LAW,
+        sensors.encoder(resolution=step),
+        desired,
+        DT,
+        steps=8,
+        disturbance=off,
+        x=path.position[0],
+    )
     log = Log(
-        time=Channel(path.time, "s", "t"), position=Channel(trace.measured, "m", "q"),
+        time=Channel(path.time, "s", "t"),
+        position=Channel(trace.measured, "m", "q"),
         effort=Channel(trace.command + noise * rng.standard_normal(off.size), "N", "u"),
-        reference=Channel(path.position, "m", "r"), sample_time=DT, segments=(slice(0, off.size),),
-    )  # fmt: skip
+        reference=Channel(path.position, "m", "r"),
+        sample_time=DT,
+        segments=(slice(0, off.size),),
+    )
     axis = Axis(resolution=step, controller=LAW, method="output_error", held=True, mass=MASS, offset=0.0)
     return Looped(identify(log, "coulomb", axis=axis, blocks=0, draws=40).best, log, axis, levels)
 
@@ -425,8 +420,7 @@ def test_a_value_outside_its_interval_is_told(monkeypatch):
     monkeypatch.setattr(inverse_dynamics, "UNSEEN", 0.0)
     fit = cornered.__wrapped__("lugre")
     (told,) = (one.numbers["names"] for one in fit.diagnostics if one.code == "shifted")
-    inside = {name for name, one in fit.parameters.items()
-              if one.interval and one.interval[0] <= one.value <= one.interval[1]}  # fmt: skip
+    inside = {name for name, one in fit.parameters.items() if one.interval and one.interval[0] <= one.value <= one.interval[1]}
     assert "F_S" in told
     assert not inside.intersection(told)
     assert not any(one.code == "shifted" for one in cornered.__wrapped__("coulomb_viscous").diagnostics)

@@ -26,12 +26,7 @@ from bristle.prediction.predict import TREATED
 from bristle.report.messages import assumptions_of, message, warnings_of
 
 DT, FINE = 1e-3, 2e-5
-FAST = {
-    "duration": 20.0,
-    "amplitudes": (0.02, 0.004, 0.0015),
-    "frequencies": (0.5, 3.1, 7.3),
-    "phases": (0.3, 1.1, 2.5),
-}
+FAST = {"duration": 20.0, "amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
 
 BENDS = find("dahl")(F_C=TRUTH["F_C"], sigma_0=1e6)
 
@@ -78,9 +73,7 @@ def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
 
 def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
     log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 2}
-    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters[
-        "M"
-    ]
+    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters["M"]
     mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
     assert plain.value < 0.97 * TRUTH["M"]
     # Three sines that repeat meet the same steps again and again: 1 % is left of them.
@@ -151,8 +144,7 @@ def test_what_is_late_biases_nothing_and_is_told():
 def test_the_inertia_does_not_depend_on_the_cutoff():
     log = late(2.0 * DT, step=2e-5)
     wide, narrow = (
-        identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value
-        for cutoff in (100.0, 25.0)
+        identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
     )
     assert narrow == pytest.approx(wide, rel=1e-3)
 
@@ -198,9 +190,7 @@ def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
     log, widths = late(0.0), []
     for width in (0.0, 3.0 * DT):
         found = replace(found_in(log), delay_half_width=width)
-        monkeypatch.setattr(
-            sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, found=found, **__: found
-        )
+        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, found=found, **__: found)
         low, high = identify(log, "coulomb_viscous", blocks=0, draws=20).best.parameters["F_v"].interval
         widths.append(high - low)
     assert widths[1] > 3.0 * widths[0]
@@ -210,9 +200,7 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
     log, found = late(0.0), found_in(late(0.0))
     for factor, told in ((1.0, False), (1.05, True)):
         other = replace(found, mass=factor * found.mass)
-        monkeypatch.setattr(
-            sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other
-        )
+        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other)
         fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
         assert ("stages_differ" in [one.code for one in fit.diagnostics]) is told, factor
 

@@ -41,9 +41,7 @@ PUBLISHED = Axis(seeks_delay=False, cutoff=100.0)  # the treatment, with its dec
 
 def test_symmetric_friction_as_published(emps):
     fit = identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best
-    published = {
-        "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
-    }  # fmt: skip
+    published = {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)}
     for name, (value, percent) in published.items():
         estimate = fit.parameters[name]
         assert abs(estimate.value - value) < 0.5 * abs(value) * percent / 100.0, name

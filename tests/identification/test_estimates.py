@@ -21,8 +21,7 @@ def test_a_coefficient_that_would_be_negative_stays_at_the_edge_of_its_model(F_v
 
 
 @pytest.mark.parametrize(
-    ("F_S", "v_S", "known", "fall"),
-    [(10.0, 3e-3, "identified", "identified"), (9.0, 1e-3, "unidentifiable", "unidentifiable")],
+    ("F_S", "v_S", "known", "fall"), [(10.0, 3e-3, "identified", "identified"), (9.0, 1e-3, "unidentifiable", "unidentifiable")]
 )
 def test_a_break_away_force_is_known_together_with_the_speed_that_friction_falls_with_or_not(F_S, v_S, known, fall):
     # The slowest half of a percent of the rows moves at 1.3 mm/s.
@@ -43,9 +42,7 @@ def test_a_force_is_beyond_what_friction_took_not_beyond_what_the_inertia_takes(
     assert np.max(np.abs(log.effort.values)) > 4.0 * TRUTH["F_C"]
     assert fit.parameters["F_C"].reason.code == "beyond_effort"
     assert TRUTH["F_C"] < fit.parameters["F_C"].reason.numbers["effort"] < 0.5 * np.max(np.abs(log.effort.values))
-    assert (
-        identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
-    )
+    assert identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters["F_C"].status == "identified"
 
 
 @pytest.mark.parametrize(("v_S", "told"), [(2e-3, False), (10.0, True)])

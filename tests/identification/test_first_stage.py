@@ -32,9 +32,7 @@ def rung(*values, **named):
 
 def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0, springiness=0.2):
     """What is made of cut-offs that agree; `bent` is what the rows say with a filter in a channel."""
-    rows = SimpleNamespace(
-        dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20), springiness=lambda _: springiness
-    )
+    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20), springiness=lambda _: springiness)
     return _alignment_from(rows, list(rungs), DEFAULT, scale, sought=True)
 
 
@@ -67,10 +65,17 @@ def test_a_delay_that_may_be_none_is_taken_out_where_the_inertia_is_known_well_o
     assert lagging(1e-3, 0.05) == pytest.approx(1e-3)
 
 
-@pytest.mark.parametrize(("delay", "c", "c_std", "is_open"), [
-    (5e-3, 0.0, 2e-5, True), (5e-3, 0.0, 1e-6, False), (-5e-3, 0.0, 2e-5, True), (1.2e-3, 0.0, 2e-5, False),
-    (5e-3, 5e-6, 3e-6, True), (-5e-3, 5e-6, 3e-6, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("delay", "c", "c_std", "is_open"),
+    [
+        (5e-3, 0.0, 2e-5, True),
+        (5e-3, 0.0, 1e-6, False),
+        (-5e-3, 0.0, 2e-5, True),
+        (1.2e-3, 0.0, 2e-5, False),
+        (5e-3, 5e-6, 3e-6, True),
+        (-5e-3, 5e-6, 3e-6, False),
+    ],
+)
 def test_a_delay_that_a_filter_may_make_is_left_open(delay, c, c_std, is_open):
     one = rung(10.0, delay, c, c_std=c_std)
     assert aligned_by(one, one).filter_open is is_open
@@ -93,9 +98,7 @@ def test_one_sine_is_a_spring_and_several_are_none():
     assert several.springiness(10.0) < 0.6
     elsewhere = sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,))
     far = elsewhere._replace(position=elsewhere.position + 0.7)
-    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(
-        one.springiness(10.0), abs=1e-3
-    )
+    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(one.springiness(10.0), abs=1e-3)
 
 
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])

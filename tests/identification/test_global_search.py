@@ -46,10 +46,7 @@ class Landscape:
         """Places drawn from the box: starts that know nothing."""
         space, rng = self.search.space, np.random.default_rng(0)
         box = box_of(space.transforms, space.theta(self.solution.values))
-        return [
-            space.values(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
-            for _ in range(3)
-        ]
+        return [space.values(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box])) for _ in range(3)]
 
     def explored(self, start):
         rough = replace(self.search, problem=self.error.rough)
@@ -96,9 +93,7 @@ def test_inverse_dynamics_looks_everywhere_too(monkeypatch):
     counts, errors = [], []
     for everywhere in (False, True):
         seen.clear()
-        fit = identify(
-            log, "dahl", axis=AXIS, method="inverse_dynamics", draws=0, blocks=0, global_search=everywhere
-        ).best
+        fit = identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=0, blocks=0, global_search=everywhere).best
         counts.append(len(seen))
         errors.append(fit.force_error_percent)
     assert counts[1] > counts[0] + 500

@@ -51,9 +51,7 @@ def test_where_it_is_not_stated_the_damping_is_doubted(log):
 def test_predictions_use_the_effort_in_the_same_way(log):
     model = friction.lugre(**TRUTH)
     plant = identify(sliding_log(), "coulomb_viscous", mass=28.0, blocks=0, draws=0).best.plant
-    stated, unstated = (
-        predict(plant, model, log, Axis(held=held)).metrics["force_error_percent"] for held in (True, None)
-    )
+    stated, unstated = (predict(plant, model, log, Axis(held=held)).metrics["force_error_percent"] for held in (True, None))
     assert stated < 0.6 * unstated
 
 

@@ -15,9 +15,7 @@ def asymmetric_log():
 
 
 def test_the_model_with_the_structure_of_the_truth_wins():
-    result = identify(
-        asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0
-    )
+    result = identify(asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0)
     assert [fit.rank for fit in result.fits] == [1, 2, 3, 4]
     assert result.best.name == "coulomb_viscous+asymmetry"
     errors = [fit.held_out.mean_percent for fit in result.fits]
@@ -27,10 +25,7 @@ def test_the_model_with_the_structure_of_the_truth_wins():
 
 def test_ranks_do_not_depend_on_the_order_asked_for():
     names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
-    one, other = (
-        identify(asymmetric_log(), names, axis=STATED, draws=0),
-        identify(asymmetric_log(), names[::-1], axis=STATED, draws=0),
-    )
+    one, other = (identify(asymmetric_log(), names, axis=STATED, draws=0), identify(asymmetric_log(), names[::-1], axis=STATED, draws=0))
     assert [fit.name for fit in one.fits] == [fit.name for fit in other.fits]
 
 
@@ -53,9 +48,7 @@ def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, be
     # A push of 40 ms, two periods of the cut-off before or after the block.
     push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
     pushed, plain = (
-        identify(
-            log_of(motion, one), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0
-        ).best.held_out.block_errors_percent
+        identify(log_of(motion, one), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
         for one in (effort + push, effort)
     )
     # The other half, whose part it is, is predicted badly; this one as if there had been no push.

@@ -17,9 +17,7 @@ from bristle.report.model_tables import comparison_table
 @pytest.fixture(scope="module")
 def compared():
     motion = sines(10.0)
-    found = identify(
-        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0, blocks=0
-    )
+    found = identify(log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0, blocks=0)
     return {fit.name: fit for fit in found.fits}
 
 

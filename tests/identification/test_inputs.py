@@ -45,27 +45,14 @@ def test_files_do_in_place_of_objects(files, stage):
 
 
 def test_text_with_units_is_the_number_in_si(stage):
-    as_text = identify(
-        stage.log,
-        "coulomb_viscous",
-        blocks=0,
-        mass="12000 g",
-        offset="0.002 kN",
-        cutoff="0.05 kHz",
-        decimation=4,
-        draws=0,
-    )
-    as_number = identify(
-        stage.log, "coulomb_viscous", blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0
-    )
+    as_text = identify(stage.log, "coulomb_viscous", blocks=0, mass="12000 g", offset="0.002 kN", cutoff="0.05 kHz", decimation=4, draws=0)
+    as_number = identify(stage.log, "coulomb_viscous", blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0)
     assert as_text.best.friction == as_number.best.friction
     assert as_text.treatment == as_number.treatment
 
 
 def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
-    known = identify(
-        workbenches["rotational"].log, "coulomb_viscous", blocks=0, mass="4 kg*cm^2", offset="1 mN*m", draws=0
-    ).best
+    known = identify(workbenches["rotational"].log, "coulomb_viscous", blocks=0, mass="4 kg*cm^2", offset="1 mN*m", draws=0).best
     assert known.plant.values["M"] == pytest.approx(4e-4)
     assert known.friction.values["offset"] == pytest.approx(1e-3)
 

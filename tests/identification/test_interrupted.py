@@ -94,9 +94,7 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
     assert found.unfinished == "interrupted: maxwell_slip is as far as it was fitted until then; dahl was not fitted"
 
 
-@pytest.mark.parametrize(
-    ("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")]
-)
+@pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: the intervals are not those of simulated logs"), (0, "")])
 def test_what_was_fitted_is_kept_where_models_are_being_judged(log, monkeypatch, draws, said):
     calls, original = [], request.with_structure
 

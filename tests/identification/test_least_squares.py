@@ -24,13 +24,8 @@ class Stepped(InverseDynamics):
 
 def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
     dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
-    context, parameters = (
-        context_of(dataset, PriorKnowledge()),
-        parameters_of(find("coulomb_viscous"), PriorKnowledge(), dataset),
-    )
-    exact, stepped = (
-        context.search(problem(dataset, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped)
-    )
+    context, parameters = (context_of(dataset, PriorKnowledge()), parameters_of(find("coulomb_viscous"), PriorKnowledge(), dataset))
+    exact, stepped = (context.search(problem(dataset, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped))
     theta = exact.space.theta(TRUTH)
     found, wanted = (one.descend(theta, limit=1).jacobian for one in (stepped, exact))
     np.testing.assert_allclose(found, wanted, atol=2e-3 * np.max(np.abs(wanted)))

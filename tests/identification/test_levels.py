@@ -14,14 +14,20 @@ from bristle.report.messages import message
 
 COLUMNS = {"time": {"column": "t", "unit": "s"}}
 ARM = {
-    "schema": 1, "kind": "rotational", "plant": {"gravity": "link"}, "identification": {"decimation": 10},
+    "schema": 1,
+    "kind": "rotational",
+    "plant": {"gravity": "link"},
+    "identification": {"decimation": 10},
     "columns": COLUMNS | {"position": {"column": "q", "unit": "rad"}, "effort": {"column": "u", "unit": "N*m"}},
-}  # fmt: skip
+}
 SCREW = {
-    "schema": 1, "kind": "translational", "transmission": {"lead": "5 mm"}, "identification": {"decimation": 4},
+    "schema": 1,
+    "kind": "translational",
+    "transmission": {"lead": "5 mm"},
+    "identification": {"decimation": 4},
     "columns": COLUMNS | {"position": {"column": "q", "unit": "m"}, "effort": {"column": "u", "unit": "N"}},
     "cogging": [{"turn": "motor", "harmonics": [1, 6]}],
-}  # fmt: skip
+}
 
 
 def identified(columns, described, model):

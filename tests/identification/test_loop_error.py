@@ -58,8 +58,7 @@ def test_the_loop_is_what_the_axis_says_and_else_what_the_log_has(log):
 
 def test_the_prediction_of_the_same_loop_errs_as_the_fit_does(fit, log):
     with_lag, without = (
-        predict(fit.plant, fit.friction, log, AXIS, "closed-loop", lag=lag).metrics["force_error_percent"]
-        for lag in (fit.lag, None)
+        predict(fit.plant, fit.friction, log, AXIS, "closed-loop", lag=lag).metrics["force_error_percent"] for lag in (fit.lag, None)
     )
     # The simulated encoder adds its own steps to those of the log.
     assert fit.loop_error_percent < with_lag < 1.6 * fit.loop_error_percent

@@ -18,9 +18,7 @@ from bristle.report.messages import note_of, notes_of
 RATE, SIZE, FINE = 750.0, 1500, 40
 PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)
 YIELDING = friction.bouc_wen_classic(alpha=4e4, beta=1e3, gamma=0.9, delta=0.3)
-AXIS = Axis(
-    plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1
-)
+AXIS = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1)
 
 
 def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
@@ -31,10 +29,12 @@ def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
     position = position + np.random.default_rng(2).normal(0.0, noise, position.size)
     time = np.arange(position.size) / RATE
     return Log(
-        time=Channel(time, "s", "t"), position=Channel(position, "m", "y"),
-        effort=Channel(np.tile(one[::FINE], periods), "N", "u"), sample_time=1.0 / RATE,
+        time=Channel(time, "s", "t"),
+        position=Channel(position, "m", "y"),
+        effort=Channel(np.tile(one[::FINE], periods), "N", "u"),
+        sample_time=1.0 / RATE,
         segments=(slice(0, time.size),),
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -83,9 +83,9 @@ def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
 
 def test_a_held_effort_is_simulated_as_one_that_is_held():
     log = recorded(noise=0.0)
-    held = run_open_loop(
-        PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero"
-    ).position[-log.position.values.size :]
+    held = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
+        -log.position.values.size :
+    ]
     exact = replace(log, position=Channel(held, "m", "y"))
     found = predict(PLANT, YIELDING, exact, replace(AXIS, hold="zero"), "open-loop")
     assert found.metrics["position_error_percent"] < 0.5

@@ -19,8 +19,9 @@ OWN = load_code(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
 TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 
 
-@pytest.mark.parametrize(("length", "force", "kind"), [(1.0, 1.0, "translational"), (2.0**-20, 2.0**9, "translational"),
-                                                       (2.0**11, 2.0**-12, "rotational")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("length", "force", "kind"), [(1.0, 1.0, "translational"), (2.0**-20, 2.0**9, "translational"), (2.0**11, 2.0**-12, "rotational")]
+)
 def test_the_coefficient_of_a_drag_is_found_whatever_its_magnitude(length, force, kind):
     moved = sines()
     drag = TRUTH["F_q"] * moved.velocity * np.abs(moved.velocity)
@@ -35,13 +36,19 @@ def test_the_coefficient_of_a_drag_is_found_whatever_its_magnitude(length, force
 
 
 SCALES = Scales(
-    force=8.0, peak=20.0, speed=0.2, slowest=1e-3, acceleration=3.0, stroke=0.05, shortest=1e-6, duration=10.0,
-    sample_time=1e-3,
-)  # fmt: skip
+    force=8.0, peak=20.0, speed=0.2, slowest=1e-3, acceleration=3.0, stroke=0.05, shortest=1e-6, duration=10.0, sample_time=1e-3
+)
 DIMENSIONS = Scales(
-    force="force", peak="force", speed="length/time", slowest="length/time", acceleration="length/time^2",
-    stroke="length", shortest="length", duration="time", sample_time="time",
-)  # fmt: skip
+    force="force",
+    peak="force",
+    speed="length/time",
+    slowest="length/time",
+    acceleration="length/time^2",
+    stroke="length",
+    shortest="length",
+    duration="time",
+    sample_time="time",
+)
 
 
 def ratio(quantity, force, length, time):
@@ -52,10 +59,25 @@ def ratio(quantity, force, length, time):
 
 @pytest.mark.parametrize(
     "quantity",
-    ["force", "length", "time", "1/time", "1/length", "length/time", "length/time^2", "length/time^3", "force/length",
-     "force*time/length", "force*time^2/length^2", "force/length/time", "mass", "force/time", "force^0.5*time^1.5",
-     "frequency"],
-)  # fmt: skip
+    [
+        "force",
+        "length",
+        "time",
+        "1/time",
+        "1/length",
+        "length/time",
+        "length/time^2",
+        "length/time^3",
+        "force/length",
+        "force*time/length",
+        "force*time^2/length^2",
+        "force/length/time",
+        "mass",
+        "force/time",
+        "force^0.5*time^1.5",
+        "frequency",
+    ],
+)
 def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quantity):
     by = (3.0, 7.0, 11.0)
     other = Scales(*(value * ratio(of, *by) for value, of in zip(SCALES, DIMENSIONS, strict=True)))
@@ -68,9 +90,6 @@ def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quan
         starts = []
         for scales in (other, SCALES):
             sliding = Sliding({}, scales.force, scales.force / scales.speed)
-            search, coordinate = (
-                SimpleNamespace(sliding=sliding, scales=scales),
-                Transform("p", "plain", 1.0, *4 * (0.0,)),
-            )
+            search, coordinate = (SimpleNamespace(sliding=sliding, scales=scales), Transform("p", "plain", 1.0, *4 * (0.0,)))
             starts.append(Search._draw(search, coordinate, variable, np.random.default_rng(1)))
         assert starts[0] / starts[1] == expected

@@ -76,8 +76,9 @@ def test_the_other_side_is_as_far_and_keeps_what_a_model_allows():
     space, rng = space_of("excess over another"), np.random.default_rng(6)
     best, names = 0.5 * (anywhere(space, rng) + anywhere(space, rng)), space.names
     near = best + 0.01 * rng.standard_normal(best.size)
-    there, middle, here = (dict(zip(names, one, strict=True)) for one in (
-        space.turned(near, best).numbers, space.numbers(best), space.numbers(near)))  # fmt: skip
+    there, middle, here = (
+        dict(zip(names, one, strict=True)) for one in (space.turned(near, best).numbers, space.numbers(best), space.numbers(near))
+    )
     for name in set(names) - {"F_S"}:
         side = middle[name] ** 2 / here[name] if name in space.logarithmic else 2.0 * middle[name] - here[name]
         assert there[name] == pytest.approx(side)
@@ -109,9 +110,14 @@ def own_model(relations, **ranges):
         for name, quantity in quantities.items()
     ]
     return FrictionModel(
-        name="own", description="relations of all kinds", Parameters=NamedTuple("Parameters", fields), State=State,
-        trial=trial, commit=commit, relations=tuple(Relation(one, lambda p: True, "Lower b") for one in relations),
-    )  # fmt: skip
+        name="own",
+        description="relations of all kinds",
+        Parameters=NamedTuple("Parameters", fields),
+        State=State,
+        trial=trial,
+        commit=commit,
+        relations=tuple(Relation(one, lambda p: True, "Lower b") for one in relations),
+    )
 
 
 @pytest.mark.parametrize(

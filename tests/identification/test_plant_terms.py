@@ -9,9 +9,7 @@ from bristle.files.axis import read_axis
 from bristle.logs.log import Log
 
 RATE = 1000.0
-COLUMNS = {
-    "time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"},
-}  # fmt: skip
+COLUMNS = {"time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"}}
 SCREW = {"lead": "5 mm", "gear_ratio": 2.0}
 MOTOR_TURN = 2.5e-3
 

@@ -52,9 +52,7 @@ def trapezoids(duration: float = 10.0, dt: float = 1e-3) -> Motion:
 @pytest.mark.parametrize("cutoff", [10.0, 20.0, 50.0, 100.0, 200.0])
 def test_the_truth_does_not_depend_on_the_cutoff(cutoff):
     motion = trapezoids()
-    fit = identify(
-        log_of(motion, sliding_effort(motion, noise=0.1)), "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0
-    ).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=0.1)), "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best
     for name, rel in {"M": 2e-3, "F_C": 5e-3, "F_v": 8e-3, "offset": 1e-2}.items():
         assert fit.parameters[name].value == pytest.approx(TRUTH[name], rel=rel), name
     # Filtering the position alone leaves 8 % at 20 Hz and 13 % at 10 Hz, whatever the parameters are.
@@ -140,9 +138,7 @@ def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
         motion = sines()
         noise = np.random.default_rng(seed).normal(0.0, 25e-6, motion.time.size)
         shaken = motion._replace(position=motion.position + noise)
-        fit = identify(
-            log_of(shaken, sliding_effort(motion, seed)), "coulomb_viscous", axis=STATED, blocks=0, draws=0
-        ).best
+        fit = identify(log_of(shaken, sliding_effort(motion, seed)), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
         missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
         told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy_acceleration"))
     assert np.mean(told) == pytest.approx(np.mean(missing), rel=0.25)

@@ -31,10 +31,12 @@ def made(fit):
         mean = sum(errors) / len(errors)
         spread = (sum((one - mean) ** 2 for one in errors) / (len(errors) - 1)) ** 0.5
         return replace(
-            fit, friction=SimpleNamespace(name=name, component=component or fit.friction.component),
+            fit,
+            friction=SimpleNamespace(name=name, component=component or fit.friction.component),
             estimates=tuple(estimates),
-            correlation_names=tuple(one.name for one in estimates), held_out=HeldOut(tuple(errors), mean, spread),
-        )  # fmt: skip
+            correlation_names=tuple(one.name for one in estimates),
+            held_out=HeldOut(tuple(errors), mean, spread),
+        )
 
     return make
 

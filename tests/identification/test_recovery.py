@@ -71,9 +71,7 @@ def test_what_is_known_is_held():
         assert any(sentence.startswith(f"{name} is held at") for sentence in assumptions_of(fit))
         assert name not in fit.correlation_names
     assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
-    by_argument = identify(
-        log, "coulomb_viscous", axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0
-    ).best
+    by_argument = identify(log, "coulomb_viscous", axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0).best
     assert by_argument.plant.values["M"] == 12.0
     assert by_argument.parameters["offset"].status == "identified"
 
@@ -113,9 +111,8 @@ def test_a_model_of_ones_own_is_identified():
         return state
 
     own = FrictionModel(
-        name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState,
-        trial=trial, commit=commit,
-    )  # fmt: skip
+        name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState, trial=trial, commit=commit
+    )
     fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own], axis=STATED, draws=0).best
     assert fit.name == "hyperbolic"
     assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
@@ -146,9 +143,7 @@ def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     told = []
-    identify(
-        sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)), draws=0
-    )
+    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)), draws=0)
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)

@@ -69,9 +69,9 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
     motion = sines()
     for seed in range(5):
         effort = sliding_effort(motion, seed, noise=0.3, F_C=0.0, F_v=0.0)
-        assert identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters[
-            "M"
-        ].value == pytest.approx(12.0, rel=0.01)
+        assert identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters["M"].value == pytest.approx(
+            12.0, rel=0.01
+        )
 
 
 @pytest.mark.parametrize(("length", "force"), [(1.0, 1.0), (2.0**10, 2.0**-10), (2.0**-10, 2.0**10)])
@@ -113,8 +113,6 @@ def test_correlated_residuals_widen_the_robust_error_only():
     rng = np.random.default_rng(0)
     slow = np.repeat(rng.normal(size=40), 50)
     column = np.ones((2000, 1))
-    found = covariance_of(
-        Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow
-    )
+    found = covariance_of(Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow)
     # Fifty equal residuals carry the information of one.
     assert found.robust_std[0] / found.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)

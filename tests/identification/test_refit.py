@@ -33,9 +33,7 @@ def test_where_a_whole_step_leads_uphill_a_part_of_it_is_taken(start):
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
 def test_where_it_ends_depends_on_no_unit(unit):
     plain, other = (
-        Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size)), np.ones(1, dtype=bool)).solve(
-            Steep(size), np.array([0.6])
-        )[0]
+        Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size)), np.ones(1, dtype=bool)).solve(Steep(size), np.array([0.6]))[0]
         for size in (1.0, unit)
     )
     assert other == pytest.approx(plain, rel=1e-9)

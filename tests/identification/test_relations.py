@@ -35,9 +35,15 @@ def commit(state, memory, move, p):
 
 def two_levels(condition, holds, **changes):
     return FrictionModel(
-        name="two_levels", description="a level at rest and one in motion", Parameters=Parameters, State=State,
-        trial=trial, commit=commit, relations=(Relation(condition, holds, "Lower F_C"),), **changes,
-    )  # fmt: skip
+        name="two_levels",
+        description="a level at rest and one in motion",
+        Parameters=Parameters,
+        State=State,
+        trial=trial,
+        commit=commit,
+        relations=(Relation(condition, holds, "Lower F_C"),),
+        **changes,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -91,8 +97,7 @@ def test_among_others_it_is_left_out_and_told(rising):
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"],
+    "name", ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"]
 )
 def test_what_is_identified_can_be_read_again(tmp_path, name):
     best = identify(sliding_log(F_v=-2.0), name, blocks=0, draws=0).best

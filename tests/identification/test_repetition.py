@@ -63,8 +63,7 @@ def test_the_period_is_that_of_the_motion():
 def test_a_log_that_begins_within_a_cycle_is_run_in_along_it():
     whole = one_amplitude()
     first = 1800 + 130  # early in the stroke there, of the second cycle
-    part = {name: replace(getattr(whole, name), values=getattr(whole, name).values[first:]) for name in
-            ("time", "position", "effort")}  # fmt: skip
+    part = {name: replace(getattr(whole, name), values=getattr(whole, name).values[first:]) for name in ("time", "position", "effort")}
     cut = replace(whole, **part, segments=(slice(0, len(whole) - first),))
     errors = {}
     for in_cycle in (False, True):
@@ -86,9 +85,7 @@ def test_rests_are_kept_where_the_axis_says_so():
 
 def cut(log, first, last):
     part = slice(first, last)
-    channels = {
-        name: replace(channel, values=channel.values[part]) for name, channel in log.channels() if channel is not None
-    }
+    channels = {name: replace(channel, values=channel.values[part]) for name, channel in log.channels() if channel is not None}
     return replace(log, **channels, segments=())
 
 

@@ -51,9 +51,7 @@ def test_noise_of_the_position_is_not_presliding(stiff, noise):
 
 def test_coarse_counts_are_not_presliding(stiff):
     step = 50e-6
-    doubted(
-        fit_to(with_position(stiff, np.round(stiff.position.values / step) * step)), "steps of the recorded position"
-    )
+    doubted(fit_to(with_position(stiff, np.round(stiff.position.values / step) * step)), "steps of the recorded position")
 
 
 def test_a_fine_encoder_shows_presliding(stiff):
@@ -80,9 +78,7 @@ def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
     motion = sines()
     waves = 4.0 * np.sin(2.0 * np.pi * 2.3 * motion.time)
     white = np.random.default_rng(2).normal(0.0, 12.0, motion.time.size)
-    in_waves, noisy = (
-        fit_to(log_of(motion, sliding_effort(motion) + one), "coulomb_viscous") for one in (waves, white)
-    )
+    in_waves, noisy = (fit_to(log_of(motion, sliding_effort(motion) + one), "coulomb_viscous") for one in (waves, white))
     assert in_waves.force_error_percent > 15.0
     assert noisy.force_error_percent > 15.0
     assert any("lasts from row to row" in one for one in warnings_of(in_waves))

@@ -22,7 +22,6 @@ def test_friction_is_the_effort_less_what_moves_the_mass():
 
 def test_what_is_noted_of_one_log_names_it_and_what_is_noted_of_all_does_not():
     logs = [
-        replace(sliding_log(seed), source=Path(f"{seed}.csv"), notes=("of all", *notes))
-        for seed, notes in enumerate(((), ("of one",)))
+        replace(sliding_log(seed), source=Path(f"{seed}.csv"), notes=("of all", *notes)) for seed, notes in enumerate(((), ("of one",)))
     ]
     assert identify(logs, "coulomb_viscous", **QUICK).notes == ("of all", "1.csv: of one")

@@ -10,9 +10,15 @@ from bristle.identification import identify
 
 # By what the parameters change where lengths are multiplied by the first number and forces by the second.
 POWERS = {
-    "M": (-1, 1), "F_C": (0, 1), "F_S": (0, 1), "F_v": (-1, 1), "sigma_2": (-1, 1), "v_S": (1, 0), "sigma_0": (-1, 1),
+    "M": (-1, 1),
+    "F_C": (0, 1),
+    "F_S": (0, 1),
+    "F_v": (-1, 1),
+    "sigma_2": (-1, 1),
+    "v_S": (1, 0),
+    "sigma_0": (-1, 1),
     "offset": (0, 1),
-}  # fmt: skip
+}
 
 
 TRUTHS = {

@@ -35,9 +35,7 @@ def as_it_was(state, memory, move, p):
     return state
 
 
-SPRING = FrictionModel(
-    name="spring", description="ends", Parameters=Spring, State=Nothing, trial=along_spring, commit=as_it_was
-)
+SPRING = FrictionModel(name="spring", description="ends", Parameters=Spring, State=Nothing, trial=along_spring, commit=as_it_was)
 
 
 @pytest.mark.parametrize(("noise", "seed", "status"), [(8.0, 2, "identified"), (25.0, 5, "unidentifiable")])
@@ -57,11 +55,14 @@ def test_what_shows_when_it_shrinks_is_seen_though_it_may_grow_for_nothing(noise
 LUGRE = find("lugre")(F_C=8.0, F_S=11.0, v_S=2e-3, sigma_0=3e5, sigma_1=600.0, sigma_2=30.0)
 
 
-@pytest.mark.parametrize(("lost", "statuses"), [
-    ((), ("identified", "identified")),
-    (("sigma_0",), ("unidentifiable", "unidentifiable")),
-    (("sigma_1",), ("identified", "unidentifiable")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lost", "statuses"),
+    [
+        ((), ("identified", "identified")),
+        (("sigma_0",), ("unidentifiable", "unidentifiable")),
+        (("sigma_1",), ("identified", "unidentifiable")),
+    ],
+)
 def test_a_damping_before_sliding_is_told_beside_its_stiffness_only(monkeypatch, lost, statuses):
     unseen = tuple(Unidentifiable(name, 0.0, flat=False, instead=(), percent=30.0) for name in lost)
     monkeypatch.setattr("bristle.identification.uncertainty.unidentifiable", lambda *_: unseen)

@@ -37,10 +37,15 @@ def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
 
 @pytest.mark.parametrize(
     ("given", "told"),
-    [({"unsure": 1.0}, "settings.unsure"), ({"unsure_std": -1.0}, ">= 0"), ({"inseparable": 1.5}, "0 to 1"),
-     ({"unsure_std": math.nan}, "settings.unsure_std"), ({"unsure_std": True}, "settings.unsure_std"),
-     ({"unsure_std": "0.5"}, "settings.unsure_std")],
-)  # fmt: skip
+    [
+        ({"unsure": 1.0}, "settings.unsure"),
+        ({"unsure_std": -1.0}, ">= 0"),
+        ({"inseparable": 1.5}, "0 to 1"),
+        ({"unsure_std": math.nan}, "settings.unsure_std"),
+        ({"unsure_std": True}, "settings.unsure_std"),
+        ({"unsure_std": "0.5"}, "settings.unsure_std"),
+    ],
+)
 def test_what_is_no_threshold_or_out_of_range_is_refused(log, given, told):
     with pytest.raises(InputError, match=told):
         identify(log, "coulomb_viscous", settings=given, draws=0)
@@ -68,19 +73,20 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
 
 @pytest.mark.parametrize(
     ("changed", "code"),
-    [({"acceleration_noise": 0.0}, "noisy_acceleration"), ({"poor_error": 0.0}, "unexplained"),
-     ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured_residual"),
-     ({"inseparable": 0.0}, "correlated"), ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low_speed")],
-)  # fmt: skip
+    [
+        ({"acceleration_noise": 0.0}, "noisy_acceleration"),
+        ({"poor_error": 0.0}, "unexplained"),
+        ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured_residual"),
+        ({"inseparable": 0.0}, "correlated"),
+        ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low_speed"),
+    ],
+)
 def test_a_threshold_decides_what_is_said(log, changed, code):
     assert code not in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0))
     assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
 
 
-@pytest.mark.parametrize(
-    ("changed", "code"),
-    [({"at_odds": 0.0}, "half_cycles_differ"), ({"seen_rise": 1e12}, "unseen")],
-)  # fmt: skip
+@pytest.mark.parametrize(("changed", "code"), [({"at_odds": 0.0}, "half_cycles_differ"), ({"seen_rise": 1e12}, "unseen")])
 def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
     assert code not in codes(identify(log, "coulomb_viscous", draws=20, blocks=0))
     assert code in codes(identify(log, "coulomb_viscous", draws=20, blocks=0, settings=changed))

@@ -29,9 +29,7 @@ def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
 
 def test_a_log_that_is_unlike_the_others_stands_out_when_it_is_held_out():
     odd = sliding_log(4, F_C=16.0)
-    errors = identify(
-        [sliding_log(1), sliding_log(2), odd], "coulomb_viscous", draws=0
-    ).best.held_out.block_errors_percent
+    errors = identify([sliding_log(1), sliding_log(2), odd], "coulomb_viscous", draws=0).best.held_out.block_errors_percent
     assert errors[2] > 1.5 * max(errors[:2])
 
 

@@ -59,8 +59,7 @@ def test_a_wave_along_the_screw_is_that_of_the_samples_own_place():
     motion = sines(6.0, 2e-3, (0.02, 0.006), (0.5, 1.3), (0, 1))
     angle = 2.0 * np.pi * motion.position / PITCH
     log = log_of(motion, sliding_effort(motion, noise=0.0) + 0.8 * np.cos(angle) - 0.5 * np.sin(angle))
-    fit = identify(log, "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), cutoff=200.0, decimation=1, blocks=0,
-                   draws=0).best  # fmt: skip
+    fit = identify(log, "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), cutoff=200.0, decimation=1, blocks=0, draws=0).best
     assert fit.parameters["c_1"].value == pytest.approx(0.8, abs=3e-3)
     assert fit.parameters["s_1"].value == pytest.approx(-0.5, abs=3e-3)
     # At up to 110 mm/s half a sample is a quarter of a radian, and leaves 1 %.

@@ -64,10 +64,13 @@ def causes_in(fit):
 @pytest.mark.parametrize(
     ("cause", "following"),
     [
-        ("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"),
-        ("position", "coulomb_viscous+position"), ("lag", "gms"),
+        ("speed", "stribeck_free"),
+        ("direction", "coulomb_viscous+asymmetry"),
+        ("ripple", "coulomb_viscous+periodic"),
+        ("position", "coulomb_viscous+position"),
+        ("lag", "gms"),
     ],
-)  # fmt: skip
+)
 def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
     fit = best_of(motion, cause).best
     assert causes_in(fit)[0] == cause
@@ -78,11 +81,8 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
 
 @pytest.mark.parametrize(
     ("cause", "compared"),
-    [
-        ("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"),
-        ("lag", "gms"),
-    ],
-)  # fmt: skip
+    [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
+)
 def test_nobody_is_sent_to_a_model_that_was_compared(motion, cause, compared):
     found = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
     assert [fit.name for fit in found.fits] == ["coulomb_viscous", compared]
@@ -107,8 +107,7 @@ def test_a_ripple_has_its_period_and_amplitude(motion):
 
 
 @pytest.mark.parametrize(
-    ("turning", "pulls", "following"),
-    [(False, "alike", "coulomb_viscous+periodic"), (True, "turning", "coulomb_viscous+ripple")],
+    ("turning", "pulls", "following"), [(False, "alike", "coulomb_viscous+periodic"), (True, "turning", "coulomb_viscous+ripple")]
 )
 def test_a_ripple_says_whether_it_turns_with_the_motion_and_what_has_it(motion, turning, pulls, following):
     side = np.where(motion.velocity < 0.0, -1.0, 1.0) if turning else 1.0
@@ -208,9 +207,7 @@ def test_what_acts_around_reversals_is_named_nothing_else(motion):
     turned = np.diff(side, prepend=side[0]) != 0.0
     place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
     building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
-    fit = identify(
-        log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", blocks=0, draws=0
-    ).best
+    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", blocks=0, draws=0).best
     assert causes_in(fit) == ("play",)
 
 
@@ -277,9 +274,23 @@ def test_what_the_parameters_may_take_is_theirs_before_it_is_a_missing_force():
     like_it = sure + 1e-3 * generator.standard_normal(400)
     nothing, ones = np.zeros(400), np.ones(400)
     rows = Rows(
-        np.arange(400) * 1e-3, nothing, ones, nothing, nothing, sure, nothing[:, None], nothing, ones, ones,
-        Groups(np.arange(400) // 40), {}, 100.0, "translational", ones, 12.5,
-    )  # fmt: skip
+        np.arange(400) * 1e-3,
+        nothing,
+        ones,
+        nothing,
+        nothing,
+        sure,
+        nothing[:, None],
+        nothing,
+        ones,
+        ones,
+        Groups(np.arange(400) // 40),
+        {},
+        100.0,
+        "translational",
+        ones,
+        12.5,
+    )
     weighed = Weighed(rows, ones, np.zeros(10), np.arange(400) // 40)
     _, coefficients = weighed._fitted(np.column_stack([sure, like_it]), 1)
     assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
@@ -367,9 +378,23 @@ def rows_of(columns, residual, cycles=40, narrow=20.0):
     turn = np.arange(count) * cycles // count
     velocity = np.where(turn % 2, -1.0, 1.0) * (1.0 + 0.5 * np.sin(9.0 * time))
     return Rows(
-        time, np.cumsum(velocity) * 5e-3, velocity, nothing, residual + velocity, residual, columns, velocity, velocity,
-        nothing, Groups(turn), {}, 100.0, "translational", np.full(count, np.inf), narrow,
-    )  # fmt: skip
+        time,
+        np.cumsum(velocity) * 5e-3,
+        velocity,
+        nothing,
+        residual + velocity,
+        residual,
+        columns,
+        velocity,
+        velocity,
+        nothing,
+        Groups(turn),
+        {},
+        100.0,
+        "translational",
+        np.full(count, np.inf),
+        narrow,
+    )
 
 
 def test_a_filter_on_both_sides_changes_no_coefficient_and_takes_fast_noise_away():

@@ -71,13 +71,22 @@ def browser(profile, *, width=1366, height=768, dark=False):
     from_read, from_write = os.pipe()
     held = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
     command = [
-        "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run",
-        f"--user-data-dir={profile}", f"--window-size={width},{height}", "about:blank",
-    ]  # fmt: skip
+        "chromium",
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--remote-debugging-pipe",
+        "--no-first-run",
+        f"--user-data-dir={profile}",
+        f"--window-size={width},{height}",
+        "about:blank",
+    ]
     process = subprocess.Popen(
-        ["bash", "-c", 'exec "$@" 3<&63 4>&64 63<&- 64>&-', "bash", *command], pass_fds=held,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        ["bash", "-c", 'exec "$@" 3<&63 4>&64 63<&- 64>&-', "bash", *command],
+        pass_fds=held,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     for number in (to_read, from_write, *held):
         os.close(number)
     tab = Browser(to_send, from_read)

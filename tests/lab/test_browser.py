@@ -26,10 +26,20 @@ def page(tmp_path_factory):
 
 def test_a_browser_computes_the_bits_of_python(page, tmp_path):
     ran = subprocess.run(
-        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
-         "--dump-dom", f"{page.as_uri()}#selftest"],
-        check=True, capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
+        [
+            "chromium",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--dump-dom",
+            f"{page.as_uri()}#selftest",
+        ],
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     told = re.search(r'<output id="selftest">(.*?)</output>', ran.stdout)
     assert told[1] == f"0 of {blocks_with_given()} differ"
 

@@ -86,9 +86,7 @@ def coded(model):
     rows = {}
     for name, value in model.values.items():
         variable = model.component.variables[name]
-        rows[name] = [
-            float(x) for x in np.atleast_1d(variable.choices.index(value) if isinstance(value, str) else value)
-        ]
+        rows[name] = [float(x) for x in np.atleast_1d(variable.choices.index(value) if isinstance(value, str) else value)]
     return plain(rows)
 
 

@@ -87,11 +87,16 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     values |= {"K_2": 1e-3, "phi": 2e-5} if law_name == "sliding" else {"g": 60.0}
     sensor = paper_experiment().variants[0].sensor
     given = {
-        "LOOP": json.dumps(plain(loop_described())), "MASS": mass, "LAW": json.dumps(law_name), "COUNT": COUNT,
-        "DT": DT, "DELAY": DELAY, "FEEDS": json.dumps(feeds),
+        "LOOP": json.dumps(plain(loop_described())),
+        "MASS": mass,
+        "LAW": json.dumps(law_name),
+        "COUNT": COUNT,
+        "DT": DT,
+        "DELAY": DELAY,
+        "FEEDS": json.dumps(feeds),
         "DESIRED": json.dumps({key: column.tolist() for key, column in desired.items()}),
         "VALUES": json.dumps(values | {key: sensor.values[key] for key in ("resolution", "noise")}),
-    }  # fmt: skip
+    }
     script = "\n".join([*(f"const {word} = {text};" for word, text in given.items()), RUN])
     told, x, read = node(tmp_path, [plain(described(model, named="m"))], script)
     controller = controller.with_values(**values)

@@ -80,8 +80,7 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "changes"),
-    [("lugre", {"F_C": 11.0, "sigma_1": 70.0}), ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0})],
+    ("name", "changes"), [("lugre", {"F_C": 11.0, "sigma_1": 70.0}), ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0})]
 )
 def test_contact_and_mass_walk_with_other_parameters_as_in_python(name, changes, tmp_path):
     model = example_named(name)
@@ -173,12 +172,12 @@ say([asToml(model, values), asPython(model, values)]);
 @pytest.mark.parametrize(
     ("name", "changes", "coded"),
     [
-        ("lugre", {"F_C": 19.87, "v_d": float("inf")}, '{F_C: [19.87], v_d: [Infinity]}'),
-        ("gms+asymmetry", {"k_i": [5e6, 3.25e-7, 1e6]}, '{k_i: [5e6, 3.25e-7, 1e6]}'),
-        ("preisach_lugre", {"kernel": "tip_masing", "s": 1e22}, '{kernel: [1], s: [1e22]}'),
-        ("maxwell_stribeck", {"F_C": 1e-5}, '{F_C: [1e-5]}'),
+        ("lugre", {"F_C": 19.87, "v_d": float("inf")}, "{F_C: [19.87], v_d: [Infinity]}"),
+        ("gms+asymmetry", {"k_i": [5e6, 3.25e-7, 1e6]}, "{k_i: [5e6, 3.25e-7, 1e6]}"),
+        ("preisach_lugre", {"kernel": "tip_masing", "s": 1e22}, "{kernel: [1], s: [1e22]}"),
+        ("maxwell_stribeck", {"F_C": 1e-5}, "{F_C: [1e-5]}"),
     ],
-)  # fmt: skip
+)
 def test_what_is_copied_is_the_model(name, changes, coded, tmp_path):
     model = example_named(name)
     toml, python = node(tmp_path, [page_model(model)], COPIED.replace("CHANGES", coded))
@@ -231,10 +230,7 @@ def test_conditions_say_what_the_relations_of_the_model_say(tmp_path):
                 for key, value in model.values.items()
             }
             p = model.component.assemble(
-                {
-                    k: model.component.variables[k].choices.index(v) if isinstance(v, str) else v
-                    for k, v in values.items()
-                }
+                {k: model.component.variables[k].choices.index(v) if isinstance(v, str) else v for k, v in values.items()}
             )
             cases.append({key: [value] for key, value in values.items() if isinstance(value, float)})
             truths.append(all(relation.holds(p) for relation in model.component.relations))

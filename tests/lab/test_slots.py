@@ -86,10 +86,14 @@ def test_one_other_bit_with_one_set_of_slots_is_told(tmp_path):
     assert spoilt > 0
 
 
-@pytest.mark.parametrize("name", [
-    "preisach_lugre+position+asymmetry", "lugre+transmitted+ripple+position+load",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms+asymmetry", "gap_slider+asymmetry")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        "preisach_lugre+position+asymmetry",
+        "lugre+transmitted+ripple+position+load",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms+asymmetry", "gap_slider+asymmetry")),
+    ],
+)
 def test_a_given_model_walks_as_in_python(name, tmp_path):
     data = page_data(name)
     data = data | {"models": data["models"][:1]}
@@ -129,11 +133,7 @@ def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, ch
     model = component(**values)
     data = data_of(lab_page(model, source="model.toml"))
     x = 1e-6 * np.cumsum([0.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-    script = (
-        LED.replace("AROUND", json.dumps(f"around_{channel}"))
-        .replace("VALUE", str(value))
-        .replace("X)", f"{x.tolist()})")
-    )
+    script = LED.replace("AROUND", json.dumps(f"around_{channel}")).replace("VALUE", str(value)).replace("X)", f"{x.tolist()})")
     found = run(tmp_path, script, data | {"models": data["models"][:1]})
     assert found["differ"] == 0
     assert (found["name"], found["description"]) == (model.name, component.description)
@@ -157,10 +157,12 @@ def test_a_slot_over_a_channel_stays_on_and_its_channel_is_moved(base, slots, ch
 @pytest.mark.parametrize(
     "name",
     [
-        "lugre", "preisach_lugre", "viscous",
+        "lugre",
+        "preisach_lugre",
+        "viscous",
         *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms", "maxwell_slip", "bouc_wen", "elastoplastic")),
     ],
-)  # fmt: skip
+)
 def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_path):
     slots = offered(example_named(name))
     sets = [(), *((slot,) for slot in slots[::3]), ("periodic", "asymmetry"), slots]
@@ -175,14 +177,10 @@ def test_what_the_page_says_of_a_model_with_slots_is_what_python_says(name, tmp_
         model = begun_named(name, slots)
         wanted = plain(described(model, proven=False, named="m"))
         assert {key: facts[key] for key in FACTS} == {key: wanted[key] for key in FACTS}
-        assert [[row[key] for key in ROWS] for row in facts["variables"]] == [
-            [row[key] for key in ROWS] for row in wanted["variables"]
-        ]
+        assert [[row[key] for key in ROWS] for row in facts["variables"]] == [[row[key] for key in ROWS] for row in wanted["variables"]]
         assert [row for row in facts["conditions"] if "least" not in row] == wanted["conditions"]
         assert facts["elements"] == wanted["elements"]
-        assert {key: row for key, row in (facts["passive"] or {}).items() if row is not None} == (
-            wanted["passive"] or {}
-        )
+        assert {key: row for key, row in (facts["passive"] or {}).items() if row is not None} == (wanted["passive"] or {})
         assert facts["head"] == wanted["head"]
         assert facts["slots"] == list(slots_of(model))
 
@@ -263,9 +261,7 @@ def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slot
     const numberOf = (answer) => answer.moved ?? answer.missing ?? String(answer.needed);
     say([drift, closure, passive].map((answer) => answer && [answer.passed, numberOf(answer)]));
     """
-    for own, wanted, close in zip(
-        run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True
-    ):
+    for own, wanted, close in zip(run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True):
         assert (own is None) == (wanted is None)
         if own is not None:
             assert own[0] == wanted[0]

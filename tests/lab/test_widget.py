@@ -168,12 +168,7 @@ def test_in_a_browser_it_draws_tells_python_and_follows_it(lugre, tmp_path, widt
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     with browser(tmp_path / "profile", width=width) as tab:
         tab.open(page.as_uri())
-        given = {
-            "esm": widget._esm,
-            "state": state,
-            "other": others,
-            "proven": plain(described(example_named("lugre"))),
-        }
+        given = {"esm": widget._esm, "state": state, "other": others, "proven": plain(described(example_named("lugre")))}
         for name, value in given.items():
             tab.run(f"window.{name} = {json.dumps(value)}; 0")
         tab.run(STUB + "0")

@@ -22,8 +22,7 @@ def mf4_one_group(folder: Path, m: Motion) -> Path:
     asammdf = pytest.importorskip("asammdf")
     t, x, f = _numbers(m)
     with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(x, t, name="Lageistwert", unit="mm"),
-                     asammdf.Signal(f, t, name="Kraftistwert", unit="N")])  # fmt: skip
+        file.append([asammdf.Signal(x, t, name="Lageistwert", unit="mm"), asammdf.Signal(f, t, name="Kraftistwert", unit="N")])
         return Path(file.save(folder / "one.mf4", compression=0, overwrite=True))
 
 
@@ -41,10 +40,12 @@ def mf4_converted(folder: Path, m: Motion) -> Path:
     asammdf = pytest.importorskip("asammdf")
     t, _, _ = _numbers(m)
     with asammdf.MDF(version="4.10") as file:
-        file.append([
-            asammdf.Signal(m.position_um.astype(np.int32), t, "mm", "ActPos", conversion={"a": 1e-3, "b": 0.0}),
-            asammdf.Signal(m.torque.astype(np.int16), t, "N", "ActTrq", conversion={"a": 0.25, "b": 0.0}),
-        ])  # fmt: skip
+        file.append(
+            [
+                asammdf.Signal(m.position_um.astype(np.int32), t, "mm", "ActPos", conversion={"a": 1e-3, "b": 0.0}),
+                asammdf.Signal(m.torque.astype(np.int16), t, "N", "ActTrq", conversion={"a": 0.25, "b": 0.0}),
+            ]
+        )
         return Path(file.save(folder / "converted.dat", compression=1, overwrite=True))
 
 
@@ -80,10 +81,18 @@ def mcap_joints(folder: Path, m: Motion) -> Path:
         schema = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
         for us, position, effort in zip(m.time_us, x, f, strict=True):
             writer.write_message(
-                topic="/joint_states", schema=schema, log_time=START + 1000 * int(us) + 7777, publish_time=0,
-                message={"header": _stamp(us), "name": ["rail", "lift"], "position": [position, 0.0], "velocity": [],
-                         "effort": [effort, 0.0]},
-            )  # fmt: skip
+                topic="/joint_states",
+                schema=schema,
+                log_time=START + 1000 * int(us) + 7777,
+                publish_time=0,
+                message={
+                    "header": _stamp(us),
+                    "name": ["rail", "lift"],
+                    "position": [position, 0.0],
+                    "velocity": [],
+                    "effort": [effort, 0.0],
+                },
+            )
         writer.finish()
     return path
 
@@ -97,8 +106,13 @@ def mcap_topics(folder: Path, m: Motion) -> Path:
         schema = writer.register_msgdef("bench_msgs/msg/Stamped", FLOAT)
         for us, position, effort in zip(m.time_us, x, f, strict=True):
             for topic, value in (("/axis/position", position), ("/axis/force", effort)):
-                writer.write_message(topic=topic, schema=schema, log_time=START + 1000 * int(us), publish_time=0,
-                                     message={"header": _stamp(us), "data": value})  # fmt: skip
+                writer.write_message(
+                    topic=topic,
+                    schema=schema,
+                    log_time=START + 1000 * int(us),
+                    publish_time=0,
+                    message={"header": _stamp(us), "data": value},
+                )
         writer.finish()
     return path
 
@@ -155,18 +169,17 @@ def _tdms(path: Path, group: str, *segments: list[tuple[str, np.ndarray, dict[st
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(str(path)) as writer:
         for channels in segments:
-            writer.write_segment([
-                nptdms.RootObject({"Operator": "lab"}), *(nptdms.ChannelObject(group, *channel) for channel in channels)
-            ])  # fmt: skip
+            writer.write_segment([nptdms.RootObject({"Operator": "lab"}), *(nptdms.ChannelObject(group, *channel) for channel in channels)])
     return path
 
 
 def tdms_two_rates(folder: Path, m: Motion) -> Path:
     _, x, f = _numbers(m)
-    return _tdms(folder / "rates.tdms", "axis", [
-        ("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}),
-        ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"}),
-    ])  # fmt: skip
+    return _tdms(
+        folder / "rates.tdms",
+        "axis",
+        [("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}), ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"})],
+    )
 
 
 def hdf5_german(folder: Path, m: Motion) -> Path:
@@ -182,20 +195,27 @@ def hdf5_german(folder: Path, m: Motion) -> Path:
 def tdms_waveforms(folder: Path, m: Motion) -> Path:
     """Two waveforms of one rate."""
     _, x, f = _numbers(m)
-    return _tdms(folder / "waveforms.tdms", "Log", [
-        ("ActPos", x, {"wf_increment": 1e-3, "NI_UnitDescription": "mm"}),
-        ("ActForce", f, {"wf_increment": 1e-3, "NI_UnitDescription": "N"}),
-    ])  # fmt: skip
+    return _tdms(
+        folder / "waveforms.tdms",
+        "Log",
+        [
+            ("ActPos", x, {"wf_increment": 1e-3, "NI_UnitDescription": "mm"}),
+            ("ActForce", f, {"wf_increment": 1e-3, "NI_UnitDescription": "N"}),
+        ],
+    )
 
 
 def tdms_own_time(folder: Path, m: Motion) -> Path:
     """A time beside the channels, in pieces as they were recorded."""
     t, x, f = _numbers(m)
-    return _tdms(folder / "pieces.tdms", "Messung", *(
-        [(name, values[part], {"unit_string": unit})
-         for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))]
-        for part in np.array_split(np.arange(t.size), 7)
-    ))  # fmt: skip
+    return _tdms(
+        folder / "pieces.tdms",
+        "Messung",
+        *(
+            [(name, values[part], {"unit_string": unit}) for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))]
+            for part in np.array_split(np.arange(t.size), 7)
+        ),
+    )
 
 
 def hdf5_records(folder: Path, m: Motion) -> Path:

@@ -63,9 +63,7 @@ def write_tdms(path: Path, recording: dict[str, np.ndarray], units: dict[str, st
         for half in (slice(0, COUNT // 2), slice(COUNT // 2, None)):  # two segments, as a stream has many
             writer.write_segment(
                 [
-                    nptdms.ChannelObject(
-                        "axis", name, values[half], {"unit_string": units[name]} if units and name in units else {}
-                    )
+                    nptdms.ChannelObject("axis", name, values[half], {"unit_string": units[name]} if units and name in units else {})
                     for name, values in recording.items()
                 ]
             )
@@ -92,10 +90,7 @@ def write_parquet(path: Path, recording: dict[str, np.ndarray]) -> Path:
     return path
 
 
-WRITERS = {
-    "csv": write_csv, "mat": write_mat, "tdms": write_tdms, "h5": write_hdf5, "npz": write_npz,
-    "parquet": write_parquet,
-}  # fmt: skip
+WRITERS = {"csv": write_csv, "mat": write_mat, "tdms": write_tdms, "h5": write_hdf5, "npz": write_npz, "parquet": write_parquet}
 
 
 @pytest.fixture(params=sorted(WRITERS))

@@ -191,19 +191,27 @@ def test_stamps_that_no_axis_is_sampled_at(factor):
     assert "unit_suspect" not in codes(log)
 
 
-@pytest.mark.parametrize(("kind", "factor", "told"), [
-    ("translational", 1e3, True), ("translational", 10.0, False), ("rotational", 1e3, False), ("rotational", 1e4, True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "factor", "told"),
+    [("translational", 1e3, True), ("translational", 10.0, False), ("rotational", 1e3, False), ("rotational", 1e4, True)],
+)
 def test_speeds_that_no_axis_has(kind, factor, told):
     run = Run(0)
     log = Log(time=run.t, position=factor * run.x, effort=run.effort(), sample_time=DT, kind=kind)
     assert ("unit_suspect" in codes(log, Axis(kind=kind))) is told
 
 
-@pytest.mark.parametrize(("channel", "name", "unit", "code"), [
-    ("time", "t_s", "ms", "clock_suspect"), ("time", "t_s", "s", None), ("time", "Time [ms]", "s", "clock_suspect"),
-    ("position", "x_mm", "m", "unit_suspect"), ("position", "x_mm", "mm", None), ("position", "x", "m", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("channel", "name", "unit", "code"),
+    [
+        ("time", "t_s", "ms", "clock_suspect"),
+        ("time", "t_s", "s", None),
+        ("time", "Time [ms]", "s", "clock_suspect"),
+        ("position", "x_mm", "m", "unit_suspect"),
+        ("position", "x_mm", "mm", None),
+        ("position", "x", "m", None),
+    ],
+)
 def test_a_name_that_says_another_unit(channel, name, unit, code):
     axis = Axis(columns={channel: Column(name, unit, "s" if channel == "time" else "m")})
     found = [one for one in checked(Run(0).log(), axis) if one.code.endswith("_suspect")]

@@ -18,10 +18,14 @@ from bristle.logs.log import CHANNELS, Channel, Log
 COUNT = 400
 T = np.arange(COUNT) * 2e-3
 DATA = {
-    "time": T, "position": 0.01 * np.sin(9.0 * T), "effort": 5.0 * np.cos(9.0 * T) + np.sin(31.0 * T),
-    "velocity": 0.09 * np.cos(9.0 * T), "reference": 0.0101 * np.sin(9.0 * T), "load": 1.0 + 0.1 * T,
+    "time": T,
+    "position": 0.01 * np.sin(9.0 * T),
+    "effort": 5.0 * np.cos(9.0 * T) + np.sin(31.0 * T),
+    "velocity": 0.09 * np.cos(9.0 * T),
+    "reference": 0.0101 * np.sin(9.0 * T),
+    "load": 1.0 + 0.1 * T,
     "temperature": 293.0 + T,
-}  # fmt: skip
+}
 
 
 def with_pandas(data):
@@ -81,9 +85,11 @@ def test_only_needed_columns_are_taken_and_the_rest_is_told():
     assert np.array_equal(log.effort, DATA["effort"])
     assert log.velocity is None
     assert log.notes == (
-        "column t is taken as the time", "column x is taken as the position", "column Force is taken as the effort",
+        "column t is taken as the time",
+        "column x is taken as the position",
+        "column Force is taken as the effort",
         "columns that are not used: v, note",
-    )  # fmt: skip
+    )
     twice = Log.from_columns(DATA | {"Position": T, "EFFORT": T})
     assert np.array_equal(twice.position, DATA["position"])
     assert np.array_equal(Log.from_columns({"Position": T} | DATA).position, DATA["position"])
@@ -262,9 +268,15 @@ def test_a_channel_is_counted_sliced_and_reckoned_with():
     assert channel[3] == values[3]
     assert np.array_equal(channel[::2], values[::2])
     assert list(channel) == values.tolist()
-    for found, expected in ((channel * 1e3, values * 1e3), (1.0 - channel, 1.0 - values), (-channel, -values),
-                            (channel - channel, 0.0 * values), (np.abs(channel), np.abs(values)),
-                            (channel > 0.0, values > 0.0), (values * channel, values**2)):  # fmt: skip
+    for found, expected in (
+        (channel * 1e3, values * 1e3),
+        (1.0 - channel, 1.0 - values),
+        (-channel, -values),
+        (channel - channel, 0.0 * values),
+        (np.abs(channel), np.abs(values)),
+        (channel > 0.0, values > 0.0),
+        (values * channel, values**2),
+    ):
         assert isinstance(found, np.ndarray)
         assert np.array_equal(found, expected)
 

@@ -30,10 +30,15 @@ def test_a_column_may_be_called_by_its_number(tmp_path):
 @pytest.mark.parametrize("header", ["zeit;weg;kraft;puls;last\n", ""])
 def test_a_known_input_and_a_known_column_may_be_called_by_their_numbers(header):
     rows = [f"{k / 1000};{np.sin(k / 50):.6f};{np.cos(k / 50):.6f};{k % 7};{k % 5}" for k in range(300)]
-    described = axis_from({
-        "schema": 1, "kind": "linear", "columns": {"time": 1, "position": 2, "effort": 3},
-        "injected": [{"column": 4, "gain": "2 N"}], "known": [{"column": 5, "name": "last"}],
-    })  # fmt: skip
+    described = axis_from(
+        {
+            "schema": 1,
+            "kind": "linear",
+            "columns": {"time": 1, "position": 2, "effort": 3},
+            "injected": [{"column": 4, "gain": "2 N"}],
+            "known": [{"column": 5, "name": "last"}],
+        }
+    )
     log = read_log((header + "\n".join([*rows, ""])).encode(), described)
     np.testing.assert_allclose(log.injected[0].values, 2.0 * (np.arange(300) % 7))
     np.testing.assert_allclose(log.regressors[0].values, np.arange(300) % 5)
@@ -79,10 +84,15 @@ def test_columns_of_one_name_are_told(tmp_path):
     assert "column 3 is called 'q', as one before it: it is taken as 'q_2'" in log.notes
 
 
-@pytest.mark.parametrize(("header", "unit", "told"), [
-    ("speed_rpm [mm/s]", None, ("rpm", "mm/s")), ("speed_mm_s", "m/s", ("mm/s", "m/s")), ("speed_mm_s", "mm/s", None),
-    ("speed_m", "mm/s", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("header", "unit", "told"),
+    [
+        ("speed_rpm [mm/s]", None, ("rpm", "mm/s")),
+        ("speed_mm_s", "m/s", ("mm/s", "m/s")),
+        ("speed_mm_s", "mm/s", None),
+        ("speed_m", "mm/s", None),
+    ],
+)
 def test_a_unit_in_a_name_that_its_numbers_contradict_is_told(tmp_path, header, unit, told):
     path = tmp_path / "log.csv"
     rows = [f"{k / 1000},{80 * np.sin(k / 50):.6f},{1600 * np.cos(k / 50):.6f}" for k in range(300)]

@@ -141,9 +141,7 @@ def test_a_column_of_text_is_left_out_and_said_so():
 
 
 @pytest.mark.parametrize("line", [1, 2, 5, 29])
-@pytest.mark.parametrize(
-    ("cell", "said"), [("abc", "is not a number"), ("", "is empty"), ("1,5", "has 3 cells"), ("0.1.2", "is not a")]
-)
+@pytest.mark.parametrize(("cell", "said"), [("abc", "is not a number"), ("", "is empty"), ("1,5", "has 3 cells"), ("0.1.2", "is not a")])
 def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
     lines = ("t,x\n" + rows()).split("\n")
     lines[line] = lines[line].split(",")[0] + f",{cell}"

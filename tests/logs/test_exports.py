@@ -77,18 +77,15 @@ def arm_log(pull, unit="Nm"):
     q = 1.2 * np.sin(2.0 * t) + 0.3 * np.sin(5.3 * t)
     v, a = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
     torque = 1.5 * a + 4.0 * np.sign(v) + 6.0 * v + pull(q) + 0.1 * np.random.default_rng(2).standard_normal(t.size)
-    rows = [
-        f"{time:.3f};{np.degrees(angle):.5f};{effort:.4f}" for time, angle, effort in zip(t, q, torque, strict=True)
-    ]
+    rows = [f"{time:.3f};{np.degrees(angle):.5f};{effort:.4f}" for time, angle, effort in zip(t, q, torque, strict=True)]
     return "\n".join([f"t [s];joint_pos [deg];joint_torque [{unit}]", *rows]).encode()
 
 
 @pytest.mark.parametrize(
     ("pull", "named"),
-    [(lambda q: 30.0 * np.sin(q + 0.3), True), (lambda q: 30.0 * q, False), (lambda q: 10.0 * q * q, False),
-     (lambda q: 0.0 * q, False)],
+    [(lambda q: 30.0 * np.sin(q + 0.3), True), (lambda q: 30.0 * q, False), (lambda q: 10.0 * q * q, False), (lambda q: 0.0 * q, False)],
     ids=["link", "spring", "parabola", "nothing"],
-)  # fmt: skip
+)
 def test_an_arm_is_proposed_to_be_one(pull, named):
     proposal = propose_axis(arm_log(pull))
     assert ('gravity = "link"  # the effort goes with' in proposal.text) is named
@@ -101,10 +98,7 @@ def lagging(name):
     t = 1e-3 * np.arange(2000)
     reference = 10.0 * np.sin(6.0 * t)
     position = 4.0 * np.sin(6.0 * t - 1.2)
-    rows = [
-        f"{a:.3f};{b:.4f};{c:.4f};{d:.4f}"
-        for a, b, c, d in zip(t, position, reference, np.sign(reference), strict=True)
-    ]
+    rows = [f"{a:.3f};{b:.4f};{c:.4f};{d:.4f}" for a, b, c, d in zip(t, position, reference, np.sign(reference), strict=True)]
     return "\n".join([f"Zeit [s];Weg [mm];{name} [mm];Kraft [N]", *rows]).encode()
 
 
@@ -119,9 +113,7 @@ def turning_log(step):
     t = 1e-3 * np.arange(3000)
     angle = 0.3 * np.sin(2.0 * t)
     angle = step * np.round(angle / step) if step else angle + 1e-3 * np.random.default_rng(1).normal(size=t.size)
-    rows = [
-        f"{a:.3f};{b:.{digits}f};{c:.2f}" for a, b, c in zip(t, angle, 40.0 * np.sign(np.cos(2.0 * t)), strict=True)
-    ]
+    rows = [f"{a:.3f};{b:.{digits}f};{c:.2f}" for a, b, c in zip(t, angle, 40.0 * np.sign(np.cos(2.0 * t)), strict=True)]
     return "\n".join(["t [s];Angle [deg];Torque [%]", *rows]).encode()
 
 

@@ -128,16 +128,14 @@ BOMBS = {
     "an npy of long numbers": lambda: npy((10,), "V2000000000"),
     "an npy of a negative size": lambda: npy((-1,)),
     "an npz that unpacks to much": lambda: zipped({"x.npy": npy((50_000,), data=bytes(400_000))}),
-    "an npz of many that unpack to much": lambda: zipped(
-        {f"x{k}.npy": npy((9000,), data=bytes(72_000)) for k in range(9)}
-    ),
+    "an npz of many that unpack to much": lambda: zipped({f"x{k}.npy": npy((9000,), data=bytes(72_000)) for k in range(9)}),
     "an npz in an npz": lambda: zipped({"x.npy": zipped({"x.npy": npy((5,), data=bytes(40))})}),
     "a parquet of runs": lambda: parquet_of(60_000),
     "a parquet of many columns": lambda: parquet_of(2_000, 20),
     "a mat that unpacks to much": lambda: mat_bomb(1_000_000),
     "a mat of cells in cells": lambda: mat_of_cells(100_000),
     "a text of more cells than fit": lambda: b"t,x\n" + b"1,2\n" * 20_000,
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BOMBS)

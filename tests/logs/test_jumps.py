@@ -46,8 +46,16 @@ def test_a_gap_in_time_is_none(tmp_path, axis):
     kept = np.r_[0:2000, 3200:6000]
     noise = np.random.default_rng(1).normal(size=kept.size)
     path = tmp_path / "log.csv"
-    path.write_text(csv_text({"t": TIME[kept], "q": MOTION[kept] + np.where(kept > 3000, 0.5, 0.0),
-                              "r": MOTION[kept], "u": np.sign(np.gradient(MOTION))[kept] + noise}))  # fmt: skip
+    path.write_text(
+        csv_text(
+            {
+                "t": TIME[kept],
+                "q": MOTION[kept] + np.where(kept > 3000, 0.5, 0.0),
+                "r": MOTION[kept],
+                "u": np.sign(np.gradient(MOTION))[kept] + noise,
+            }
+        )
+    )
     log = read_log(path, axis)
     assert len(log.segments) == 2
     assert "rows_lost" not in [found.code for found in checked(log, axis)]

@@ -63,9 +63,7 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
     assert clock.stamps.size == keep.sum()
     assert clock.sample_time == pytest.approx(DT, rel=2e-4)  # 1.2e-3 off where such rows were dropped
     shifts = np.linspace(-0.5 * DT, 0.5 * DT, 101)
-    error = min(
-        np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2)) for shift in shifts
-    )
+    error = min(np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2)) for shift in shifts)
     assert error < 2e-5
 
 
@@ -131,6 +129,7 @@ def test_a_time_whose_stamps_repeat_is_the_time_of_a_proposal(tmp_path, equal):
     t = 1e-3 * np.arange(2000)
     stamps = t[::equal].repeat(equal)[: t.size]
     path = tmp_path / "host.csv"
-    np.savetxt(path, np.column_stack([stamps, place(t), np.sin(3 * t)]), delimiter=",", comments="",
-               header="time [s],position [m],force [N]")  # fmt: skip
+    np.savetxt(
+        path, np.column_stack([stamps, place(t), np.sin(3 * t)]), delimiter=",", comments="", header="time [s],position [m],force [N]"
+    )
     assert roles_of(read_table(path)).channels["time"].column == "time"

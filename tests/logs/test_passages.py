@@ -46,9 +46,7 @@ def stage():
 
 def share_of(kind, begin, end, found):
     """The share of a time that passages of a kind cover."""
-    covered = sum(
-        max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found if one.kind == kind
-    )  # fmt: skip
+    covered = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found if one.kind == kind)
     return covered / (end - begin)
 
 
@@ -96,9 +94,7 @@ def test_a_coarse_encoder_still_shows_the_loops():
 def test_without_an_effort_the_presliding_distance_tells_loops_from_slides():
     motion, log = designed(STAGE, duration="40 s", purposes="presliding,stribeck")
     found = passages(replace(log, effort=None), STAGE)
-    first = next(
-        begin for one, begin in zip(motion.pieces, motion.begins, strict=True) if one.name == "constant velocity"
-    )
+    first = next(begin for one, begin in zip(motion.pieces, motion.begins, strict=True) if one.name == "constant velocity")
     assert share_of("constant_velocity", first, motion.duration, found) > 0.8
     assert share_of("loops", 4.0, first, found) > 0.8
 

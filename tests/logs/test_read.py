@@ -218,9 +218,7 @@ def test_steps_that_contradict_the_resolution_of_the_axis_file_are_told(write, a
 
 
 @pytest.mark.parametrize(("share", "told"), [(1 / 57.3, True), (57.3, False)])
-def test_steps_of_a_fast_axis_contradict_a_finer_resolution_and_digits_of_a_text_no_coarser_one(
-    write, axis, recording, share, told
-):
+def test_steps_of_a_fast_axis_contradict_a_finer_resolution_and_digits_of_a_text_no_coarser_one(write, axis, recording, share, told):
     step = 1e-5  # 184 of them lie between samples
     described = dataclasses.replace(axis, resolution=step * share)
     log = read_log(write(q=step * np.round(recording["r"] / step)), described)
@@ -263,10 +261,9 @@ def test_a_name_with_an_accent_is_found_however_it_is_spelt(tmp_path, axis, reco
     rows = np.column_stack([recording["t"], recording["q"], recording["u"]])
     head = f"t,{normalize(form, name)},u"
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="", encoding="utf-8")
-    asked = dataclasses.replace(axis, columns={
-        "time": Column("t", "s", "s"), "position": Column(normalize(other, name), "m", "m"),
-        "effort": Column("u", "N", "N"),
-    })  # fmt: skip
+    asked = dataclasses.replace(
+        axis, columns={"time": Column("t", "s", "s"), "position": Column(normalize(other, name), "m", "m"), "effort": Column("u", "N", "N")}
+    )
     found = read_log(tmp_path / "log.csv", asked)
     assert found.position.values.size == recording["t"].size
 
@@ -554,11 +551,7 @@ def positioning_system(tmp_path, column, bound):
 def test_the_measured_tribometer_rests_half_of_the_time_and_has_the_other_sign():
     from bristle.core.axis import Axis
 
-    columns = {
-        "time": Column("Time", "", "s"),
-        "position": Column("Position", "", "m"),
-        "effort": Column("Friction", "", "N"),
-    }
+    columns = {"time": Column("Time", "", "s"), "position": Column("Position", "", "m"), "effort": Column("Friction", "", "N")}
     log = read_log(data_file("tribometer", "test_data_2.txt"), Axis(columns=columns))
     assert log.sample_time == pytest.approx(5e-3)
     steady = (log.time.values > 12) & (log.time.values < 205)

@@ -29,9 +29,7 @@ def bytes_of(name, folder, recording):
     return file.read_bytes()
 
 
-@pytest.mark.parametrize(
-    "log_format", [pytest.param(one, marks=[pytest.mark.slow] * bool(one.package), id=one.name) for one in FORMATS]
-)
+@pytest.mark.parametrize("log_format", [pytest.param(one, marks=[pytest.mark.slow] * bool(one.package), id=one.name) for one in FORMATS])
 def test_every_reader_of_bristle_meets_the_contract(log_format, tmp_path, recording):
     checks = check_reader(log_format, bytes_of(log_format.name, tmp_path, recording))
     assert [check for check in checks if not check.passed] == []
@@ -65,31 +63,61 @@ WHOLE = "data.decode().splitlines()"
         ([('"lines of name=value"', '" "')], "described reader", "the title is ' '", "Say in a few words"),
         ([(", example=EXAMPLE.encode()", "")], "described reader", "no bytes of an example", r"example=b"),
         ([("example=EXAMPLE.encode()", "example=EXAMPLE")], "described reader", "no bytes of an example", r"example=b"),
-        ([("    return len(first)", '    return suffix == ".kv" and len(first)')], "recognises its example",
-         "in a file named so: log", "first 4096 bytes"),
+        (
+            [("    return len(first)", '    return suffix == ".kv" and len(first)')],
+            "recognises its example",
+            "in a file named so: log",
+            "first 4096 bytes",
+        ),
         ([("float(row[name])", "row[name]")], "columns of numbers", "it gives 0 columns", "arrays of numbers"),
-        ([("in rows]) for name", "in rows[len(name) % 2:]]) for name")], "columns of numbers",
-         "'position' has 7 rows, and 't' has 8", "one length"),
+        (
+            [("in rows]) for name", "in rows[len(name) % 2:]]) for name")],
+            "columns of numbers",
+            "'position' has 7 rows, and 't' has 8",
+            "one length",
+        ),
         ([("t [ms]", "t [moments]")], "units that exist", "'moments', which is no unit", "leave it out|Write"),
-        ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' goes back after row 4",
-         "order"),
-        ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "no numbers",
-         "without a time"),
-        ([(ROWS, "    recognises.calls = getattr(recognises, 'calls', 0) + 1\n" + ROWS),
-          ("float(row[name])", "recognises.calls + float(row[name])")], "same log twice", "the second reading differs",
-         "no counter"),
-        ([("    return len(first)", "    return True or len(first)")], "leaves other files", "of another kind is taken",
-         "more of the first bytes"),
-        ([("    first = head", "    head.decode()\n    first = head")], "leaves other files",
-         "recognises stops with UnicodeDecodeError", "return False"),
+        ([("for row in rows]", "for row in rows[4:] + rows[:4]]")], "time in order", "'t' goes back after row 4", "order"),
+        ([("float(row[name])", 'float("nan" if name == "t_ms" else row[name])')], "time in order", "no numbers", "without a time"),
+        (
+            [
+                (ROWS, "    recognises.calls = getattr(recognises, 'calls', 0) + 1\n" + ROWS),
+                ("float(row[name])", "recognises.calls + float(row[name])"),
+            ],
+            "same log twice",
+            "the second reading differs",
+            "no counter",
+        ),
+        (
+            [("    return len(first)", "    return True or len(first)")],
+            "leaves other files",
+            "of another kind is taken",
+            "more of the first bytes",
+        ),
+        (
+            [("    first = head", "    head.decode()\n    first = head")],
+            "leaves other files",
+            "recognises stops with UnicodeDecodeError",
+            "return False",
+        ),
         ([(CUT, WHOLE)], "tells where a file ends early", r"row \d of .* and not .* as in the whole file", "no end"),
-        ([("    units =", "    rows = [row for row in rows if 'iq' in row] or [{'t_ms': 0, 'pos': 0}]\n    units =")],
-         "tells where a file ends early", "has 0 rows, and nothing is said", "Raise InputError"),
-        ([("import numpy as np", "import numpy as np\n\nfrom bristle.core import InputError"),
-          (ROWS, "    if len(data) < len(EXAMPLE):\n        raise InputError('is cut off', path='log')\n" + ROWS)],
-         "tells where a file ends early", "refused without its name: log: is cut off", r"path=str\(request\.source\)"),
+        (
+            [("    units =", "    rows = [row for row in rows if 'iq' in row] or [{'t_ms': 0, 'pos': 0}]\n    units =")],
+            "tells where a file ends early",
+            "has 0 rows, and nothing is said",
+            "Raise InputError",
+        ),
+        (
+            [
+                ("import numpy as np", "import numpy as np\n\nfrom bristle.core import InputError"),
+                (ROWS, "    if len(data) < len(EXAMPLE):\n        raise InputError('is cut off', path='log')\n" + ROWS),
+            ],
+            "tells where a file ends early",
+            "refused without its name: log: is cut off",
+            r"path=str\(request\.source\)",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_a_reader_does_wrong_is_told_with_the_mend(tmp_path, changes, demand, said, mend):
     failed, *_ = [check for check in check_reader(load_reader_file(own(tmp_path, *changes))) if not check.passed]
     assert failed.name == demand

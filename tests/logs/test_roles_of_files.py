@@ -76,14 +76,15 @@ def trace(signals, *, xml, sep=","):
         rows = np.column_stack([TIME, *signals.values()])
         lines = [";".join(f"{cell:.6f}" for cell in row) for row in rows]
         return "\n".join([";".join(["time [s]", *(name.replace(",", sep) for name in signals)]), *lines, ""]).encode()
-    heads = [f'<dataSignal id="f{k}" name="{name}" description="{"Moment" if "Torque" in name else "Lageistwert"}" '
-             f'units="{"Nm" if "Torque" in name else "mm"}"/>' for k, name in enumerate(signals)]  # fmt: skip
+    heads = [
+        f'<dataSignal id="f{k}" name="{name}" description="{"Moment" if "Torque" in name else "Lageistwert"}" '
+        f'units="{"Nm" if "Torque" in name else "mm"}"/>'
+        for k, name in enumerate(signals)
+    ]
     rows = zip(TIME, *signals.values(), strict=True)
     taken = (" ".join(f'f{k}="{value:.6f}"' for k, value in enumerate(row)) for _, *row in rows)
     records = [f'<rec time="{t:.6f}" {values}/>' for t, values in zip(TIME, taken, strict=True)]
-    body = "".join(
-        ["<traceDataRoot><traceData><dataFrame>", *heads, *records, "</dataFrame></traceData></traceDataRoot>"]
-    )
+    body = "".join(["<traceDataRoot><traceData><dataFrame>", *heads, *records, "</dataFrame></traceData></traceDataRoot>"])
     return body.encode()
 
 

@@ -5,14 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bristle.logs.segmentation import (
-    alternating,
-    half_cycle_numbers,
-    numbered,
-    reversals,
-    turning_points,
-    turns_apart,
-)
+from bristle.logs.segmentation import alternating, half_cycle_numbers, numbered, reversals, turning_points, turns_apart
 
 MOTIONS = st.lists(st.integers(-20, 20), min_size=2, max_size=60).map(lambda steps: np.cumsum(steps).astype(float))
 

@@ -93,14 +93,16 @@ def test_friction_and_inertia_are_those_of_the_same_log_with_its_position():
 
 
 def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
-    described = axis_from({
-        "schema": 1, "kind": "translational", "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-        "columns": {"time": "time", "velocity": {"column": "speed", "unit": "rpm", "side": "motor"}},
-    })  # fmt: skip
-    turning = log().replace(b"speed [mm/s]", b"speed [rpm]")
-    np.testing.assert_allclose(
-        read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7
+    described = axis_from(
+        {
+            "schema": 1,
+            "kind": "translational",
+            "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+            "columns": {"time": "time", "velocity": {"column": "speed", "unit": "rpm", "side": "motor"}},
+        }
     )
+    turning = log().replace(b"speed [mm/s]", b"speed [rpm]")
+    np.testing.assert_allclose(read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7)
 
 
 def test_neither_position_nor_speed_is_refused_with_what_to_write():

@@ -92,9 +92,7 @@ def test_a_whole_channel_larger_than_any_axis_is_no_measurement(tmp_path, record
 def test_the_log_is_refused_and_the_sample_named(tmp_path, recording, axis, column, value, said):
     recording[column][600] = value
     path = tmp_path / "log.csv"
-    np.savetxt(
-        path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="", fmt="%.9g"
-    )
+    np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     with pytest.raises(InputError, match=said):
         read_log(path, axis)
     assert len(summarize(path, axis)["problems"]) == 1

@@ -79,9 +79,7 @@ def test_columns_without_names_and_with_names_in_an_npz_file(tmp_path, recording
     assert list(table.columns) == ["column_1", "column_2", "column_3", "column_4"]
     np.testing.assert_array_equal(table.columns["column_2"], recording["q"])
     assert read_table(tmp_path / "tests.npz", "wide").columns["column_4"].shape == (5,)
-    assert {name: values[0] for name, values in read_table(f"{tmp_path}/tests.npz::named").columns.items()} == {
-        "t": 0.0, "q": 2.5,
-    }  # fmt: skip
+    assert {name: values[0] for name, values in read_table(f"{tmp_path}/tests.npz::named").columns.items()} == {"t": 0.0, "q": 2.5}
     assert any(note.startswith("text holds no column") for note in table.notes)
     np.save(tmp_path / "single.npy", matrix)
     np.testing.assert_array_equal(read_table(tmp_path / "single.npy").columns["column_2"], recording["q"])
@@ -108,15 +106,15 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     stamps = [start + datetime.timedelta(milliseconds=2 * k) for k in range(4)]
     exact = [decimal.Decimal("0.25"), None, decimal.Decimal("-1.50"), decimal.Decimal("2.00")]
     columns = {
-        "when": pyarrow.array(stamps), "count": pyarrow.array([1, None, 3, 4]),
-        "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]), "note": pyarrow.array(["a", "b", "c", "d"]),
+        "when": pyarrow.array(stamps),
+        "count": pyarrow.array([1, None, 3, 4]),
+        "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]),
+        "note": pyarrow.array(["a", "b", "c", "d"]),
         "clock": pyarrow.array([5000, 5002, 5004, 5006], pyarrow.time32("ms")),
         "day": pyarrow.array([5_000_000, 5_002_000, 5_004_000, 5_006_000], pyarrow.time64("us")),
         "exact": pyarrow.array(exact, pyarrow.decimal128(5, 2)),
-    }  # fmt: skip
-    fields = [
-        pyarrow.field(name, one.type, metadata={"unit": "mm"} if name == "q" else None) for name, one in columns.items()
-    ]
+    }
+    fields = [pyarrow.field(name, one.type, metadata={"unit": "mm"} if name == "q" else None) for name, one in columns.items()]
     parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
     table = read_table(tmp_path / "log.parquet")
     np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])

@@ -59,9 +59,7 @@ def test_the_nominal_friction_is_the_same_in_both_directions():
 
 
 def test_the_nominal_friction_repeats_itself():
-    rough = friction.maxwell_stribeck(
-        F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1
-    )
+    rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
     assert nominal(rough).values["scatter"] == 0.0
     assert "irregularity" in [one.name for one in causes_of(loop(friction=rough))]
 

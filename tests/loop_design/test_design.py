@@ -41,9 +41,7 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
     variant = replace(rig(delay), controller=SLIDING_MODE)
     law = tuned(variant, name).law
     assert keeps(variant, law)
-    higher = law.with_values(
-        **{key: 1.12 * law.values[key] for key in ("lambda_", "K_1", "K_2", "g") if key in law.values}
-    )
+    higher = law.with_values(**{key: 1.12 * law.values[key] for key in ("lambda_", "K_1", "K_2", "g") if key in law.values})
     assert not keeps(variant, higher)
 
 
@@ -67,9 +65,7 @@ def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
 
 
 def test_less_delay_allows_more_gain():
-    gains = [
-        tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").law.values["lambda_"] for delay in range(4)
-    ]
+    gains = [tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").law.values["lambda_"] for delay in range(4)]
     assert gains == sorted(gains, reverse=True)
     assert gains[0] > 1.5 * gains[3]
 
@@ -96,9 +92,7 @@ def test_no_count_of_the_encoder_leaves_the_boundary_layer():
 
 
 def test_a_law_that_no_gains_are_known_for_is_left_alone():
-    assert (
-        tuned(replace(rig(1), controller=controllers.cascade(k_p=1.0, k_v=1.0, kind="rotational")), "layered") is None
-    )
+    assert tuned(replace(rig(1), controller=controllers.cascade(k_p=1.0, k_v=1.0, kind="rotational")), "layered") is None
 
 
 def test_the_delay_of_a_loop_is_the_sum_of_its_parts():
@@ -211,12 +205,16 @@ def test_an_axis_with_a_screw_is_designed_with_its_backlash():
     motor = friction.coulomb_viscous(kind="rotational", F_C=0.02, F_v=1e-3)
     guide = friction.find("coulomb_viscous+asymmetry")(F_C_pos=30.0, F_C_neg=20.0, F_v_pos=200.0, F_v_neg=200.0)
     axis = loop(
-        compensator=None, plant=screw, friction=motor, table=guide, sensor_at="motor",
+        compensator=None,
+        plant=screw,
+        friction=motor,
+        table=guide,
+        sensor_at="motor",
         controller=controllers.cascade(kind="rotational", k_p=80.0, k_v=0.2),
         sensor=sensors.encoder(kind="rotational", resolution=1e-5),
         reference=references.sine(kind="rotational", amplitude=1.0, frequency=0.5),
         feedforward=Feedforward(),
-    )  # fmt: skip
+    )
     found = design(Experiment("screw", "rotational", (axis,)))
     assert found.is_stable
     assert {one.cause for one in found.budget.entries} == {"lag", "asymmetry", "encoder", "delay", "backlash"}

@@ -40,9 +40,13 @@ def recorded(effort: float = 1.0) -> Log:
     v = np.gradient(x, dt)
     u = effort * (MASS * np.gradient(v, dt) + 8.0 * np.sign(v) + 30.0 * v)
     return Log(
-        time=Channel(t, "s", "t"), position=Channel(x, "m", "q"), effort=Channel(u, "N", "u"),
-        reference=Channel(x, "m", "r"), sample_time=dt, segments=(slice(0, t.size),),
-    )  # fmt: skip
+        time=Channel(t, "s", "t"),
+        position=Channel(x, "m", "q"),
+        effort=Channel(u, "N", "u"),
+        reference=Channel(x, "m", "r"),
+        sample_time=dt,
+        segments=(slice(0, t.size),),
+    )
 
 
 @cache
@@ -96,67 +100,131 @@ def calls() -> dict[str, Call]:
     around = {"load": 1.0, "temperature": 293.0}
     found = {
         "response": Call(br.response, {"model": p["friction"], "x": X, "dt": 0.1, "history": ()}),
-        "response of an operator": Call(
-            br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}
-        ),
+        "response of an operator": Call(br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}),
         "check": Call(br.check, {"model": p["friction"], "force_ripple": (2.0, 4.0), "loop": (1e-6, 0.0)}),
         "design": Call(br.design, {"experiment": experiment(), "variant": "base", "bandwidth": None, "progress": None}),
         "simulate": Call(br.simulate, {"experiment": experiment(), "progress": None}),
-        "excite": Call(br.excite, {
-            "axis": axis(), "duration": 20.0, "travel": 0.01, "purposes": "presliding", "model": None,
-            "rehearsed": False, "draws": 0, "allow_code": False, "progress": None,
-        }),
+        "excite": Call(
+            br.excite,
+            {
+                "axis": axis(),
+                "duration": 20.0,
+                "travel": 0.01,
+                "purposes": "presliding",
+                "model": None,
+                "rehearsed": False,
+                "draws": 0,
+                "allow_code": False,
+                "progress": None,
+            },
+        ),
         "compare": Call(br.compare, {"before": recorded(), "after": recorded(1.1), "axis": None, "window": None}),
-        "identify": Call(br.identify, {
-            "log": recorded(), "model": "coulomb_viscous", "axis": None, "cutoff": None, "decimation": None,
-            "blocks": 0, "offset": None, "mass": None, "free": (), "draws": 0, "method": None, "global_search": None,
-            "progress": None,
-        }),
-        "predict": Call(br.predict, {
-            **mechanism, "log": recorded(), "axis": axis(), "mode": "inverse", "cutoff": None, "decimation": None,
-            "velocity_max": None, "delay": None, "lag": None, "bands": None,
-        }),
-        "identify_operator": Call(br.identify_operator, {
-            "recorded": curves(), "model": "prandtl_ishlinskii", "stops": 5, "cells": 4, "folds": 0, "progress": None,
-        }),
-        "read_log": Call(br.read_log, {"path": b"time [s],position [m]\n" + b"".join(
-            b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(200)), "axis": None, "size_limit": 10**6}),
-        "read_axis": Call(br.read_axis, {"path": {
-            "schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "m"}}}}),
+        "identify": Call(
+            br.identify,
+            {
+                "log": recorded(),
+                "model": "coulomb_viscous",
+                "axis": None,
+                "cutoff": None,
+                "decimation": None,
+                "blocks": 0,
+                "offset": None,
+                "mass": None,
+                "free": (),
+                "draws": 0,
+                "method": None,
+                "global_search": None,
+                "progress": None,
+            },
+        ),
+        "predict": Call(
+            br.predict,
+            {
+                **mechanism,
+                "log": recorded(),
+                "axis": axis(),
+                "mode": "inverse",
+                "cutoff": None,
+                "decimation": None,
+                "velocity_max": None,
+                "delay": None,
+                "lag": None,
+                "bands": None,
+            },
+        ),
+        "identify_operator": Call(
+            br.identify_operator,
+            {"recorded": curves(), "model": "prandtl_ishlinskii", "stops": 5, "cells": 4, "folds": 0, "progress": None},
+        ),
+        "read_log": Call(
+            br.read_log,
+            {
+                "path": b"time [s],position [m]\n" + b"".join(b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(200)),
+                "axis": None,
+                "size_limit": 10**6,
+            },
+        ),
+        "read_axis": Call(
+            br.read_axis, {"path": {"schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "m"}}}}
+        ),
         "read_experiment": Call(br.read_experiment, {"path": None}),
         "read_model": Call(br.read_model, {"path": None}),
-        "read_curves": Call(br.read_curves, {
-            "path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n", "axis": CurveColumns(SignalColumn("u"), SignalColumn("f")),
-            "size_limit": 10**6}),
+        "read_curves": Call(
+            br.read_curves,
+            {"path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n", "axis": CurveColumns(SignalColumn("u"), SignalColumn("f")), "size_limit": 10**6},
+        ),
         "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
-        "run_adaptive": Call(engine.run_adaptive, driven | where | {
-            "tolerance": 1e-6, "hold": "zero", "method": "auto", "max_step": 1.0, "verify": False, "state": None,
-            "memory": None}),
+        "run_adaptive": Call(
+            engine.run_adaptive,
+            driven
+            | where
+            | {"tolerance": 1e-6, "hold": "zero", "method": "auto", "max_step": 1.0, "verify": False, "state": None, "memory": None},
+        ),
         "run_batch": Call(engine.run_batch, driven | run | {"threads": 1}),
-        "run_closed_loop": Call(engine.run_closed_loop, mechanism | where | {
-            "controller": p["controller"], "sensor": p["sensor"], "reference": np.zeros((4, 10)), "dt": 1e-3,
-            "table": None, "sensor_at": "load", "steps": 1, "compensator": None, "injected": NOTHING,
-            "disturbance": NOTHING, "limit": 100.0, "delay": 0, "lag": 0.0, "effort_before": 0.0, "acceleration": 0.0,
-            "state": None, "memory": None}),
+        "run_closed_loop": Call(
+            engine.run_closed_loop,
+            mechanism
+            | where
+            | {
+                "controller": p["controller"],
+                "sensor": p["sensor"],
+                "reference": np.zeros((4, 10)),
+                "dt": 1e-3,
+                "table": None,
+                "sensor_at": "load",
+                "steps": 1,
+                "compensator": None,
+                "injected": NOTHING,
+                "disturbance": NOTHING,
+                "limit": 100.0,
+                "delay": 0,
+                "lag": 0.0,
+                "effort_before": 0.0,
+                "acceleration": 0.0,
+                "state": None,
+                "memory": None,
+            },
+        ),
         "force_along": Call(engine.force_along, stress | around | {"state": None, "memory": None}),
-        "force_in_turns": Call(engine.force_in_turns, stress | around | {
-            "parameters": np.array([list(p["friction"].parameters)], dtype=float), "starts": [0]}),
+        "force_in_turns": Call(
+            engine.force_in_turns, stress | around | {"parameters": np.array([list(p["friction"].parameters)], dtype=float), "starts": [0]}
+        ),
         "engine.conditioned": Call(engine.conditioned, {"model": p["friction"], "amplitude": 1e-5}),
         "settled": Call(engine.settled, {"model": p["friction"], "v": 0.1}),
         "hysteresis.conditioned": Call(hysteresis.conditioned, {"amplitude": 4.0, "reversals": 4}),
         "saturated": Call(hysteresis.saturated, {"extent": 1.0}),
         "inverse_of": Call(hysteresis.inverse_of, {"operator": hysteresis.preisach(s=1.0, f_p=1.0)}),
-        "relays_of": Call(hysteresis.relays_of, {
-            "operator": hysteresis.preisach(s=1.0, f_p=1.0), "extent": 1.0, "count": 3}),
-        "transition_branches": Call(hysteresis.transition_branches, {
-            "s": 1.0, "f_p": 1.0, "x_r": 2.0, "count": 3, "kind": "translational"}),
-        "tabulated": Call(hysteresis.tabulated, {
-            "everett": lambda a, b: 0.25 * (a - b) ** 2, "extent": 1.0, "rows": 5, "columns": 5, "kind": "rotational"}),
+        "relays_of": Call(hysteresis.relays_of, {"operator": hysteresis.preisach(s=1.0, f_p=1.0), "extent": 1.0, "count": 3}),
+        "transition_branches": Call(
+            hysteresis.transition_branches, {"s": 1.0, "f_p": 1.0, "x_r": 2.0, "count": 3, "kind": "translational"}
+        ),
+        "tabulated": Call(
+            hysteresis.tabulated,
+            {"everett": lambda a, b: 0.25 * (a - b) ** 2, "extent": 1.0, "rows": 5, "columns": 5, "kind": "rotational"},
+        ),
         "table_of_curves": Call(hysteresis.table_of_curves, {"curves": REVERSALS, "columns": 5, "kind": "magnetic"}),
-        "from_reversal_curves": Call(hysteresis.from_reversal_curves, {
-            "curves": REVERSALS, "rows": 5, "columns": 5, "kind": "rotational"}),
-        "torque_seen": Call(sensors.torque_seen, {
-            "effort": np.ones(2), "velocity": np.array([0.0, 0.5]), "dt": 0.1, "J_m": 0.1}),
+        "from_reversal_curves": Call(hysteresis.from_reversal_curves, {"curves": REVERSALS, "rows": 5, "columns": 5, "kind": "rotational"}),
+        "torque_seen": Call(sensors.torque_seen, {"effort": np.ones(2), "velocity": np.array([0.0, 0.5]), "dt": 0.1, "J_m": 0.1}),
         "find": Call(friction.find, {"name": "lugre+asymmetry"}),
         "with_presliding": Call(friction.with_presliding, {"friction": p["friction"], "distance": 1e-6}),
         "is_static": Call(friction.is_static, {"friction": p["friction"]}),
@@ -166,54 +234,144 @@ def calls() -> dict[str, Call]:
         "with_slots": Call(friction.with_slots, {"model": friction.lugre, "slots": ["asymmetry"]}),
         "substeps_for": Call(br.simulation.substeps_for, {"sample_time": 1e-3}),
         "statistics_of": Call(br.simulation.statistics_of, {"signal": np.arange(3.0)}),
-        "friction_along": Call(br.simulation.friction_along, {
-            "model": p["friction"], "velocity": np.ones(3), "dt": 1e-3, "conditioning": 0.0}),
-        "feedforward_effort": Call(br.simulation.feedforward_effort, {
-            "feedforward": Feedforward(mass=MASS), "position": X, "acceleration": X, "dt": 1e-3}),
-        "compensation_experiment": Call(br.simulation.compensation_experiment, mechanism | {
-            "compensator": p["friction"], "controller": p["controller"], "reference": X, "sample_time": 1e-3,
-            "resolution": 0.0, "effort_limit": 100.0, "disturbance": None, "name": "axis"}),
-        "drive_table": Call(prediction.drive_table, {
-            "fit": br.identify(recorded(), "coulomb_viscous", draws=0, blocks=0).best, "entries": 20}),
-        "unexplained_force": Call(prediction.unexplained_force, {
-            **mechanism, "log": recorded(), "axis": None}),
+        "friction_along": Call(
+            br.simulation.friction_along, {"model": p["friction"], "velocity": np.ones(3), "dt": 1e-3, "conditioning": 0.0}
+        ),
+        "feedforward_effort": Call(
+            br.simulation.feedforward_effort, {"feedforward": Feedforward(mass=MASS), "position": X, "acceleration": X, "dt": 1e-3}
+        ),
+        "compensation_experiment": Call(
+            br.simulation.compensation_experiment,
+            mechanism
+            | {
+                "compensator": p["friction"],
+                "controller": p["controller"],
+                "reference": X,
+                "sample_time": 1e-3,
+                "resolution": 0.0,
+                "effort_limit": 100.0,
+                "disturbance": None,
+                "name": "axis",
+            },
+        ),
+        "drive_table": Call(
+            prediction.drive_table, {"fit": br.identify(recorded(), "coulomb_viscous", draws=0, blocks=0).best, "entries": 20}
+        ),
+        "unexplained_force": Call(prediction.unexplained_force, {**mechanism, "log": recorded(), "axis": None}),
         "checked": Call(logs.checked, {"log": recorded(), "axis": Axis(mass=12.0)}),
         "passages": Call(logs.passages, {"log": recorded(), "axis": axis()}),
         "summarize": Call(logs.summarize, {"given": b"t,q\n0,1\n1,2\n2,3\n", "axis": None, "size_limit": 10**6}),
-        "Run": Call(Run, {
-            "duration": 1.0, "sample_time": 1e-3, "substeps": 4, "delay": 0, "effort_limit": 5.0, "settle": 0.1,
-            "current_lag": 1e-4, "seeds": 1}),
-        "Feedforward": Call(Feedforward, {
-            "mass": 1.0, "friction": p["friction"], "gain": 1.0, "offset": 0.0, "asymmetry": 0.0, "limit": 5.0,
-            "rate_limit": 5.0, "conditioning": 0.0, "along": "desired"}),
+        "Run": Call(
+            Run,
+            {
+                "duration": 1.0,
+                "sample_time": 1e-3,
+                "substeps": 4,
+                "delay": 0,
+                "effort_limit": 5.0,
+                "settle": 0.1,
+                "current_lag": 1e-4,
+                "seeds": 1,
+            },
+        ),
+        "Feedforward": Call(
+            Feedforward,
+            {
+                "mass": 1.0,
+                "friction": p["friction"],
+                "gain": 1.0,
+                "offset": 0.0,
+                "asymmetry": 0.0,
+                "limit": 5.0,
+                "rate_limit": 5.0,
+                "conditioning": 0.0,
+                "along": "desired",
+            },
+        ),
         "Learning": Call(Learning, {"trials": 3, "k_e": 1.0, "k_d": 0.0, "cutoff": 50.0}),
-        "Variant": Call(Variant, {
-            "name": "base", **p, "feedforward": Feedforward(), "run": Run(1.0, 1e-3), "disturbance": np.zeros(3),
-            "learning": None, "table": None, "sensor_at": "load", "axis": None}),
-        "Experiment": Call(Experiment, {
-            "name": "small", "kind": "translational", "variants": (variant(),), "source": None, "origins": {}}),
-        "Column": Call(Column, {
-            "name": "q", "unit": "mm", "base": "m", "scale": 1.0, "optional": False, "shift": 0.0}),
+        "Variant": Call(
+            Variant,
+            {
+                "name": "base",
+                **p,
+                "feedforward": Feedforward(),
+                "run": Run(1.0, 1e-3),
+                "disturbance": np.zeros(3),
+                "learning": None,
+                "table": None,
+                "sensor_at": "load",
+                "axis": None,
+            },
+        ),
+        "Experiment": Call(Experiment, {"name": "small", "kind": "translational", "variants": (variant(),), "source": None, "origins": {}}),
+        "Column": Call(Column, {"name": "q", "unit": "mm", "base": "m", "scale": 1.0, "optional": False, "shift": 0.0}),
         "Injected": Call(Injected, {"column": "extra", "gain": 1.0, "optional": False}),
-        "Axis": Call(Axis, {
-            "name": "axis", "kind": "translational", "columns": {"position": Column("q", "mm", "m")},
-            "injected": (Injected("extra", 1.0),), "table": None, "sample_time": 1e-3, "delay": 0.0,
-            "seeks_delay": False, "mass": 1.0, "plant": "inertia", "stiffness": None, "damping": None,
-            "offset": "identify", "resolution": 1e-7, "effort_limit": 5.0, "held": None, "hold": "linear", "lag": 0.0,
-            "seeks_lag": False, "periodic": None, "at_rest": False, "in_cycle": False, "span": (0.0, 1.0),
-            "velocity_limit": 1.0, "acceleration_limit": 1.0, "jerk_limit": 1.0, "stroke": (0.0, 1.0),
-            "controller": None, "pitch": 0.01, "presliding": 1e-6, "cutoff": 50.0, "decimation": 2,
-            "keeps_rests": False, "method": "output_error", "loop": "open", "global_search": False}),
+        "Axis": Call(
+            Axis,
+            {
+                "name": "axis",
+                "kind": "translational",
+                "columns": {"position": Column("q", "mm", "m")},
+                "injected": (Injected("extra", 1.0),),
+                "table": None,
+                "sample_time": 1e-3,
+                "delay": 0.0,
+                "seeks_delay": False,
+                "mass": 1.0,
+                "plant": "inertia",
+                "stiffness": None,
+                "damping": None,
+                "offset": "identify",
+                "resolution": 1e-7,
+                "effort_limit": 5.0,
+                "held": None,
+                "hold": "linear",
+                "lag": 0.0,
+                "seeks_lag": False,
+                "periodic": None,
+                "at_rest": False,
+                "in_cycle": False,
+                "span": (0.0, 1.0),
+                "velocity_limit": 1.0,
+                "acceleration_limit": 1.0,
+                "jerk_limit": 1.0,
+                "stroke": (0.0, 1.0),
+                "controller": None,
+                "pitch": 0.01,
+                "presliding": 1e-6,
+                "cutoff": 50.0,
+                "decimation": 2,
+                "keeps_rests": False,
+                "method": "output_error",
+                "loop": "open",
+                "global_search": False,
+            },
+        ),
         "Channel": Call(Channel, {"values": np.ones(3), "unit": "m", "column": "q"}),
-        "Log": Call(Log, {
-            **{name: getattr(recorded(), name) for name in ("time", "position", "velocity", "effort", "reference")},
-            "load": None, "temperature": None, "injected": (), "sample_time": 1e-3, "segments": (slice(0, 600),),
-            "notes": (), "kind": "translational"}),
-        "Log.from_columns": Call(Log.from_columns, {
-            "columns": {"time": recorded().time, "position": recorded().position, "effort": recorded().effort},
-            "axis": None, "kind": None, "sample_time": None}),
+        "Log": Call(
+            Log,
+            {
+                **{name: getattr(recorded(), name) for name in ("time", "position", "velocity", "effort", "reference")},
+                "load": None,
+                "temperature": None,
+                "injected": (),
+                "sample_time": 1e-3,
+                "segments": (slice(0, 600),),
+                "notes": (),
+                "kind": "translational",
+            },
+        ),
+        "Log.from_columns": Call(
+            Log.from_columns,
+            {
+                "columns": {"time": recorded().time, "position": recorded().position, "effort": recorded().effort},
+                "axis": None,
+                "kind": None,
+                "sample_time": None,
+            },
+        ),
         "Curves": Call(Curves, {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()}),
-    }  # fmt: skip
+    }
     for one in (
         *friction.MODELS.values(),
         *hysteresis.OPERATORS.values(),
@@ -228,8 +386,6 @@ def calls() -> dict[str, Call]:
 
 def _example(component: Any) -> dict[str, Any]:
     variables = component.variables.items()
-    usual: dict[str, Any] = {
-        name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in variables
-    }
+    usual: dict[str, Any] = {name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in variables}
     usual |= {name: [1.0, 1.0, 1.0] for name in usual if component.is_array(name)}
     return {**usual, **component.defaults, **component.example}

@@ -29,8 +29,17 @@ SLOW = ("design", "simulate", "excite", "identify", "compare", "predict")
 # Arguments that may be a file: what is wrong in it is told with its place in the file.
 FILES = ("path", "given", "axis", "log", "experiment", "model", "origins")
 # Other names by which an argument may be called: of two that disagree, the message may name the other one.
-ALIASES = {"path": "log|axis|experiment|model|file|size", "name": "model", "everett": "E", "given": "log", "v": "x",
-           "slots": "slot", "s": "x_r", "f_p": "x_r", "cutoff": "log"}  # fmt: skip
+ALIASES = {
+    "path": "log|axis|experiment|model|file|size",
+    "name": "model",
+    "everett": "E",
+    "given": "log",
+    "v": "x",
+    "slots": "slot",
+    "s": "x_r",
+    "f_p": "x_r",
+    "cutoff": "log",
+}
 
 
 def one_line(error: BristleError) -> str:
@@ -47,9 +56,7 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
             call(**{argument: value})
         except BristleError as error:
             text = one_line(error)
-            is_file = (argument in FILES and isinstance(value, (str, bytes, dict, list))) or "Path" in type(
-                value
-            ).__name__
+            is_file = (argument in FILES and isinstance(value, (str, bytes, dict, list))) or "Path" in type(value).__name__
             named = argument, ALIASES.get(argument, argument), getattr(call.function, "name", argument)
             names = "|".join(named)
             assert is_file or re.search(rf"\b({names})\b", text), f"{name}: {text}"
@@ -143,7 +150,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("Axis", "mass", [0.0, -1.0, math.nan, "5 N", True]),
     ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0)]),
     ("Axis", "columns", [{"x": None}, {"position": "q"}, [], None]),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{one[0]}.{one[1]}" for one in WRONG])
@@ -208,9 +215,7 @@ def same(found: Any, wanted: Any) -> None:
             same(one, other)
     elif isinstance(found, dict):
         same(list(found.values()), list(wanted.values()))
-    elif (
-        hasattr(found, "__dict__") and type(found).__module__.startswith("bristle") and not hasattr(found, "component")
-    ):
+    elif hasattr(found, "__dict__") and type(found).__module__.startswith("bristle") and not hasattr(found, "component"):
         same(vars(found), vars(wanted))
     else:
         assert type(found) is type(wanted)
@@ -236,9 +241,7 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
     assert plain.segments == (slice(0, 600),)
     assert plain.effort.unit == "N"
     assert Log(time=[0, 1], position=[0, 1], kind="rotational").position.unit == "rad"
-    both = [
-        br.identify(one, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for one in (plain, whole)
-    ]
+    both = [br.identify(one, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for one in (plain, whole)]
     assert both[0] == pytest.approx(both[1], rel=1e-9)
     with pytest.raises(InputError, match="time: must rise"):
         Log(time=[0.0, 1.0, 0.5], position=[1.0, 2.0, 3.0])
@@ -246,14 +249,20 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
 
 def test_a_file_stands_where_the_thing_itself_would(tmp_path):
     path = tmp_path / "axis.toml"
-    path.write_text('schema = 1\nkind = "translational"\nplant.presliding = "7 um"\nencoder.resolution = "0.1 um"\n'
-                    'columns.position = { column = "q", unit = "m" }\n')  # fmt: skip
+    path.write_text(
+        'schema = 1\nkind = "translational"\nplant.presliding = "7 um"\nencoder.resolution = "0.1 um"\n'
+        'columns.position = { column = "q", unit = "m" }\n'
+    )
     for given in (path, str(path), path.read_bytes()):
         assert br.excite(given, duration=20.0, purposes="presliding", rehearsed=False).axis.presliding == 7e-6
-    tables = {"schema": 1, "friction": {"model": "coulomb", "F_C": "8 N"}, "plant": {"M": "12 kg"},
-              "controller": {"model": "cascade", "k_p": 80, "k_v": "3000 N*s/m"},
-              "reference": {"model": "sine", "amplitude": "1 mm", "frequency": "5 Hz"},
-              "run": {"duration": "20 ms", "sample_time": "1 ms"}}  # fmt: skip
+    tables = {
+        "schema": 1,
+        "friction": {"model": "coulomb", "F_C": "8 N"},
+        "plant": {"M": "12 kg"},
+        "controller": {"model": "cascade", "k_p": 80, "k_v": "3000 N*s/m"},
+        "reference": {"model": "sine", "amplitude": "1 mm", "frequency": "5 Hz"},
+        "run": {"duration": "20 ms", "sample_time": "1 ms"},
+    }
     assert br.simulate(tables).variants["base"].status is Status.OK
 
 
@@ -355,15 +364,19 @@ def test_a_model_that_gives_no_number_is_named(name, beyond):
         entry_points()[name](BROKEN(F_C=8.0, v_most=1e-3, beyond=beyond))
 
 
-@pytest.mark.parametrize("run", [
-    lambda bad: engine.run_open_loop(parts()["plant"], bad, FAST, 1e-3),
-    lambda bad: engine.run_open_loop(parts()["plant"], bad, FAST, 1e-3, integrator="semi_implicit"),
-    lambda bad: engine.run_adaptive(parts()["plant"], bad, FAST, 1e-3, tolerance=1e-6),
-    lambda bad: engine.run_batch(parts()["plant"], bad, FAST, 1e-3),
-    lambda bad: br.simulate(replace(experiment(), variants=(replace(variant(), friction=bad),))).variants["base"],
-    lambda bad: br.simulate(replace(experiment(), variants=(
-        replace(variant(), feedforward=Feedforward(friction=bad, along="measured")),))).variants["base"],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda bad: engine.run_open_loop(parts()["plant"], bad, FAST, 1e-3),
+        lambda bad: engine.run_open_loop(parts()["plant"], bad, FAST, 1e-3, integrator="semi_implicit"),
+        lambda bad: engine.run_adaptive(parts()["plant"], bad, FAST, 1e-3, tolerance=1e-6),
+        lambda bad: engine.run_batch(parts()["plant"], bad, FAST, 1e-3),
+        lambda bad: br.simulate(replace(experiment(), variants=(replace(variant(), friction=bad),))).variants["base"],
+        lambda bad: br.simulate(
+            replace(experiment(), variants=(replace(variant(), feedforward=Feedforward(friction=bad, along="measured")),))
+        ).variants["base"],
+    ],
+)
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
 def test_a_simulation_that_meets_no_number_says_so_in_its_status(run):
     for beyond in (0.0, 1.0):

@@ -50,8 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
     kept = Kept(asked.out)
     keys = {mutant: mutant.key(sources[mutant.path]) for mutant in sample}
     again = {"survived"} if asked.again else set()
-    left = [one for one in sample if kept.results.get(keys[one], {"outcome": "survived"})["outcome"] in again
-            or keys[one] not in kept.results]  # fmt: skip
+    left = [
+        one for one in sample if kept.results.get(keys[one], {"outcome": "survived"})["outcome"] in again or keys[one] not in kept.results
+    ]
     print(f"{len(sample)} faults in {len({one.path for one in sample})} files, {len(left)} of them to be tried")
     if left:
         with tempfile.TemporaryDirectory(prefix="mutants-") as place:
@@ -118,9 +119,15 @@ def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, asked: argpars
         outcome = "survived" if survived else "too slow" if verdict.code is None else "killed"
         mutant = job.mutant
         kept.results[keys[mutant]] = {
-            "path": mutant.path, "kind": mutant.kind, "old": mutant.old, "new": mutant.new, "outcome": outcome,
-            "seconds": round(verdict.seconds, 1), "by": "" if survived else verdict.failed, "tests": list(job.tests),
-        }  # fmt: skip
+            "path": mutant.path,
+            "kind": mutant.kind,
+            "old": mutant.old,
+            "new": mutant.new,
+            "outcome": outcome,
+            "seconds": round(verdict.seconds, 1),
+            "by": "" if survived else verdict.failed,
+            "tests": list(job.tests),
+        }
         kept.write()
         print(f"{outcome:9} {verdict.seconds:6.1f} s  {mutant.path[12:]}:{mutant.line} {mutant.kind}", flush=True)
 

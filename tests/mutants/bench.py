@@ -92,8 +92,11 @@ class Bench:
                 [*LIMITED, str(math.ceil(job.limit)), *PYTEST, f"--basetemp={self.place / 'temporary'}", *job.tests],
                 cwd=self.place / "tree",
                 env=os.environ | environment | {"PYTHONPATH": str(self.place / "tree" / "src")},
-                stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
-            )  # fmt: skip
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
 
     def poll(self) -> Verdict | None:
         """Return what became of the job, None while it runs; the fault is out again then."""

@@ -12,14 +12,35 @@ from pathlib import Path
 __all__ = ["Mutant", "applied", "chosen", "mutants_of"]
 
 FLIPPED = {
-    "<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "!=", "!=": "==", "is not": "is", "is": "is not",
-    "not in": "in", "in": "not in",
-}  # fmt: skip
+    "<": ">",
+    ">": "<",
+    "<=": ">=",
+    ">=": "<=",
+    "==": "!=",
+    "!=": "==",
+    "is not": "is",
+    "is": "is not",
+    "not in": "in",
+    "in": "not in",
+}
 SYMBOLS = {
-    ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=", ast.Is: "is",
-    ast.IsNot: "is not", ast.In: "in", ast.NotIn: "not in", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
-    ast.And: "and", ast.Or: "or",
-}  # fmt: skip
+    ast.Lt: "<",
+    ast.Gt: ">",
+    ast.LtE: "<=",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.Is: "is",
+    ast.IsNot: "is not",
+    ast.In: "in",
+    ast.NotIn: "not in",
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.And: "and",
+    ast.Or: "or",
+}
 SWAPPED = {"+": "-", "-": "+", "*": "/", "/": "*", "and": "or", "or": "and"}
 OTHER_END = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 SETTLED_BY_A_FLIP = (ast.Eq, ast.NotEq, ast.Is, ast.IsNot, ast.In, ast.NotIn)
@@ -153,9 +174,7 @@ class _Places:
         if _can_go(node, known):
             yield "statement", self.begin(node), self.end(node), "pass"
 
-    def between(
-        self, kind: str, left: ast.expr, right: ast.expr, symbol: str, other: dict[str, str]
-    ) -> Iterator[Place]:
+    def between(self, kind: str, left: ast.expr, right: ast.expr, symbol: str, other: dict[str, str]) -> Iterator[Place]:
         at = self.source.find(symbol.encode(), self.end(left), self.begin(right))
         if at >= 0:
             yield kind, at, at + len(symbol), other[symbol]

@@ -45,9 +45,13 @@ def test_each_kind_of_fault_is_put_where_it_fits():
     assert faults(4) == {("constant", "0.5", one) for one in ("0.0", "1.0", "1.5", "-0.5")}
     assert faults(9) == {("constant", "3", one) for one in ("0", "2", "4", "6")}
     assert faults(11) == {
-        ("comparison", "<", ">"), ("comparison", ">", "<"), ("and/or", "and", "or"), ("constant", "0", "1"),
-        ("constant", "0", "-1"), ("condition", "x < y and x > 0", "(not (x < y and x > 0))"),
-    }  # fmt: skip
+        ("comparison", "<", ">"),
+        ("comparison", ">", "<"),
+        ("and/or", "and", "or"),
+        ("constant", "0", "1"),
+        ("constant", "0", "-1"),
+        ("condition", "x < y and x > 0", "(not (x < y and x > 0))"),
+    }
     assert faults(13) > {("min/max", "max", "min"), ("arithmetic", "/", "*")}
     assert faults(14) == {("arithmetic", "+", "-"), ("statement", "µ += x", "pass")}
     assert faults(16) == {("return", "µ", "None")}
@@ -91,15 +95,17 @@ def test_the_nearest_tests_come_first():
 def house(tmp_path):
     """A repository with a package of two rooms: one is tested, the other is not."""
     files = {
-        "src/bristle/__init__.py": "", "src/bristle/kept/__init__.py": "", "src/bristle/left/__init__.py": "",
+        "src/bristle/__init__.py": "",
+        "src/bristle/kept/__init__.py": "",
+        "src/bristle/left/__init__.py": "",
         "src/bristle/kept/double.py": "def double(x):\n    return x + x\n",
         "src/bristle/left/half.py": "def half(x):\n    return x / 2\n",
         "tests/test_double.py": "from bristle.kept.double import double\n"
-                                "from bristle.left.half import half\n\n\n"
-                                "def test_double():\n    assert double(3) == 6 and half(0) == 0\n",
+        "from bristle.left.half import half\n\n\n"
+        "def test_double():\n    assert double(3) == 6 and half(0) == 0\n",
         "tests/test_broken.py": "from bristle.kept.double import double\n\n\ndef test_it():\n    assert False\n",
         "pyproject.toml": '[tool.pytest.ini_options]\nmarkers = ["slow: long"]\n',
-    }  # fmt: skip
+    }
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
@@ -134,7 +140,6 @@ def test_one_long_test_file_does_not_keep_the_others_from_being_asked():
 
 
 def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
-    sources = {path: (ROOT / path).read_bytes() for path in
-               {one["path"] for one in mutants.told_equivalent()}}  # fmt: skip
+    sources = {path: (ROOT / path).read_bytes() for path in {one["path"] for one in mutants.told_equivalent()}}
     assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
     assert all(len(one["because"]) > 20 for one in mutants.told_equivalent())

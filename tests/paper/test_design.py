@@ -88,10 +88,7 @@ def test_margins_of_set_c(name, g, told):
 
 
 def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
-    experiment = replace(
-        read_experiment(SET_A),
-        variants=tuple(replace(delayed(delay), name=str(delay)) for delay in range(4)),
-    )
+    experiment = replace(read_experiment(SET_A), variants=tuple(replace(delayed(delay), name=str(delay)) for delay in range(4)))
     kept, judged = runnable(experiment)
     assert [one.name for one in kept.variants] == ["0", "1", "2"]
     assert judged["2"].verdict is Verdict.OSCILLATES

@@ -98,9 +98,9 @@ def test_wiping_out(paper):
 
 
 def test_how_far_the_torque_sensor_is_from_friction(paper):
-    led, rippled, pushed = map(float, re.search(
-        r"reads friction to\n([\d.]+) % .*? to ([\d.]+) %, and to ([\d.]+) % where", PAGE, re.DOTALL
-    ).groups())  # fmt: skip
+    led, rippled, pushed = map(
+        float, re.search(r"reads friction to\n([\d.]+) % .*? to ([\d.]+) %, and to ([\d.]+) % where", PAGE, re.DOTALL).groups()
+    )
     for number in (5, 8, 9):
         assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(led, abs=0.05)
     assert 100.0 * paper[3].numbers["torque_sensor"]["apart"] == pytest.approx(rippled, abs=0.05)
@@ -127,12 +127,16 @@ def test_the_tracking(paper):
 def test_the_table_of_the_loop_of_the_paper(paper):
     peaks, spreads = (paper[12].numbers[key] for key in ("peak_to_peak", "peak_to_peak_spread"))
     rows = {
-        "nothing": "none", "LuGre": "lugre", "(5)–(7) as printed": "printed",
-        "the same and the constant that its loops leave over": "printed_constant", "(5)–(7) with a gate": "gate",
+        "nothing": "none",
+        "LuGre": "lugre",
+        "(5)–(7) as printed": "printed",
+        "the same and the constant that its loops leave over": "printed_constant",
+        "(5)–(7) with a gate": "gate",
         "operator on the position, × 0.64: calibrated": "paper",
-        "Maxwell slip, identified from encoder and effort": "identified", "observer, no model": "observer",
+        "Maxwell slip, identified from encoder and effort": "identified",
+        "observer, no model": "observer",
         "observer and identified model": "observer_feedforward",
-    }  # fmt: skip
+    }
     for shown, name in rows.items():
         assert f"| {shown} | {1e6 * peaks[name]:.2f} ± {1e6 * spreads[name]:.2f} |" in PAGE
     over = paper[12].numbers["over_break_away"]
@@ -144,9 +148,11 @@ def test_what_it_brings_at_sound_margins(paper, faster):
     slow = paper[12].numbers["at_sound_margins"]
     told = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = {
-        "nothing": "none", "a model, identified from a minute of encoder and effort": "identified",
-        "an observer, no model": "observer", "both": "observer_feedforward",
-    }  # fmt: skip
+        "nothing": "none",
+        "a model, identified from a minute of encoder and effort": "identified",
+        "an observer, no model": "observer",
+        "both": "observer_feedforward",
+    }
     for shown, name in rows.items():
         errors = [slow[name]["following_error"]]
         errors += [faster[f"{name}_{speed}hz"].as_dict()["following_error"] for speed in (1, 2, 4)]

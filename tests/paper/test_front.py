@@ -20,9 +20,11 @@ def rebuilt(number, verdict, **numbers):
 
 def loop(verdict="found in part"):
     return rebuilt(
-        12, verdict, peak_to_peak={NONE: 1.472e-6, PRINTED: 0.613e-6, PAPER: 0.69e-6},
+        12,
+        verdict,
+        peak_to_peak={NONE: 1.472e-6, PRINTED: 0.613e-6, PAPER: 0.69e-6},
         peak_to_peak_spread={NONE: 0.04e-6, PRINTED: 0.01e-6, PAPER: 0.01e-6},
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -46,10 +48,7 @@ def test_the_verdict_counts_the_claims_that_hold(verdicts, level, words):
 
 def test_each_claim_is_told_with_its_figure_by_how_it_stands():
     reasons = paper_ruling([rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]).reasons
-    assert reasons == (
-        "nothing chosen: 2, LuGre does not come back (1), the contact does not (3)",
-        "does not hold: 1, LuGre drifts (2)",
-    )
+    assert reasons == ("nothing chosen: 2, LuGre does not come back (1), the contact does not (3)", "does not hold: 1, LuGre drifts (2)")
 
 
 def test_what_the_rig_has_by_construction_is_no_claim_that_holds():
@@ -57,9 +56,7 @@ def test_what_the_rig_has_by_construction_is_no_claim_that_holds():
     ruling = paper_ruling([rebuilt(number, verdict) for number, verdict in verdicts.items()])
     assert ruling.words == "1 of 5 claims of the paper hold here with nothing chosen for them"
     counted = [reason.partition(",")[0] for reason in ruling.reasons]
-    assert counted == [
-        "nothing chosen: 1", "built into the rig: 2", "calibrated: 1", "nothing chosen for one half",
-    ]  # fmt: skip
+    assert counted == ["nothing chosen: 1", "built into the rig: 2", "calibrated: 1", "nothing chosen for one half"]
 
 
 def test_each_claim_that_can_be_tested_has_its_words():

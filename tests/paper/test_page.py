@@ -37,16 +37,11 @@ def test_all_identifiers_are_used_once(html):
 
 
 def test_it_asks_for_nothing_from_outside(html):
-    addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(
-        re.findall(r"url\((?!#)[^)]*\)", html)
-    )
+    addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(re.findall(r"url\((?!#)[^)]*\)", html))
     assert addresses == set()
     assert "<script" not in html
     # Names of namespaces are no addresses that are asked for.
-    assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {
-        "http://www.w3.org/2000/svg",
-        "http://www.w3.org/1999/xlink",
-    }
+    assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
 
 
 def test_every_erratum_is_told_with_its_kind(html):

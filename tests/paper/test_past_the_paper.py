@@ -17,8 +17,9 @@ FOLDER = files("bristle.paper") / "experiments"
 
 def some(name, *variants, seeds=2, **run):
     whole = read_experiment(FOLDER / f"{name}.toml")
-    chosen = tuple(replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run))
-                   for whole_one in whole.variants if whole_one.name in variants)  # fmt: skip
+    chosen = tuple(
+        replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run)) for whole_one in whole.variants if whole_one.name in variants
+    )
     assert len(chosen) == len(variants)
     return simulate(replace(whole, variants=chosen)).variants
 
@@ -35,9 +36,7 @@ def test_on_set_a():
 
 def test_on_set_b():
     found = peaks(some("past_b", "fitted_measured", "pd_mismatched", "observer_mismatched"))
-    assert found == pytest.approx(
-        {"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12
-    )
+    assert found == pytest.approx({"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12)
 
 
 def test_five_trials_learn_what_repeats_and_no_more():
@@ -92,10 +91,8 @@ def _virgin_force(model, travel):
 
 
 def test_beside_the_literature():
-    found = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward",
-                 seeds=1)  # fmt: skip
-    expected = {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69,
-                "observer_and_feedforward": 0.42}  # fmt: skip
+    found = some("baselines", "gms_feedforward", "lugre_observer", "adaptive_hysteresis", "observer_and_feedforward", seeds=1)
+    expected = {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69, "observer_and_feedforward": 0.42}
     assert peaks(found) == pytest.approx(expected, rel=0.16)
 
 

@@ -141,8 +141,11 @@ def test_each_reversal_draws_a_half_cycle_of_the_record(record):
 
 
 def test_a_log_that_does_not_repeat_itself_is_no_contact(record):
-    short = replace(record, **{name: replace(getattr(record, name), values=getattr(record, name).values[:900])
-                               for name in ("time", "position", "effort")}, segments=(slice(0, 900),))  # fmt: skip
+    short = replace(
+        record,
+        **{name: replace(getattr(record, name), values=getattr(record, name).values[:900]) for name in ("time", "position", "effort")},
+        segments=(slice(0, 900),),
+    )
     with pytest.raises(InputError, match="too few times"):
         half_cycles_of(short)
     with pytest.raises(InputError, match="has no effort"):
@@ -330,9 +333,8 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(trials, "is_measurable", lambda truth: truth.name == "lugre")
     monkeypatch.setattr(
-        trials, "economy_on",
-        lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0),
-    )  # fmt: skip
+        trials, "economy_on", lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0)
+    )
     asked = ("paper", "--robust", "--truth", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
     done = bristle(*asked)
     assert done.code == 0, done.err
@@ -388,8 +390,7 @@ def small(tmp_path_factory):
     """One truth, one run, two conditions, simulated."""
     with pytest.MonkeyPatch.context() as patch, opened(tmp_path_factory.mktemp("robust") / "out") as store:
         patch.setattr(trials, "is_measurable", lambda truth: False)
-        small_plan = Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"),
-                          sets=("set_a",), families=())  # fmt: skip
+        small_plan = Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=())
         return run_trial(small_plan, store)
 
 
@@ -397,8 +398,7 @@ def test_one_truth_in_numbers(small):
     told = numbers(small)["robust"]["thirty_sliders"]
     assert list(told) == [NOMINAL, "level_1.6"]
     peaks = {name: 1e6 * told[NOMINAL][name]["peak_to_peak"] for name in VARIANTS}
-    assert peaks == pytest.approx({"none": 1.47, "feedforward": 0.42, "observer": 0.39, "observer_feedforward": 0.38},
-                                  abs=0.06)  # fmt: skip
+    assert peaks == pytest.approx({"none": 1.47, "feedforward": 0.42, "observer": 0.39, "observer_feedforward": 0.38}, abs=0.06)
     assert set(told[NOMINAL]["none"]) == {"peak_to_peak", "low", "high", "largest", "seeds"}
     raised = {name: 1e6 * told["level_1.6"][name]["peak_to_peak"] for name in VARIANTS}
     assert raised["none"] > 2.0
@@ -425,8 +425,9 @@ def test_the_pages_say_what_the_run_says():
     readme = " ".join((ROOT / "README.md").read_text().split())
     shares, left = {}, {}
     for variant in ("feedforward", "observer_feedforward"):
-        errors = [(truth["nominal"]["none"]["peak_to_peak"], truth["nominal"][variant]["peak_to_peak"])
-                  for truth in told["robust_set_c"].values()]  # fmt: skip
+        errors = [
+            (truth["nominal"]["none"]["peak_to_peak"], truth["nominal"][variant]["peak_to_peak"]) for truth in told["robust_set_c"].values()
+        ]
         shares[variant] = sorted(100.0 * (1.0 - after / before) for before, after in errors)
         left[variant] = sorted(1e6 * after for _, after in errors)
     alone, both = shares["feedforward"], shares["observer_feedforward"]
@@ -440,9 +441,9 @@ def test_the_page_says_why_more_is_left_in_the_softer_loop():
     told, page = told_in_the_docs(), (ROOT / "docs" / "theory" / "compensation.md").read_text()
     levels = ("nominal", "level_0.7", "level_1.3", "level_1.6")
     soft, stiff = (
-        {level: {name: 1e6 * one["peak_to_peak"] for name, one in told[key]["thirty_sliders"][level].items()}
-         for level in levels} for key in ("robust_set_c", "robust")
-    )  # fmt: skip
+        {level: {name: 1e6 * one["peak_to_peak"] for name, one in told[key]["thirty_sliders"][level].items()} for level in levels}
+        for key in ("robust_set_c", "robust")
+    )
     none, both = soft["level_1.6"]["none"], soft["level_1.6"]["observer_feedforward"]
     assert f"{both:.2f} µm on the thirty sliders at 1.6 times the level" in page
     assert f"{soft['nominal']['none']:.2f} µm there without compensation and {stiff['nominal']['none']:.2f} µm" in page

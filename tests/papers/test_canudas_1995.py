@@ -13,9 +13,7 @@ from bristle.engine import force_along, run_open_loop, settled
 from bristle.plants import inertia
 
 # The parameters of the paper's Table I.
-PAPER = friction.lugre(
-    F_C="1 N", F_S="1.5 N", v_S="0.001 m/s", sigma_0="1e5 N/m", sigma_1="316.2277660168 N*s/m", sigma_2="0.4 N*s/m"
-)
+PAPER = friction.lugre(F_C="1 N", F_S="1.5 N", v_S="0.001 m/s", sigma_0="1e5 N/m", sigma_1="316.2277660168 N*s/m", sigma_2="0.4 N*s/m")
 
 
 def steady(model, v):

@@ -19,9 +19,7 @@ def test_the_drift_is_the_same_by_the_integrator_and_by_the_slow_path():
 
 @pytest.mark.slow
 def test_lugre_drifts_after_break_away_and_the_gate_comes_to_rest():
-    walks, rests = (
-        steps_per_cycle(model, *RIPPLE, top=1.02 * F_S, cycles=16) for model in (lugre(), composite(sigma_2=0.03))
-    )
+    walks, rests = (steps_per_cycle(model, *RIPPLE, top=1.02 * F_S, cycles=16) for model in (lugre(), composite(sigma_2=0.03)))
     assert walks[-1] > 0.3 * UM
     assert abs(rests[-1]) < 1e-8 * UM
 

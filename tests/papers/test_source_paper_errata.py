@@ -32,9 +32,8 @@ def test_a_micrometre_of_the_table_is_1_2566_milliradians_at_5_mm_lead():
     arm = 1.0 / train.travel("translational")
     at_screw = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=22.0, sigma_1=0.03, sigma_2=3e-3)
     at_table = friction.lugre(
-        F_C=0.034 / arm, F_S=0.04 / arm, v_S=0.5 * arm, sigma_0=22.0 / arm**2, sigma_1=0.03 / arm**2,
-        sigma_2=3e-3 / arm**2,
-    )  # fmt: skip
+        F_C=0.034 / arm, F_S=0.04 / arm, v_S=0.5 * arm, sigma_0=22.0 / arm**2, sigma_1=0.03 / arm**2, sigma_2=3e-3 / arm**2
+    )
     x = 5e-6 * np.sin(np.linspace(0.0, 12.0, 500))
     assert response(at_table, x, 1e-3) * arm == pytest.approx(response(at_screw, x / arm, 1e-3), rel=1e-9, abs=1e-12)
 
@@ -218,10 +217,15 @@ def test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5():
     fitted = next(one for one in past.variants if one.name == "fitted")
     assert alike.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
     variants = [
-        replace(one, name=f"{one.name} {lead} mm", sensor=one.sensor.with_values(resolution=1e-3 * lead / 10_000),
-                run=replace(one.run, seeds=seeds))
-        for one in (alike, fitted) for lead, seeds in ((2, 3), (5, 1))
-    ]  # fmt: skip
+        replace(
+            one,
+            name=f"{one.name} {lead} mm",
+            sensor=one.sensor.with_values(resolution=1e-3 * lead / 10_000),
+            run=replace(one.run, seeds=seeds),
+        )
+        for one in (alike, fitted)
+        for lead, seeds in ((2, 3), (5, 1))
+    ]
     found = simulate(replace(described, variants=tuple(variants))).variants
     peaks = {name: 1e6 * one.following_error.peak_to_peak for name, one in found.items()}
     assert min(peaks["paper 5 mm"], peaks["fitted 5 mm"]) > 1.2

@@ -172,9 +172,7 @@ def test_13_sums_trapezoids_and_not_the_whole_of_S_plus(bench):
     # The trapezoids Q_k, column by column of the plane: from a minimum to the next, under the maximum between them.
     alpha, beta = 30.0 / X * relays.switch[:, None], 30.0 / X * relays.switch[None, :]
     links = [(-30, -18, 24), (-18, -9, 15), (-9, 3, 3)]
-    by_cells = [
-        np.sum(np.tril(weights), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links
-    ]
+    by_cells = [np.sum(np.tril(weights), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links]
     assert sum(by_cells) == pytest.approx(relays.S_plus, abs=1e-12)
     # Each of them is the difference of two triangles, and is no triangle.
     E = {(top, b): everett(X * top / 30, X * b / 30, q) for low, high, top in links for b in (low, high)}
@@ -207,8 +205,7 @@ def test_13_needs_the_relays_that_are_down_too():
 
 
 @pytest.mark.parametrize(
-    ("k", "corner", "symmetry"),
-    [(0.5, 0.064, 0.032), (1.0, 0.117, 0.058), (2.0, 0.178, 0.089), (5.0, 0.251, 0.125), (10.0, 0.289, 0.145)],
+    ("k", "corner", "symmetry"), [(0.5, 0.064, 0.032), (1.0, 0.117, 0.058), (2.0, 0.178, 0.089), (5.0, 0.251, 0.125), (10.0, 0.289, 0.145)]
 )
 def test_100_transition_branches_describe_no_operator(k, corner, symmetry):
     branches = hysteresis.transition_branches(s=2.0, f_p=3.0, x_r=1.5 * k)

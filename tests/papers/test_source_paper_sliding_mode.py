@@ -22,9 +22,8 @@ def resting(reference, *, K_2, phi=0.0, dt=FAST, load=0.0, model=None, **options
     r = np.asarray(reference, dtype=float)
     desired = np.stack((r, np.gradient(r, dt), np.gradient(np.gradient(r, dt), dt), np.zeros(r.size)))
     trace = run_closed_loop(
-        inertia(M=J), model or friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt,
-        disturbance=np.full(r.size, load), **options,
-    )  # fmt: skip
+        inertia(M=J), model or friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, disturbance=np.full(r.size, load), **options
+    )
     return trace, desired[1] - trace.velocity + LAMBDA * (r - trace.position)
 
 
@@ -86,12 +85,10 @@ def set_a():
 
 def with_gains(experiment, names, **gains):
     variants = tuple(
-        replace(
-            one, controller=one.controller.with_values(**gains) if gains else one.controller,
-            run=replace(one.run, seeds=2),
-        )
-        for one in experiment.variants if one.name in names
-    )  # fmt: skip
+        replace(one, controller=one.controller.with_values(**gains) if gains else one.controller, run=replace(one.run, seeds=2))
+        for one in experiment.variants
+        if one.name in names
+    )
     return simulate(replace(experiment, variants=variants)).variants
 
 

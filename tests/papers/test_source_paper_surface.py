@@ -78,9 +78,7 @@ def test_with_less_than_is_left_of_friction_it_need_never_be_reached():
     assert reaching_time(-3.0, K_1=1e-9, K_2=6.0, residual=5.0) == pytest.approx(3.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("K_2", "D", "phi"), [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)]
-)
+@pytest.mark.parametrize(("K_2", "D", "phi"), [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)])
 def test_what_is_left_of_friction_holds_the_state_off_the_surface_by_no_more_than_the_bound(K_2, D, phi):
     found = late(surfaces(K_2=K_2, D=D, T=2e-5, phi=phi, samples=25_000))
     bound = ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi)
@@ -108,12 +106,9 @@ CASES = [  # K_2, D, T, delay, step of the velocity, how far above what is found
 @pytest.mark.parametrize(("K_2", "D", "T", "delay", "step_v", "slack"), CASES)
 def test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it(K_2, D, T, delay, step_v, slack):
     bound = sampled_bound(
-        lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, velocity_error=0.5 * step_v,
-        jerk=AMPLITUDE * OMEGA**3,
-    )  # fmt: skip
-    found = max(
-        late(surfaces(K_2=K_2, D=D, T=T, delay=delay, step_v=step_v, push=push)) for push in (worst, square)
-    )  # fmt: skip
+        lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, velocity_error=0.5 * step_v, jerk=AMPLITUDE * OMEGA**3
+    )
+    found = max(late(surfaces(K_2=K_2, D=D, T=T, delay=delay, step_v=step_v, push=push)) for push in (worst, square))
     assert found <= bound <= slack * found
 
 
@@ -129,9 +124,7 @@ def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(d
 )
 def test_with_a_boundary_layer_the_state_stays_as_far_as_the_layer_lets_it(D, phi, delay):
     T, K_2 = 1e-4, 10.0
-    bound = sampled_bound(
-        lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi
-    )
+    bound = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi)
     found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
     assert found <= bound <= 1.3 * found
 
@@ -139,9 +132,15 @@ def test_with_a_boundary_layer_the_state_stays_as_far_as_the_layer_lets_it(D, ph
 @pytest.mark.parametrize(("T", "count"), [(1e-3, 2e-6), (5e-4, 5e-6)])
 def test_with_the_velocity_from_counts_of_an_encoder(T, count):
     bound = sampled_bound(
-        lambda_=LAMBDA, K_1=K_1, K_2=10.0, residual=5.0, sample_time=T, delay=1, jerk=AMPLITUDE * OMEGA**3,
+        lambda_=LAMBDA,
+        K_1=K_1,
+        K_2=10.0,
+        residual=5.0,
+        sample_time=T,
+        delay=1,
+        jerk=AMPLITUDE * OMEGA**3,
         **differenced(count, T, AMPLITUDE * OMEGA**2),
-    )  # fmt: skip
+    )
     found = late(surfaces(K_2=10.0, D=5.0, T=T, delay=1, count=count))
     assert found <= bound <= 1.7 * found
 
@@ -161,14 +160,18 @@ def test_the_loop_of_bristle_keeps_to_it(gain, T, slack):
     amplitude, omega = 0.02, 20.0
     shape = (np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t), 0.0 * t)
     desired = amplitude * np.stack(shape)
-    trace = run_closed_loop(
-        inertia(M=J), friction.coulomb(F_C=force), law, sensors.encoder(resolution=count), desired, T, delay=1
-    )
+    trace = run_closed_loop(inertia(M=J), friction.coulomb(F_C=force), law, sensors.encoder(resolution=count), desired, T, delay=1)
     found = late(np.abs(desired[1] - trace.velocity + LAMBDA * (desired[0] - trace.position)))
     bound = sampled_bound(
-        lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=1, jerk=amplitude * omega**3,
+        lambda_=LAMBDA,
+        K_1=K_1,
+        K_2=K_2,
+        residual=D,
+        sample_time=T,
+        delay=1,
+        jerk=amplitude * omega**3,
         **differenced(count, T, amplitude * omega**2),
-    )  # fmt: skip
+    )
     assert found <= bound <= slack * found
 
 

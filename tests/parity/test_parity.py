@@ -43,9 +43,17 @@ def runs(name):
     reference = np.zeros((4, t.size))
     reference[0] = 2e-3 * (1.0 - np.cos(40.0 * t))
     closed = run_closed_loop(
-        plant, friction_model, controller, sensors.encoder(resolution=1e-7), reference, 1e-3,
-        steps=3, delay=1, injected=np.where(t > 0.1, 5.0, 0.0), limit=40.0,
-    )  # fmt: skip
+        plant,
+        friction_model,
+        controller,
+        sensors.encoder(resolution=1e-7),
+        reference,
+        1e-3,
+        steps=3,
+        delay=1,
+        injected=np.where(t > 0.1, 5.0, 0.0),
+        limit=40.0,
+    )
     static = friction.with_presliding(friction_model, 2e-6) if friction.is_static(friction_model) else None
     extra = force_along(static, v, 1e-3) if static else np.zeros(1)
     return [along, extra] + [
@@ -77,7 +85,10 @@ def test_a_process_without_the_compiler_gives_the_same_bits():
     )
     out = subprocess.run(
         [sys.executable, "-c", code, os.path.dirname(__file__)],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert out.returncode == 0, out.stderr
     assert out.stdout.split() == [digest(runs(name)) for name in NAMES]

@@ -45,9 +45,7 @@ def test_the_dahl_model_of_exponent_one_is_the_case_of_full_direction_dependence
 def test_a_stiffness_that_never_yields_adds_a_spring():
     x = 5e-6 * np.sin(np.linspace(0.0, 20.0, 400))
     v = np.diff(x) / 1e-3
-    plain, half, spring = (
-        force_along(friction.bouc_wen(s=S, F_C=F_C, alpha=alpha), v, 1e-3, x[1:]) for alpha in (0.0, 0.5, 1.0)
-    )
+    plain, half, spring = (force_along(friction.bouc_wen(s=S, F_C=F_C, alpha=alpha), v, 1e-3, x[1:]) for alpha in (0.0, 0.5, 1.0))
     np.testing.assert_allclose(half, 0.5 * (plain + spring), atol=1e-12)
     np.testing.assert_allclose(spring, S * 0.5 * (x[1:] + x[:-1]), atol=1e-12)
 

@@ -11,9 +11,7 @@ from bristle.engine import force_along
 from bristle.engine.contact import Contact
 
 ALPHA = 5e4
-SHAPES = [
-    (1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7), (1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9),
-]  # fmt: skip
+SHAPES = [(1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7), (1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9)]
 
 
 @pytest.mark.parametrize(("nu", "beta", "gamma", "delta"), SHAPES)
@@ -51,10 +49,7 @@ def test_where_it_yields_it_is_the_model_in_stiffness_and_force():
 
 def test_only_the_products_of_its_amplitudes_show():
     v = 1e-2 * np.sin(np.linspace(0.0, 40.0, 500))
-    one, other = (
-        friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta)
-        for beta in (1e3, 20.0)
-    )
+    one, other = (friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta) for beta in (1e3, 20.0))
     np.testing.assert_allclose(force_along(one, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
 
 

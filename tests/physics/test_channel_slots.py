@@ -16,17 +16,7 @@ from bristle.core.errors import InputWarning
 from bristle.core.slot import refuse_unfit
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_model, write_model
-from bristle.friction import (
-    CHANNEL_SLOTS,
-    MODELS,
-    channel_slots_of,
-    channels,
-    coulomb_viscous,
-    find,
-    is_static,
-    unvaried,
-    with_slots,
-)  # fmt: skip
+from bristle.friction import CHANNEL_SLOTS, MODELS, channel_slots_of, channels, coulomb_viscous, find, is_static, unvaried, with_slots
 from bristle.friction.next_model import model_with
 from bristle.testing import check_model
 from bristle.testing.contract import OF_SLOT

@@ -50,9 +50,7 @@ def test_it_stores_between_its_stops_and_dissipates_only_by_slip():
 
 
 def test_its_ends_differ_by_the_side_that_it_leans_to_and_join_without_a_jump():
-    model = friction.find("gap_slider+asymmetry")(
-        F_C_pos=20.0, F_C_neg=12.0, give_pos=2e-3, give_neg=1e-3, gap=4e-3, n=2.0, share=0.1
-    )
+    model = friction.find("gap_slider+asymmetry")(F_C_pos=20.0, F_C_neg=12.0, give_pos=2e-3, give_neg=1e-3, gap=4e-3, n=2.0, share=0.1)
     ends, force, _ = along(model, [10e-3, -10e-3, 10e-3], 4000)
     assert ends == pytest.approx([20.0, -12.0, 20.0])
     # Back from the forward stop the spring of that side gives its force up: there is no jump at the reversal.

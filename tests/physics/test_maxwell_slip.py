@@ -60,9 +60,7 @@ def test_rate_independence():
 
 
 def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
-    model = friction.find("maxwell_slip+asymmetry")(
-        F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1
-    )
+    model = friction.find("maxwell_slip+asymmetry")(F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1)
     x = path(0, 60e-6, -60e-6, 60e-6, count=6000)
     force = response(model, x, 1e-3)
     assert np.max(np.abs(np.diff(force[2:]))) < 0.02

@@ -57,9 +57,7 @@ def test_the_limit_scatters_by_as_much_as_told_from_reversal_to_reversal():
 
 
 def test_a_seed_gives_one_friction_and_another_seed_another():
-    first, again, other = (
-        peaks(friction.maxwell_stribeck(**SIZES, scatter=0.05, seed=s), cycles=20) for s in (4, 4, 5)
-    )
+    first, again, other = (peaks(friction.maxwell_stribeck(**SIZES, scatter=0.05, seed=s), cycles=20) for s in (4, 4, 5))
     assert np.array_equal(first, again)
     assert not np.any(first[1:] == other[1:])
 

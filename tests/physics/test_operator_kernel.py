@@ -59,11 +59,7 @@ def along(model, name):
 
 @pytest.mark.parametrize(
     ("model", "name"),
-    [
-        pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow)
-        for model in MODELS
-        for name in TABLES
-    ],
+    [pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow) for model in MODELS for name in TABLES],
 )
 def test_compiled_it_has_the_bits_of_the_operator_alone(model, name):
     force, alone = along(model, name)

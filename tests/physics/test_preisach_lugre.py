@@ -68,9 +68,16 @@ def test_what_cannot_work_is_refused_and_what_hardly_works_warned_of():
 
 def test_units_as_text_and_names_as_a_person_writes_them():
     model = friction.preisach_lugre(
-        kernel="dahl_masing", s="100 N*m/rad", f_p="156 mN*m", F_C="100 mN*m", F_S="130 mN*m", v_S="0.3 rad/s",
-        sigma_1="0.1 N*m*s/rad", sigma_2="2 mN*m*s/rad", transition="paper",
-    )  # fmt: skip
+        kernel="dahl_masing",
+        s="100 N*m/rad",
+        f_p="156 mN*m",
+        F_C="100 mN*m",
+        F_S="130 mN*m",
+        v_S="0.3 rad/s",
+        sigma_1="0.1 N*m*s/rad",
+        sigma_2="2 mN*m*s/rad",
+        transition="paper",
+    )
     assert model.kind == "rotational"
     assert model.parameters == composite("paper").parameters
     assert model.values["transition"] == "paper"

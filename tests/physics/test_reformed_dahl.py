@@ -30,9 +30,8 @@ def test_every_branch_solves_the_differential_equation():
         f_r = f if way != side else f_r
         side = way
         solved = solve_ivp(
-            lambda x, f, way=way, f_r=f_r: ((1.0 - way * f) / (1.0 - way * f_r)) ** 2,
-            (a, b), [f], rtol=1e-12, atol=1e-14, method="DOP853",
-        )  # fmt: skip
+            lambda x, f, way=way, f_r=f_r: ((1.0 - way * f) / (1.0 - way * f_r)) ** 2, (a, b), [f], rtol=1e-12, atol=1e-14, method="DOP853"
+        )
         f = solved.y[0, -1]
         one, many = contact.copy(), contact
         assert ends(one, b)[-1] == pytest.approx(f, abs=1e-10)

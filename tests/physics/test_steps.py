@@ -14,8 +14,16 @@ from bristle.hysteresis.everett import ClosedForm
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
 DT = 1e-3
-KERNELS = (("dahl_masing", 0.7), ("dahl_masing", 1.1), ("dahl_masing", 1.3), ("dahl_masing", 2.0),
-           ("dahl_masing", 5.0), ("tip_masing", 2.0), ("reformed_dahl_exact", 2.0), ("exp_masing", 2.0))  # fmt: skip
+KERNELS = (
+    ("dahl_masing", 0.7),
+    ("dahl_masing", 1.1),
+    ("dahl_masing", 1.3),
+    ("dahl_masing", 2.0),
+    ("dahl_masing", 5.0),
+    ("tip_masing", 2.0),
+    ("reformed_dahl_exact", 2.0),
+    ("exp_masing", 2.0),
+)
 TRANSITIONS = (("paper", 2.0), ("leuven", 2.0), ("leuven", 8.0), ("elastoplastic", 2.0))
 
 
@@ -99,9 +107,7 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
     monkeypatch.setattr(composite, "deflect", stepped)
     for kernel, exponent in KERNELS:
-        model = preisach_lugre(
-            **preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent}
-        )
+        model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent})
         with interpreted():
             for seed in range(3):
                 force_along(model, walk(seed, 300), DT)

@@ -80,6 +80,4 @@ def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
     plain = find("lugre")(**LUGRE)
     assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
     assert unvaried(plain) is plain
-    assert {name: one.passed for name, one in check(model).items()} == {
-        name: one.passed for name, one in check(plain).items()
-    }
+    assert {name: one.passed for name, one in check(model).items()} == {name: one.passed for name, one in check(plain).items()}

@@ -51,9 +51,18 @@ def moves(duration: float = 9.0, dt: float = 1e-3, stroke: float = 0.08, seed: i
 
 
 def recorded(
-    axis: Axis, reference: np.ndarray, dt: float = 1e-3, *, delay: int = 0, noise: float = 0.3, first: int = 0,
-    jitter: float = 0.0, seed: int = 5, pulses: np.ndarray | None = None, limit: float = np.inf,
-) -> Log:  # fmt: skip
+    axis: Axis,
+    reference: np.ndarray,
+    dt: float = 1e-3,
+    *,
+    delay: int = 0,
+    noise: float = 0.3,
+    first: int = 0,
+    jitter: float = 0.0,
+    seed: int = 5,
+    pulses: np.ndarray | None = None,
+    limit: float = np.inf,
+) -> Log:
     """Return the log of an axis that has rested before, from a sample on; its effort acts until the next one.
 
     `pulses` are added to what the law asks for, and `limit` bounds the sum.
@@ -83,8 +92,11 @@ def recorded(
     told = np.random.default_rng(seed).normal(0.0, noise, reference.size) + efforts
     part = slice(first, None)
     return Log(
-        time=Channel(dt * np.arange(reference.size - first), "s", "t"), position=Channel(positions[part], "m", "q"),
-        effort=Channel(told[part], "N", "u"), reference=Channel(reference[part], "m", "r"), sample_time=dt,
+        time=Channel(dt * np.arange(reference.size - first), "s", "t"),
+        position=Channel(positions[part], "m", "q"),
+        effort=Channel(told[part], "N", "u"),
+        reference=Channel(reference[part], "m", "r"),
+        sample_time=dt,
         injected=() if pulses is None else (Channel(pulses[part], "N", "pulses"),),
         segments=(slice(0, reference.size - first),),
-    )  # fmt: skip
+    )

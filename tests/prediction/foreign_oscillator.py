@@ -33,6 +33,9 @@ def recorded(seed: int, *, noise: float = 8e-6, step: float = AXIS_STEP, duratio
             x += h * v
     position += np.random.default_rng(seed).normal(0.0, noise, time.size)
     return Log(
-        time=Channel(time, "s", "t"), position=Channel(step * np.round(position / step), "m", "q"),
-        effort=Channel(push, "N", "u"), sample_time=DT, segments=(slice(0, time.size),),
-    )  # fmt: skip
+        time=Channel(time, "s", "t"),
+        position=Channel(step * np.round(position / step), "m", "q"),
+        effort=Channel(push, "N", "u"),
+        sample_time=DT,
+        segments=(slice(0, time.size),),
+    )

@@ -21,9 +21,7 @@ def fit():
 @pytest.fixture(scope="module")
 def curved():
     """A model whose steady friction bends, on a log of both directions."""
-    fit = identify(
-        slow_log(friction.stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)), "stribeck", blocks=0, draws=0
-    ).best
+    fit = identify(slow_log(friction.stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)), "stribeck", blocks=0, draws=0).best
     return replace(fit, friction=friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0))
 
 

@@ -6,18 +6,31 @@ import pytest
 import bristle as br
 from bristle.prediction.drive_units import log_units, table_units, units_of
 
-SCREW = br.read_axis({
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "%", "side": "motor"},
-    }, "effort": {"rated": "2 N*m"}, "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-})  # fmt: skip
-BARE = br.read_axis({
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "velocity": {"column": "v", "unit": "mm/min"}, "effort": {"column": "u", "unit": "N"},
-    },
-})  # fmt: skip
+SCREW = br.read_axis(
+    {
+        "schema": 1,
+        "kind": "translational",
+        "columns": {
+            "time": {"column": "t", "unit": "s"},
+            "position": {"column": "q", "unit": "mm"},
+            "effort": {"column": "u", "unit": "%", "side": "motor"},
+        },
+        "effort": {"rated": "2 N*m"},
+        "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
+    }
+)
+BARE = br.read_axis(
+    {
+        "schema": 1,
+        "kind": "translational",
+        "columns": {
+            "time": {"column": "t", "unit": "s"},
+            "position": {"column": "q", "unit": "mm"},
+            "velocity": {"column": "v", "unit": "mm/min"},
+            "effort": {"column": "u", "unit": "N"},
+        },
+    }
+)
 PER_TORQUE = 2.0 * np.pi * 2.0 / 0.01  # N for 1 N*m of the motor
 SPEED = 0.03  # m/s
 

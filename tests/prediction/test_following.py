@@ -23,9 +23,7 @@ AXES = {"vertical": VERTICAL, "table": TABLE}
 
 def told(axis, **changed):
     law = {name: getattr(axis, name) for name in ("k_p", "k_v", "k_i", "k_ff")}
-    return Axis(
-        controller=controllers.cascade(**(law | changed)), resolution=axis.count, offset="identify", held=True
-    )  # fmt: skip
+    return Axis(controller=controllers.cascade(**(law | changed)), resolution=axis.count, offset="identify", held=True)
 
 
 @pytest.fixture(scope="module", params=AXES)
@@ -59,10 +57,10 @@ def test_measured_and_simulated_following_error_agree(judged):
     assert not any(one["code"] == "loop_contradicts" for one in found.outcome.summary["diagnostics"])
 
 
-@pytest.mark.parametrize(("wrong", "expected"), [
-    ({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]),
-    ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]), ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)])],
+)
 def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
     log, found = vertical
     following = followed(found, log, told(VERTICAL, **wrong))
@@ -157,9 +155,7 @@ def test_a_contradicted_loop_promises_nothing(vertical):
 
 def test_without_a_controller_the_log_tells_its_own_following_error(vertical):
     log, _ = vertical
-    found = br.identify(
-        log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0
-    )
+    found = br.identify(log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0)
     told_of = found.outcome.summary["following_error"]
     assert told_of["simulated"] is None
     assert told_of["measured"]["peak_to_peak"] > 0.0
@@ -169,9 +165,14 @@ def test_without_a_controller_the_log_tells_its_own_following_error(vertical):
 def mechanism(axis):
     """Return what the axis is made of, as the package tells it."""
     bristles = friction.find("lugre")(
-        F_C=axis.coulomb, F_S=axis.static, v_S=axis.stribeck, sigma_0=axis.stiffness, sigma_1=axis.damping,
-        sigma_2=axis.viscous, offset=axis.weight,
-    )  # fmt: skip
+        F_C=axis.coulomb,
+        F_S=axis.static,
+        v_S=axis.stribeck,
+        sigma_0=axis.stiffness,
+        sigma_1=axis.damping,
+        sigma_2=axis.viscous,
+        offset=axis.weight,
+    )
     return plants.inertia(M=axis.mass), bristles
 
 

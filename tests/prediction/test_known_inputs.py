@@ -80,9 +80,7 @@ def test_a_law_that_asks_for_more_than_the_sum_may_be_is_identified_and_predicte
     assert loop.code == 0, loop.err
     simulated = loop.data["variants"]["as_recorded"]["following_error"]["peak_to_peak"]
     assert simulated == pytest.approx(following, rel=0.02)
-    predicted = bristle(
-        "predict", "fit/model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--json"
-    )
+    predicted = bristle("predict", "fit/model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--json")
     assert predicted.code == 0, predicted.err
     assert predicted.data["metrics"]["position_error_percent"] < 0.1
 
@@ -101,9 +99,15 @@ def pushed():
     """A loop that is pushed by a force and by a known input."""
     model, x = coulomb_viscous(F_C=F_C, F_v=F_V), 0.01 * np.sin(np.arange(400) * 0.01)
     return compensation_experiment(
-        inertia(M=M), model, model, cascade(k_p=K_P, k_v=K_V), x, DT,
-        disturbance=np.linspace(-1.0, 2.0, 400), injected=np.linspace(0.5, 0.75, 400),
-    ).variants[0]  # fmt: skip
+        inertia(M=M),
+        model,
+        model,
+        cascade(k_p=K_P, k_v=K_V),
+        x,
+        DT,
+        disturbance=np.linspace(-1.0, 2.0, 400),
+        injected=np.linspace(0.5, 0.75, 400),
+    ).variants[0]
 
 
 def test_the_first_samples_of_a_loop_have_their_own_inputs(pushed):

@@ -12,13 +12,9 @@ from bristle.core import Axis
 from bristle.identification import identify
 from bristle.prediction import predict
 
-OPEN = Axis(
-    plant="oscillator", resolution=foreign_oscillator.AXIS_STEP, at_rest=True, method="output_error", offset=0.0
-)
+OPEN = Axis(plant="oscillator", resolution=foreign_oscillator.AXIS_STEP, at_rest=True, method="output_error", offset=0.0)
 SLIDE = foreign_axis.VERTICAL._replace(weight=0.0)
-LOOP = Axis(
-    controller=controllers.cascade(k_p=SLIDE.k_p, k_v=SLIDE.k_v, k_i=SLIDE.k_i, k_ff=SLIDE.k_ff), resolution=SLIDE.count
-)
+LOOP = Axis(controller=controllers.cascade(k_p=SLIDE.k_p, k_v=SLIDE.k_v, k_i=SLIDE.k_i, k_ff=SLIDE.k_ff), resolution=SLIDE.count)
 
 
 def swings(seconds=6.0, quick=1.9):
@@ -47,9 +43,7 @@ def fitted_along_the_motion(jitter):
 def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twin(noise, step, seed):
     fit = fitted_in_open_loop(noise, step)
     log = foreign_oscillator.recorded(seed, noise=noise, step=step)
-    found = predict(
-        fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands
-    )
+    found = predict(fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands)
     assert 90.0 < found.position_inside_percent < 98.0
 
 
@@ -69,21 +63,14 @@ def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitte
 
 def test_a_loop_that_nobody_can_simulate_leaves_the_noise_of_the_position():
     log = foreign_axis.recorded(SLIDE, swings(), jitter=3e-6)
-    unknown = identify(
-        log, "coulomb_viscous", axis=replace(LOOP, controller=None), blocks=0, draws=20
-    ).best.resampling.bands
+    unknown = identify(log, "coulomb_viscous", axis=replace(LOOP, controller=None), blocks=0, draws=20).best.resampling.bands
     assert unknown.left_in_closed_loop == pytest.approx(3e-6, rel=0.1)
 
 
 def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts_on_the_sum():
     slide = foreign_axis.Axis(95.0, 0.0, 20.0, 20.0, 1.0, 240.0, 1e7, 5e3, 160.0, 8500.0, 0.0, 0.0, 5e-8)
     limit, pulse = 350.0, 178.0
-    axis = Axis(
-        controller=controllers.cascade(k_p=slide.k_p, k_v=slide.k_v),
-        resolution=slide.count,
-        effort_limit=limit,
-        presliding=4e-6,
-    )
+    axis = Axis(controller=controllers.cascade(k_p=slide.k_p, k_v=slide.k_v), resolution=slide.count, effort_limit=limit, presliding=4e-6)
 
     def recorded(seed, quick):
         desired = swings(6.0, quick)

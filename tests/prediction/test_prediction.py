@@ -33,18 +33,20 @@ def recorded(*, injected=None, start=0, kind="translational", gap=None, resoluti
     reference = 0.02 * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t)) * np.minimum(t, 1.0)
     desired = np.zeros((4, t.size))
     desired[0] = reference
-    trace = run_closed_loop(
-        PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=resolution), desired, DT, steps=8,
-        injected=injected,
-    )  # fmt: skip
+    trace = run_closed_loop(PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=resolution), desired, DT, steps=8, injected=injected)
     cut = slice(start, None)
     extra = () if injected is None else (Channel(injected[cut], "N", "pulses"),)
     count = t.size - start
     return Log(
-        time=Channel(t[cut], "s", "t"), position=Channel(trace.measured[cut], "m", "q"),
-        effort=Channel(trace.command[cut], "N", "u"), reference=Channel(reference[cut], "m", "r"), injected=extra,
-        sample_time=DT, segments=(slice(0, count),) if gap is None else (slice(0, gap), slice(gap, count)), kind=kind,
-    )  # fmt: skip
+        time=Channel(t[cut], "s", "t"),
+        position=Channel(trace.measured[cut], "m", "q"),
+        effort=Channel(trace.command[cut], "N", "u"),
+        reference=Channel(reference[cut], "m", "r"),
+        injected=extra,
+        sample_time=DT,
+        segments=(slice(0, count),) if gap is None else (slice(0, gap), slice(gap, count)),
+        kind=kind,
+    )
 
 
 def test_closed_loop_of_the_true_model_is_the_log():
@@ -207,9 +209,7 @@ def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_wi
     channels = {name: replace(one, values=one.values[::every]) for name, one in log.channels()}
     slow = replace(log, **channels, sample_time=every * log.sample_time, segments=())
     found = predict(fit.plant, fit.friction, slow, cutoff=80.0, decimation=10)
-    assert notes_of(found)[0].startswith(
-        "the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz"
-    )
+    assert notes_of(found)[0].startswith("the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz")
     # Central differences over 40 ms, and noise of the effort that nothing kept from folding down.
     assert found.metrics["force_error_percent"] < 5.0
     assert not any("too slowly" in one for one in notes_of(predict(fit.plant, fit.friction, log, cutoff=80.0)))
@@ -220,8 +220,6 @@ def test_speeds_beyond_the_fitted_ones_are_told(mode):
     found = identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0)
     plant, fitted = found.best.plant, found.best.friction
     top = found.treatment["velocity_max"]
-    assert not any(
-        "extrapolation" in one for one in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top))
-    )
+    assert not any("extrapolation" in one for one in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top)))
     notes = notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top))
     assert any(one.startswith("warning: the log moves at up to") and "extrapolation" in one for one in notes)

@@ -27,14 +27,16 @@ def recorded(slow: float, quick: float) -> Log:
     t = DT * np.arange(8000)
     desired = np.zeros((4, t.size))
     desired[0] = 0.02 * (np.sin(slow * t) + 0.4 * np.sin(quick * t)) * np.minimum(t, 1.0)
-    trace = run_closed_loop(
-        PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=AXIS.resolution), desired, DT, steps=8
-    )
+    trace = run_closed_loop(PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=AXIS.resolution), desired, DT, steps=8)
     effort = trace.command + 0.1 * np.random.default_rng(3).normal(size=t.size)
     return Log(
-        time=Channel(t, "s", "t"), position=Channel(trace.measured, "m", "q"), effort=Channel(effort, "N", "u"),
-        reference=Channel(desired[0], "m", "r"), sample_time=DT, segments=(slice(0, t.size),),
-    )  # fmt: skip
+        time=Channel(t, "s", "t"),
+        position=Channel(trace.measured, "m", "q"),
+        effort=Channel(effort, "N", "u"),
+        reference=Channel(desired[0], "m", "r"),
+        sample_time=DT,
+        segments=(slice(0, t.size),),
+    )
 
 
 @cache
@@ -77,9 +79,11 @@ def test_each_source_widens_them_and_noise_alone_is_its_own_width():
     alone = width(noise)
     np.testing.assert_allclose(alone, 1.96 * whole.noise, rtol=1e-9)
     for wider in (
-        replace(noise, draws=whole.draws), replace(noise, scatter=0.05), replace(noise, unexplained=0.5),
+        replace(noise, draws=whole.draws),
+        replace(noise, scatter=0.05),
+        replace(noise, unexplained=0.5),
         replace(noise, inflation=1.5),
-    ):  # fmt: skip
+    ):
         assert np.median(width(wider)) > 1.1 * np.median(alone)
 
 
@@ -97,10 +101,7 @@ def test_the_position_of_a_sure_model_is_unsure_by_the_rounding_of_its_encoder()
 
 def test_without_bands_the_prediction_is_the_same_to_the_bit():
     fit, log = fitted("coulomb_viscous"), recorded(2.3, 7.9)
-    one, other = (
-        predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands)
-        for bands in (None, fit.resampling.bands)
-    )
+    one, other = (predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands) for bands in (None, fit.resampling.bands))
     assert one.half_width is None
     assert one.position_half_width is None
     np.testing.assert_array_equal(one.position_predicted, other.position_predicted)

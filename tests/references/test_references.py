@@ -105,6 +105,4 @@ def test_a_ramp_longer_than_the_chirp_is_refused():
 
 
 def test_all_references_are_known_by_name():
-    assert set(references.REFERENCES) == {
-        "recorded", "sine", "varied_sine", "s_curve", "triangle", "chirp", "circle",
-    }  # fmt: skip
+    assert set(references.REFERENCES) == {"recorded", "sine", "varied_sine", "s_curve", "triangle", "chirp", "circle"}

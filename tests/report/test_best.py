@@ -64,9 +64,7 @@ def test_those_that_err_about_as_little_are_named():
 
 def test_where_nothing_is_better_nothing_is_called_better():
     words = said(variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6))
-    assert words == (
-        "No variant errs less than base: 1 µm peak to peak. The nearest, worse, errs by 3 µm, 200 % more than that."
-    )
+    assert words == ("No variant errs less than base: 1 µm peak to peak. The nearest, worse, errs by 3 µm, 200 % more than that.")
     assert "about as much as that" in said(variant("base", 1e-6), variant("near", 1.01e-6))
 
 
@@ -74,10 +72,7 @@ def test_what_did_not_complete_is_not_the_best_and_no_measure():
     words = said(variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=Status.NOT_FINITE))
     assert words.startswith("Of 2 variants, best errs least")
     words = said(variant("base", 1e-9, status=Status.NOT_FINITE), variant("a", 2e-6), variant("b", 1e-6))
-    assert (
-        words
-        == "Of 2 variants, b errs least: 1 µm peak to peak. base, against which it would be measured, did not complete."
-    )
+    assert words == "Of 2 variants, b errs least: 1 µm peak to peak. base, against which it would be measured, did not complete."
     assert "base, against which" in said(variant("a", 2e-6), variant("b", 1e-6), refused=["base"])
     assert said(variant("base", 1e-6)) == said(variant("base", 1e-6), variant("b", float("nan"))) == ""
 

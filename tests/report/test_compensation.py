@@ -33,9 +33,7 @@ def test_there_is_no_gain_without_a_compensated_variant(stage):
     assert gain_of(replace(stage.looped, experiment=experiment)) is None
 
 
-@pytest.mark.parametrize(
-    ("after", "said"), [(0.5, "lowers"), (0.98, "hardly changes"), (1.02, "hardly changes"), (1.5, "raises")]
-)
+@pytest.mark.parametrize(("after", "said"), [(0.5, "lowers"), (0.98, "hardly changes"), (1.02, "hardly changes"), (1.5, "raises")])
 def test_the_words_follow_the_numbers(stage, after, said):
     wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
     result = with_error(stage.looped, "feedforward", lambda _: 1e-5 * wave)
@@ -103,9 +101,7 @@ def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loo
     """The loop feeds velocity forward and Coulomb friction alone: what is left is viscous friction."""
     film = friction.coulomb_viscous(F_C=8.0, F_v=200.0)
     law = controllers.cascade(k_p=80.0, k_v=3000.0)
-    experiment = compensation_experiment(
-        plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3
-    )
+    experiment = compensation_experiment(plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3)
     gain = gain_of(simulate(experiment))
     assert gain.steps[-1].lag_share > 0.9
     words = " ".join(gain.sentences())

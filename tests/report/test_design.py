@@ -31,19 +31,14 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
     ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
     assert len(ids) == len(set(ids)) > 5
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
-    assert [one["id"] for one in page.named("figure")] == [
-        "figure-loops", "figure-budget", "figure-margins", "figure-circles",
-    ]  # fmt: skip
+    assert [one["id"] for one in page.named("figure")] == ["figure-loops", "figure-budget", "figure-margins", "figure-circles"]
     assert "$" not in page.words
 
 
 def with_errors(designed, *peaks):
     """The design with following errors of our own [m]."""
     error = designed.proposals[0].following_error
-    loops = [
-        replace(one, following_error=replace(error, peak_to_peak=peak))
-        for one, peak in zip(designed.proposals, peaks, strict=True)
-    ]
+    loops = [replace(one, following_error=replace(error, peak_to_peak=peak)) for one, peak in zip(designed.proposals, peaks, strict=True)]
     return replace(designed, proposals=tuple(loops))
 
 
@@ -103,8 +98,7 @@ def test_where_no_cause_counts_by_itself_none_is_said_to_weigh_most(designed):
     assert any("No cause weighs more" in line for line in design_sentences(designed))
     whole = designed.budget.all_causes
     large = replace(whole, peak_to_peak=5.0 * whole.peak_to_peak)
-    causes = tuple(replace(one, without=whole, alone=large if one.cause == "shape" else whole)
-                   for one in designed.budget.entries)  # fmt: skip
+    causes = tuple(replace(one, without=whole, alone=large if one.cause == "shape" else whole) for one in designed.budget.entries)
     told = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
     assert "weighs more" not in told
     assert "causes cancel each other" in told

@@ -11,12 +11,18 @@ from bristle.identification import identify
 from bristle.report.first_page import answers
 from bristle.report.summary import identification_summary
 
-AXIS = br.read_axis({
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "N"},
-    }, "transmission": {"lead": "10 mm"},
-})  # fmt: skip
+AXIS = br.read_axis(
+    {
+        "schema": 1,
+        "kind": "translational",
+        "columns": {
+            "time": {"column": "t", "unit": "s"},
+            "position": {"column": "q", "unit": "mm"},
+            "effort": {"column": "u", "unit": "N"},
+        },
+        "transmission": {"lead": "10 mm"},
+    }
+)
 SOFT = br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=1e5)
 DISTANCE = 8.0 / 1e5 * np.log(20.0)  # of a bristle that slips exponentially, 5 % of the change is left
 
@@ -41,10 +47,7 @@ def test_an_inertia_that_was_not_identified_is_told_in_no_unit(with_memory):
     estimates = tuple(replace(one, status="unidentifiable") if one.name == "M" else one for one in best.estimates)
     vague = replace(with_memory, fits=(replace(best, estimates=estimates),))
     lines = [dict(answers(one, None, None, (), AXIS))["What to type in"] for one in (with_memory, vague)]
-    assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [
-        1,
-        0,
-    ]
+    assert [sum(("at the motor" in line and "kg" in line) or "g·cm²" in line for line in page) for page in lines] == [1, 0]
     assert lines[1][0] == "mass: not identified"
 
 

@@ -28,9 +28,17 @@ def write(out: Path, formats=(), data=None, names=("expected", "drive_table")) -
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
     found = write(tmp_path / "run", ["svg", "pdf", "png", "svg"], "csv")
     assert set(found) == {
-        "expected.svg", "expected.pdf", "expected.png", "expected-panel-1.csv", "expected-panel-2.csv",
-        "drive-table.svg", "drive-table.pdf", "drive-table.png", "drive-table.csv", "captions.tex",
-    }  # fmt: skip
+        "expected.svg",
+        "expected.pdf",
+        "expected.png",
+        "expected-panel-1.csv",
+        "expected-panel-2.csv",
+        "drive-table.svg",
+        "drive-table.pdf",
+        "drive-table.png",
+        "drive-table.csv",
+        "captions.tex",
+    }
     assert min(found.values()) > 100
     with (tmp_path / "run/figures/drive-table.csv").open(encoding="utf-8") as file:
         assert next(csv.reader(file))[4:] == ["Velocity [mm/s]", "Friction force [N]"]
@@ -67,8 +75,11 @@ def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
         figure.add_subplot().plot([0.0, 1.0])
         return figure
 
-    with results_folder(tmp_path / "run") as folder, pytest.warns(InputWarning, match="the figure tall would have"), \
-            figure_files(folder, ["png"], None):  # fmt: skip
+    with (
+        results_folder(tmp_path / "run") as folder,
+        pytest.warns(InputWarning, match="the figure tall would have"),
+        figure_files(folder, ["png"], None),
+    ):
         picture("tall", draw, "a", "b")
     assert {one.name for one in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.tex"}
 

@@ -84,9 +84,9 @@ def test_a_law_that_helps_by_itself_is_no_compensation(stage):
 
 
 def test_doubts_of_loops_are_short_on_the_first_page():
-    small = Diagnostic("small_margin", severity="warning", numbers={
-        "variants": ("a", "b", "c", "d"), "motions": "all", "phase": 15.0, "enough": 30.0,
-    })  # fmt: skip
+    small = Diagnostic(
+        "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d"), "motions": "all", "phase": 15.0, "enough": 30.0}
+    )
     assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c and 1 more"]
 
 
@@ -148,9 +148,12 @@ def test_a_prediction_doubts_its_own_log_its_band_and_what_is_warned(stage):
 
 
 def test_a_position_in_a_loop_is_told_in_micrometres_not_in_percent(stage):
-    looped = replace(stage.predicted, mode="closed-loop", metrics={
-        "force_error_percent": 3.0, "force_rmse": 1.5, "position_error_percent": 0.0076, "position_rmse": 1.2e-6,
-    }, position_predicted=stage.predicted.position)  # fmt: skip
+    looped = replace(
+        stage.predicted,
+        mode="closed-loop",
+        metrics={"force_error_percent": 3.0, "force_rmse": 1.5, "position_error_percent": 0.0076, "position_rmse": 1.2e-6},
+        position_predicted=stage.predicted.position,
+    )
     words = Page(prediction_page(replace(stage, predicted=looped))).words
     assert "position off by 1.2 µm" in words
     assert "0.0076" not in words
@@ -178,13 +181,7 @@ def test_two_logs_are_told_with_the_interval_on_the_first_page(helped):
 
 @pytest.mark.parametrize(
     ("error", "held_out", "level"),
-    [
-        (1.0, 1.2, "usable"),
-        (1.0, 3.0, "with_care"),
-        (1.0, None, "with_care"),
-        (9.0, 9.0, "with_care"),
-        (30.0, 31.0, "no"),
-    ],
+    [(1.0, 1.2, "usable"), (1.0, 3.0, "with_care"), (1.0, None, "with_care"), (9.0, 9.0, "with_care"), (30.0, 31.0, "no")],
 )
 def test_the_verdict_of_an_operator_follows_what_it_was_not_fitted_to(error, held_out, level):
     assert operator_ruling(error, held_out, fitted=True).level == level
@@ -192,9 +189,7 @@ def test_the_verdict_of_an_operator_follows_what_it_was_not_fitted_to(error, hel
 
 def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
     """A rehearsed motion whose log gives these estimates."""
-    best = Some(name="lugre", estimates=[
-        Some(name=name, status=status, interval_percent=half) for name, status, half in estimates
-    ])  # fmt: skip
+    best = Some(name="lugre", estimates=[Some(name=name, status=status, interval_percent=half) for name, status, half in estimates])
     rehearsal = Some(identification=Some(best=best), truth=truth or {}, peak_effort=peak, lag=lag, loop=True)
     kept = Some(effort_limit=500.0, name="stage")
     return Some(rehearsal=rehearsal, axis=kept, limits=Some(presliding=7e-6), motion=Some(kind="translational"))
@@ -226,11 +221,13 @@ def test_a_log_is_judged_by_what_speaks_against_it(stage):
 
 def pages(stage, helped):
     return {
-        "identification": identification_page(stage), "simulation": simulation_page(stage),
-        "prediction": prediction_page(stage), "comparison": comparison_report(helped, name="stage", **COMMON),
+        "identification": identification_page(stage),
+        "simulation": simulation_page(stage),
+        "prediction": prediction_page(stage),
+        "comparison": comparison_report(helped, name="stage", **COMMON),
         "log": log_report(stage.log, [], name="stage", **COMMON),
         "excitation": excitation_report(excite(STAGE, rehearsed=False), identify="bristle identify LOG", **COMMON),
-    }  # fmt: skip
+    }
 
 
 def test_every_first_page_has_date_verdict_five_answers_and_one_figure(stage, helped):

@@ -189,9 +189,14 @@ def test_the_report_of_a_measured_axis():
     best = found.best
     loop = simulate(loop_of(best.plant, best.friction, log, axis))
     text = identification_report(
-        found, prediction=predict(best.plant, best.friction, log, axis, "closed-loop"), simulation=loop,
-        table=drive_table(best), command="bristle identify", axis_name=axis.name, provenance={},
-    )  # fmt: skip
+        found,
+        prediction=predict(best.plant, best.friction, log, axis, "closed-loop"),
+        simulation=loop,
+        table=drive_table(best),
+        command="bristle identify",
+        axis_name=axis.name,
+        provenance={},
+    )
     words = Page(text).words
     assert "described by coulomb_viscous+asymmetry" in words
     assert "All 5 parameters are identified" in words

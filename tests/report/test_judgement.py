@@ -70,9 +70,7 @@ def test_nothing_is_typed_in_where_the_axis_is_to_be_measured_again(found):
 
 
 def test_parameters_that_one_motion_serves_share_its_line(found):
-    by_excite = [
-        (name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")
-    ]
+    by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
     told = dict(answers(found, None, None, by_excite))["What next"]
     assert told == ["for F_S, v_S: `bristle excite AXIS.toml --for stribeck`, which writes the motion"]
 
@@ -104,9 +102,7 @@ def test_levels_are_those_of_each_direction_without_the_weight():
 
 def test_the_five_questions_are_answered(found):
     told = dict(answers(found, None, None, [("F_S", "move slowly")]))
-    assert list(told) == [
-        "Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next",
-    ]  # fmt: skip
+    assert list(told) == ["Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next"]
     assert all(told.values())
     mass = found.best.parameters["M"]
     assert told["What to type in"][0] == f"mass {mass.value:.3g}\u00a0kg"
@@ -120,20 +116,14 @@ def test_what_was_not_identified_is_not_to_be_typed_in(found):
 
     def typed(*names):
         estimates = tuple(replace(one, status="unidentifiable") if one.name in names else one for one in fit.estimates)
-        return dict(answers(replace(found, fits=(replace(fit, estimates=estimates),)), None, None, []))[
-            "What to type in"
-        ]
+        return dict(answers(replace(found, fits=(replace(fit, estimates=estimates),)), None, None, []))["What to type in"]
 
     assert typed("M")[0] == "mass: not identified"
     assert typed(*fit.parameters) == ["nothing: no parameter was identified"]
 
 
 def test_an_error_is_told_before_what_follows_from_it(found):
-    fit = doubted(
-        found.best,
-        Diagnostic("delay_unknown", severity="warning"),
-        Diagnostic("sign_reversed", "", "error", {"percent": 73.0}),
-    )
+    fit = doubted(found.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
     assert "sign of effort" in warnings_of(fit)[0]
 
 
@@ -154,6 +144,4 @@ def test_names_of_parameters_are_symbols(text, symbol):
 
 
 def test_what_is_to_be_typed_is_left_as_it_is_typed():
-    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == (
-        "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"
-    )
+    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == ("<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3")

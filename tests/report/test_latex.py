@@ -97,11 +97,15 @@ def test_latex_sets_every_text(tmp_path):
     used = "\n".join(rf"\bristlefigure{roman(number)}a \clearpage" for number in range(1, len(plates) + 1))
     (tmp_path / "main.tex").write_text(
         "\\documentclass{article}\\usepackage{graphicx,array,longtable}\\input{captions}\\begin{document}\\listoffigures\n"
-        + used + "\n\\input{errata}\\end{document}"
-    )  # fmt: skip
+        + used
+        + "\n\\input{errata}\\end{document}"
+    )
     for _ in range(2):
         ended = subprocess.run(
-            ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "main.tex"], cwd=tmp_path, capture_output=True,
-            check=False, timeout=60,
-        )  # fmt: skip
+            ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "main.tex"],
+            cwd=tmp_path,
+            capture_output=True,
+            check=False,
+            timeout=60,
+        )
         assert ended.returncode == 0, ended.stdout.decode("latin-1")[-2000:]

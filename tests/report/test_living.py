@@ -142,9 +142,7 @@ def test_only_some_of_many_rows_are_kept(stage, monkeypatch):
     times = log.sample_time * stretch.rows + stretch.time
     kept = np.searchsorted(fit.traces.time, times - 1e-9)
     assert fit.traces.time[kept] == pytest.approx(times)
-    assert rows.measured.step * rows.measured.numbers == pytest.approx(
-        fit.traces.measured[kept], abs=rows.measured.step
-    )
+    assert rows.measured.step * rows.measured.numbers == pytest.approx(fit.traces.measured[kept], abs=rows.measured.step)
     # The number of the report is that of all rows.
     assert rows.percent == pytest.approx(fit.force_error_percent)
 
@@ -164,9 +162,7 @@ def run_as(bench, **changes):
 
 
 @needs_node
-@pytest.mark.parametrize(
-    ("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)]
-)
+@pytest.mark.parametrize(("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)])
 def test_the_loop_of_the_page_is_that_of_the_simulation(changes, share, stage, tmp_path):
     simulation = run_as(stage, **changes) if changes else stage.looped
     result = simulation.variants[COMPENSATED]
@@ -186,9 +182,9 @@ def test_a_loop_that_begins_in_motion_begins_with_a_contact_that_has_slid(stage,
     experiment = stage.looped.experiment
     plant, law = experiment.variants[0].plant, experiment.variants[0].controller
     t = 1e-3 * np.arange(2000)
-    simulation = simulate(compensation_experiment(
-        plant, model, model, law, 0.02 * np.sin(3.0 * t), 1e-3, resolution=2e-7, start=Start(0.0, 0.06, 0.0, 9.0),
-    ))  # fmt: skip
+    simulation = simulate(
+        compensation_experiment(plant, model, model, law, 0.02 * np.sin(3.0 * t), 1e-3, resolution=2e-7, start=Start(0.0, 0.06, 0.0, 9.0))
+    )
     best = replace(stage.identified.best, friction=model)
     bench = replace(stage, identified=replace(stage.identified, fits=(best,)))
     error = np.array(computed(living_of(bench, simulation), tmp_path, FOLLOWED))
@@ -244,9 +240,7 @@ def test_without_scripts_it_is_not_there_and_the_pictures_are(report, plain):
     section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
     assert "hidden" in section
     assert Page(plain).named("script") == []
-    assert [attrs["id"] for attrs in Page(plain).named("figure")] == [
-        attrs["id"] for attrs in Page(report).named("figure")
-    ]
+    assert [attrs["id"] for attrs in Page(plain).named("figure")] == [attrs["id"] for attrs in Page(report).named("figure")]
 
 
 SLIDE = """

@@ -110,8 +110,7 @@ def test_an_edge_names_its_cause():
     cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
     told = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert told == (
-        "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never "
-        "exceeds 500 mm/s"
+        "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never exceeds 500 mm/s"
     )
 
 
@@ -120,9 +119,7 @@ def test_the_unit_of_a_shift_is_that_of_a_damping():
     assert message(told).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")
 
 
-@pytest.mark.parametrize(
-    ("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)]
-)
+@pytest.mark.parametrize(("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)])
 def test_an_effort_that_leads_by_half_a_sample_is_told_why(samples, held):
     numbers = {"delay": samples * 1e-3, "samples": samples, "half_width": 1e-5}
     words = message(Diagnostic("delay_found", "", "note", numbers))

@@ -66,9 +66,7 @@ def renamed(fit, name):
 def identification(bench):
     fits = tuple(renamed(one, name) for one, name in zip(bench.identified.fits, NAMES[1:], strict=False))
     found = replace(bench.identified, log=hostile_log(bench), fits=fits)
-    return identification_page(
-        bench, identification=found, axis_name=ALL, simulation=hostile_loop(bench), banner=ALL, **COMMON
-    )
+    return identification_page(bench, identification=found, axis_name=ALL, simulation=hostile_loop(bench), banner=ALL, **COMMON)
 
 
 def operator(bench):
@@ -91,9 +89,7 @@ REPORTS = {
     "paper": paper,
     "prediction": lambda bench: prediction_page(bench, log=hostile_log(bench), axis_name=ALL, banner=ALL, **COMMON),
     "simulation": lambda bench: simulation_page(bench, result=hostile_loop(bench), banner=ALL, **COMMON),
-    "excitation": lambda bench: excitation_report(
-        excite(replace(STAGE, name=ALL), rehearsed=False), identify=ALL, **COMMON
-    ),
+    "excitation": lambda bench: excitation_report(excite(replace(STAGE, name=ALL), rehearsed=False), identify=ALL, **COMMON),
 }
 
 

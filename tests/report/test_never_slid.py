@@ -18,9 +18,7 @@ DT = 2e-3
 RATED = {
     "schema": 1,
     "kind": "translational",
-    "columns": {
-        name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))
-    },
+    "columns": {name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))},
     "effort": {"rated": "100 N"},
 }
 

@@ -16,9 +16,7 @@ COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": 
 
 
 def identification_page(bench, **changes):
-    given = {
-        "prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage",
-    } | COMMON | changes  # fmt: skip
+    given = {"prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage"} | COMMON | changes
     identified = given.pop("identification", bench.identified)
     return identification_report(identified, **given)
 
@@ -106,12 +104,13 @@ def test_hostile_names_stay_text(name, stage):
     hostile = {"command": HOSTILE, "banner": HOSTILE, "provenance": {HOSTILE: HOSTILE}}
     own = {
         "identification": {
-            "identification": replace(stage.identified, log=hostile_log(stage)), "axis_name": HOSTILE,
+            "identification": replace(stage.identified, log=hostile_log(stage)),
+            "axis_name": HOSTILE,
             "simulation": hostile_loop(stage),
         },
         "simulation": {"result": hostile_loop(stage)},
         "prediction": {"log": hostile_log(stage), "axis_name": HOSTILE},
-    }  # fmt: skip
+    }
     text = PAGES[name](stage, **hostile, **own[name])
     page = Page(text)
     assert page.unbalanced == []
@@ -124,9 +123,7 @@ def test_the_banner_comes_before_anything_else(stage):
     assert words.index("This is a simulated axis.") < words.index("stage: simulated", 20)
 
 
-@pytest.mark.parametrize(
-    "left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")]
-)
+@pytest.mark.parametrize("left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")])
 def test_a_report_does_without_what_there_is_not(left_out, stage):
     page = Page(identification_page(stage, **dict.fromkeys(left_out)))
     assert page.unbalanced == []

@@ -20,9 +20,7 @@ def test_a_percentage_has_no_power_of_ten():
     assert "e+" not in text
 
 
-@pytest.mark.parametrize(
-    ("key", "other", "said"), [("model", "compared", "Next: {}"), ("compared", "model", "{}, which was compared")]
-)
+@pytest.mark.parametrize(("key", "other", "said"), [("model", "compared", "Next: {}"), ("compared", "model", "{}, which was compared")])
 def test_a_model_is_named_as_the_next_or_as_one_that_was_compared(key, other, said):
     named = "stribeck_free+position"
     text = told("missing_position", force=3.0, percent=3.0, share_percent=50.0, **{key: named, other: ""})

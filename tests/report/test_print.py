@@ -15,11 +15,18 @@ def test_a_report_of_a_loop_prints_on_six_pages(stage, tmp_path):
     (tmp_path / "report.html").write_text(identification_page(stage), encoding="utf-8")
     subprocess.run(
         [
-            "chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
-            "--no-pdf-header-footer", f"--print-to-pdf={tmp_path / 'report.pdf'}",
+            "chromium",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--no-pdf-header-footer",
+            f"--print-to-pdf={tmp_path / 'report.pdf'}",
             (tmp_path / "report.html").as_uri(),
         ],
-        check=True, capture_output=True, timeout=120,
-    )  # fmt: skip
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
     pages = re.findall(rb"/Type\s*/Page[^s]", (tmp_path / "report.pdf").read_bytes())
     assert 1 <= len(pages) <= MOST_PAGES

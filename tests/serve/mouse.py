@@ -45,20 +45,14 @@ class Person:
         count = self.tab.run("state.files.length + (state.axis.text ? 1 : 0)")
         begun = len(self.tab.events)
         self.clicks("#drop")
-        opened = next(
-            (e["params"] for e in self.tab.events[begun:] if e.get("method") == "Page.fileChooserOpened"), None
-        )
+        opened = next((e["params"] for e in self.tab.events[begun:] if e.get("method") == "Page.fileChooserOpened"), None)
         opened = opened or self.tab.wait_for("Page.fileChooserOpened")
-        self.tab.call(
-            "DOM.setFileInputFiles", files=[str(file) for file in files], backendNodeId=opened["backendNodeId"]
-        )
+        self.tab.call("DOM.setFileInputFiles", files=[str(file) for file in files], backendNodeId=opened["backendNodeId"])
         self.waits(f"state.files.length + (state.axis.text ? 1 : 0) > {count}")
 
     def ticks(self, name, *values):
         """Tick these boxes of a name, and no others."""
-        for value, now in self.tab.run(
-            f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"
-        ):
+        for value, now in self.tab.run(f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"):
             if now != (value in values):
                 box = f'input[name="{name}"][value="{value}"]'
                 self.clicks(box)

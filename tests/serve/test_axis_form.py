@@ -29,9 +29,10 @@ constant = "?"  # force or torque for one A
 def test_what_is_changed_is_changed_and_all_else_stays():
     text = edited(TEXT, {"effort.constant": "61 N/A", "columns.position.unit": "um", "kind": "translational"})
     assert tomllib.loads(text) == tomllib.loads(TEXT) | {
-        "kind": "translational", "effort": {"constant": "61 N/A"},
+        "kind": "translational",
+        "effort": {"constant": "61 N/A"},
         "columns": tomllib.loads(TEXT)["columns"] | {"position": {"column": "x", "unit": "um"}},
-    }  # fmt: skip
+    }
     for kept in ("# Proposed by bristle.", "# its name", "# columns that are not used: z", "# moves like the accel"):
         assert kept in text
     assert read_axis(text.encode()).columns["effort"].scale == -61.0
@@ -67,11 +68,7 @@ effort = { column = "i", unit = "N" }
 )
 def test_the_short_form_of_a_column_is_shown_and_changed_as_the_long_one(edits, position):
     shown = form_of(Content("axis.toml", SHORT.encode()))["tables"]["columns"]
-    assert shown == {
-        "time": {"column": "column_1"},
-        "position": {"column": "x"},
-        "effort": {"column": "i", "unit": "N"},
-    }
+    assert shown == {"time": {"column": "column_1"}, "position": {"column": "x"}, "effort": {"column": "i", "unit": "N"}}
     columns = tomllib.loads(edited(SHORT, edits))["columns"]
     assert columns.pop("position", None) == position
     assert columns == {"time": 1, "effort": {"column": "i", "unit": "N"}}  # nobody changed those
@@ -79,9 +76,8 @@ def test_the_short_form_of_a_column_is_shown_and_changed_as_the_long_one(edits, 
 
 @pytest.mark.parametrize(
     ("edits", "words"),
-    [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"),
-     ({"schema.x": 1}, "no table")],
-)  # fmt: skip
+    [({"a.b.c.d": 1}, "no key"), ({"columns..x": 1}, "no key"), ({"columns": []}, "text or a number"), ({"schema.x": 1}, "no table")],
+)
 def test_what_is_no_key_of_an_axis_file_is_refused(edits, words):
     with pytest.raises(InputError, match=words):
         edited(TEXT, edits)

@@ -83,9 +83,7 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
         person.clicks("#export")
         export = archived(person.loads("#download-export", "axis_x_c.zip"))
         assert tab.complaints() == []
-        assert {address.split("/")[2] for address in tab.asked_for() if address.startswith("http")} == {
-            f"127.0.0.1:{server.port}"
-        }
+        assert {address.split("/")[2] for address in tab.asked_for() if address.startswith("http")} == {f"127.0.0.1:{server.port}"}
     # The same at a terminal, with the files as they are called there.
     shutil.copy(folder / "log.csv", tmp_path / "log.csv")
     monkeypatch.chdir(tmp_path)

@@ -110,10 +110,7 @@ def contents(place):
     """Return all that is in a folder, links as such."""
     if place.is_symlink() or place.is_file():
         return os.readlink(place) if place.is_symlink() else place.read_text()
-    return {
-        each.relative_to(place): each.read_text() if each.is_file() and not each.is_symlink() else None
-        for each in place.rglob("*")
-    }
+    return {each.relative_to(place): each.read_text() if each.is_file() and not each.is_symlink() else None for each in place.rglob("*")}
 
 
 @pytest.fixture

@@ -28,10 +28,16 @@ def client(app):
 @pytest.mark.parametrize(
     ("name", "label"),
     [
-        ("../../../etc/passwd", "passwd"), ("/etc/cron.d/job", "job"), ("C:\\Windows\\win.ini", "win.ini"),
-        ("..", "log"), ("", "log"), ("a\0b\n.csv", "a b .csv"), ("x::table", "x::table"), ("é" * 300 + ".mat", ".mat"),
+        ("../../../etc/passwd", "passwd"),
+        ("/etc/cron.d/job", "job"),
+        ("C:\\Windows\\win.ini", "win.ini"),
+        ("..", "log"),
+        ("", "log"),
+        ("a\0b\n.csv", "a b .csv"),
+        ("x::table", "x::table"),
+        ("é" * 300 + ".mat", ".mat"),
     ],
-)  # fmt: skip
+)
 def test_a_path_in_the_name_of_a_file_is_a_label_and_names_nothing(app, client, tmp_path, name, label):
     case = begun(client)
     (file,) = put(client, case, b"abc", name).json()["files"]
@@ -80,8 +86,14 @@ def test_so_many_analyses_are_open_and_no_more(client):
 
 def test_a_message_that_is_none_is_refused(client):
     case = begun(client)
-    for body, status in ((b"x" * 501, 413), (b"[1]", 400), (b"{", 400), (b'{"task": "rm"}', 400),
-                         (b'{"task": "look", "options": []}', 400), (b"[" * 400, 400)):  # fmt: skip
+    for body, status in (
+        (b"x" * 501, 413),
+        (b"[1]", 400),
+        (b"{", 400),
+        (b'{"task": "rm"}', 400),
+        (b'{"task": "look", "options": []}', 400),
+        (b"[" * 400, 400),
+    ):
         assert client.post(f"{case}/jobs", content=body).status_code == status
 
 
@@ -106,8 +118,9 @@ def test_two_gigabytes_are_refused_without_memory(announced):
         case = begun(client)
         head = (
             f"PUT {case}/files HTTP/1.1\r\nhost: 127.0.0.1:{server.port}\r\nx-bristle-token: {TOKEN}\r\n"
-            + (f"content-length: {two_gigabytes}" if announced else "transfer-encoding: chunked") + "\r\n\r\n"
-        )  # fmt: skip
+            + (f"content-length: {two_gigabytes}" if announced else "transfer-encoding: chunked")
+            + "\r\n\r\n"
+        )
         before, most, answer, done = memory(), 0, b"", threading.Event()
         with server.raw(head.encode()) as connection:
 

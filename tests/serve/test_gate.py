@@ -55,8 +55,11 @@ def test_a_link_from_another_site_is_refused_and_one_that_is_typed_is_not(client
 
 
 def test_no_other_site_may_ask_first(client):
-    headers = {"origin": "https://evil.example", "access-control-request-method": "PUT",
-               "access-control-request-headers": "x-bristle-token"}  # fmt: skip
+    headers = {
+        "origin": "https://evil.example",
+        "access-control-request-method": "PUT",
+        "access-control-request-headers": "x-bristle-token",
+    }
     assert client.options("/api/cases", headers=headers).status_code == 403
 
 
@@ -67,10 +70,7 @@ def test_without_the_token_there_is_only_the_page(app, token):
     for method, path in (("POST", "/api/cases"), ("GET", "/api/cases/x"), ("PUT", "/api/cases/x/files"), ("GET", "/x")):
         assert client.request(method, path).status_code == 401
     # Neither the address nor a cookie stands for it.
-    assert (
-        client.post(f"/api/cases?token={TOKEN}", headers=headers | {"cookie": f"x-bristle-token={TOKEN}"}).status_code
-        == 401
-    )
+    assert client.post(f"/api/cases?token={TOKEN}", headers=headers | {"cookie": f"x-bristle-token={TOKEN}"}).status_code == 401
     page = client.get("/")
     assert page.status_code == 200
     assert TOKEN not in page.text

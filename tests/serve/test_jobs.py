@@ -170,9 +170,7 @@ def test_what_a_job_leaves_is_old_once_a_log_or_the_axis_is_another(client, case
     ended(client, case, "check")
     ended(client, case, "identify")
     state = put(client, case, b"1,2\n", "other.csv", "held_out").json()
-    assert {name: part["old"] for name, part in state["parts"].items()} == {
-        "looked": False, "checked": True, "identified": False,
-    }  # fmt: skip
+    assert {name: part["old"] for name, part in state["parts"].items()} == {"looked": False, "checked": True, "identified": False}
     state = put(client, case, b"schema = 1\n", "stage.toml", "axis").json()
     assert state["axis"] == {"label": "stage.toml", "text": "schema = 1\n"}
     assert all(part["old"] for part in state["parts"].values())
@@ -201,8 +199,7 @@ def test_a_worker_ends_with_its_server(work):
 
 
 def test_a_report_is_shown_once_apart_from_the_page_and_for_a_ticket(server, client, case, work):
-    work('(errand.folder / "results").mkdir(); (errand.folder / "results" / "report.html").write_text("<p>good")\n'
-         "return {}, {}")  # fmt: skip
+    work('(errand.folder / "results").mkdir(); (errand.folder / "results" / "report.html").write_text("<p>good")\nreturn {}, {}')
     ended(client, case, "identify")
     address = client.post(f"{case}/parts/identified/ticket").json()["address"]
     shown = client.get(address, headers={"x-bristle-token": ""})

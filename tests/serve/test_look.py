@@ -22,9 +22,7 @@ def looked(tmp_path):
     log = LabelledLog(tmp_path / "file-1", "log.csv", "fit")
 
     def looked(text, **edits):
-        errand = Errand(
-            tmp_path, (log,), text, "axis.toml", {"edits": edits}, 2**20, None, lambda *_: None, nullcontext
-        )  # fmt: skip
+        errand = Errand(tmp_path, (log,), text, "axis.toml", {"edits": edits}, 2**20, None, lambda *_: None, nullcontext)
         facts, data = look(errand)
         return facts, json.loads(json.dumps(plain(data), allow_nan=False))
 
@@ -36,33 +34,34 @@ def test_a_column_may_be_named_in_short(looked):
     facts, data = looked(text)
     assert facts["axis_text"] == text
     assert facts["ready"]
-    assert [(plot["word"], plot["unit"], plot["column"]) for plot in data["plots"]] == [
-        ("position", "m", "x"), ("effort", "N", "force"),
-    ]  # fmt: skip
+    assert [(plot["word"], plot["unit"], plot["column"]) for plot in data["plots"]] == [("position", "m", "x"), ("effort", "N", "force")]
     facts, data = looked(text, **{"columns.position.unit": "mm"})
     assert read_axis(facts["axis_text"].encode()).columns["position"].unit == "mm"
 
 
 def test_before_an_axis_file_serves_its_columns_are_shown_as_recorded(looked):
-    facts, data = looked(
-        'schema = 1\n[columns]\ntime = "time"\nposition = "x"\neffort = { column = "force", unit = "?" }\n'
-    )
+    facts, data = looked('schema = 1\n[columns]\ntime = "time"\nposition = "x"\neffort = { column = "force", unit = "?" }\n')
     assert not facts["ready"]
     assert facts["missing"] == ["columns.effort.unit"]
-    assert [(plot["word"], plot["unit"]) for plot in data["plots"]] == [
-        ("position", "as recorded"), ("effort", "as recorded"),
-    ]  # fmt: skip
+    assert [(plot["word"], plot["unit"]) for plot in data["plots"]] == [("position", "as recorded"), ("effort", "as recorded")]
 
 
 @pytest.mark.parametrize(
     "columns",
     [
-        "columns = 3", 'columns = ["x"]', '[[columns]]\nposition = "x"', "[columns]\nposition = true",
-        '[columns]\nposition = ["x"]', '[columns]\nposition = { column = ["x"] }', "[columns]\nposition = 2020-01-01",
-        "[columns]\nposition = -2", '[columns]\ntime = 1.5\nposition = "x"',
-        '[columns]\nposition = { column = "x", unit = ["m"] }', '[effort]\nlag = 10:00:00\n[columns]\nposition = "x"',
+        "columns = 3",
+        'columns = ["x"]',
+        '[[columns]]\nposition = "x"',
+        "[columns]\nposition = true",
+        '[columns]\nposition = ["x"]',
+        '[columns]\nposition = { column = ["x"] }',
+        "[columns]\nposition = 2020-01-01",
+        "[columns]\nposition = -2",
+        '[columns]\ntime = 1.5\nposition = "x"',
+        '[columns]\nposition = { column = "x", unit = ["m"] }',
+        '[effort]\nlag = 10:00:00\n[columns]\nposition = "x"',
     ],
-)  # fmt: skip
+)
 def test_what_is_no_column_is_refused_as_at_a_terminal(looked, columns):
     text = f"schema = 1\n{columns}\n"
     with pytest.raises(InputError) as refused:

@@ -61,9 +61,7 @@ def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(ope
     (script,) = re.findall("<script>(.*?)</script>", answer.text)
     assert script == 'location.replace("/" + location.hash)'
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    assert answer.headers["content-security-policy"] == (
-        f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'"
-    )
+    assert answer.headers["content-security-policy"] == (f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'")
 
 
 def test_once_a_browser_has_come_the_file_is_gone_and_nobody_else_enters(opening, client):

@@ -13,9 +13,7 @@ HEAD = "{method} {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-bristle-token: {
 
 @pytest.fixture(scope="module")
 def server():
-    limits = Limits(
-        silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**26
-    )  # fmt: skip
+    limits = Limits(silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**26)
     with served(limits) as server:
         yield server
 

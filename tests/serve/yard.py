@@ -98,16 +98,18 @@ def lab_process(folder, *options, **environment):
     """Give a process of ``bristle lab --serve`` whose temporary folder this is, and what speaks to it once it does."""
     code = "import sys; from bristle.cli.main import main; sys.exit(main(['lab', '--serve', *sys.argv[1:]]))"
     process = subprocess.Popen(
-        [sys.executable, "-c", code, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-c", code, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {"TMPDIR": str(folder)} | environment,
-    )  # fmt: skip
+    )
     try:
         base, _, token = process.stdout.readline().strip().partition("/#")
         assert token, process.stderr.read()
         with httpx.Client(
-            base_url=base, headers={"x-bristle-token": token}, timeout=60, trust_env=False,
-            transport=httpx.HTTPTransport(retries=5),
-        ) as client:  # fmt: skip
+            base_url=base, headers={"x-bristle-token": token}, timeout=60, trust_env=False, transport=httpx.HTTPTransport(retries=5)
+        ) as client:
             yield process, client, token
     finally:
         process.kill()

@@ -34,15 +34,11 @@ STICKS = {
     "LuGre, pulled": (PULLED, friction.lugre(sigma_2=0.4, **CONTACT), np.zeros(COUNT)),
     "Stribeck, pulled": (PULLED, friction.stribeck(F_C=1.0, F_S=1.5, v_S=1e-2, F_v=0.0), np.zeros(COUNT)),
     "Coulomb, pushed to and fro": (plants.inertia(M=2.0), friction.coulomb(F_C=1.0), 3.0 * np.sign(np.sin(2.0 * TIME))),
-    "Dahl, on a spring": (
-        plants.oscillator(M=1.0, c=0.5, k=40.0), friction.dahl(F_C=1.0, sigma_0=1e3), 4.0 * np.sin(3.0 * TIME)
-    ),
-}  # fmt: skip
+    "Dahl, on a spring": (plants.oscillator(M=1.0, c=0.5, k=40.0), friction.dahl(F_C=1.0, sigma_0=1e3), 4.0 * np.sin(3.0 * TIME)),
+}
 
 
-@pytest.mark.parametrize("name", [
-    pytest.param(name, marks=[pytest.mark.slow] if name.startswith("Dahl") else []) for name in STICKS
-])  # fmt: skip
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] if name.startswith("Dahl") else []) for name in STICKS])
 def test_a_tolerance_holds_against_fine_steps_of_one_length(name):
     plant, model, effort = STICKS[name]
     exact = run_open_loop(plant, model, effort, DT, steps=FINE)

@@ -21,9 +21,8 @@ TOOTHED = {"M": 0.02, "motor_turn": 1.0, "motor_6_cos": 0.3, "motor_6_sin": -0.1
 def free_fall(effort_at, seconds, x):
     """The motion of a body of 0.02 kg*m^2 that begins at rest, by a method that shares nothing with the engine."""
     solution = solve_ivp(
-        lambda t, y: [y[1], -effort_at(y[0]) / 0.02], (0.0, seconds), [x, 0.0], "DOP853", rtol=1e-11, atol=1e-12,
-        t_eval=[seconds],
-    )  # fmt: skip
+        lambda t, y: [y[1], -effort_at(y[0]) / 0.02], (0.0, seconds), [x, 0.0], "DOP853", rtol=1e-11, atol=1e-12, t_eval=[seconds]
+    )
     return solution.y[0, -1]
 
 

@@ -88,9 +88,7 @@ def test_compensation_with_the_true_model_takes_most_of_the_error_away():
 def test_what_the_model_leaves_out_limits_what_it_gains():
     unseen = 3.0 * np.sin(40.0 * DT * np.arange(3000))
     clean = simulate(compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT))
-    disturbed = simulate(
-        compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, disturbance=unseen)
-    )
+    disturbed = simulate(compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, disturbance=unseen))
     assert disturbed.variants["compensated"].true_error.rms > 3.0 * clean.variants["compensated"].true_error.rms
 
 
@@ -143,9 +141,7 @@ def test_the_integral_does_not_wind_up_wherever_the_limit_is_told(spelling):
 
 
 def late(experiment, delay):
-    return replace(
-        experiment, variants=tuple(replace(one, run=replace(one.run, delay=delay)) for one in experiment.variants)
-    )
+    return replace(experiment, variants=tuple(replace(one, run=replace(one.run, delay=delay)) for one in experiment.variants))
 
 
 def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
@@ -162,7 +158,5 @@ def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
 
 
 def test_steps_of_the_integration_follow_the_sample_time():
-    assert [Run(duration=1.0, sample_time=one).substeps for one in (1e-4, 1e-3, 1.0000000000000009e-3, 4e-3)] == [
-        4, 4, 4, 16,
-    ]  # fmt: skip
+    assert [Run(duration=1.0, sample_time=one).substeps for one in (1e-4, 1e-3, 1.0000000000000009e-3, 4e-3)] == [4, 4, 4, 16]
     assert Run(duration=1.0, sample_time=4e-3, substeps=2).substeps == 2

@@ -44,11 +44,12 @@ def test_each_variant_is_a_table_with_units(simulated):
 
 def test_a_variant_of_a_turning_axis_has_its_units():
     parts = {
-        "plant": plants.inertia(kind="rotational", M=1e-3), "friction": friction.coulomb(kind="rotational", F_C=0.02),
+        "plant": plants.inertia(kind="rotational", M=1e-3),
+        "friction": friction.coulomb(kind="rotational", F_C=0.02),
         "controller": controllers.cascade(kind="rotational", k_p=50.0, k_v=0.2),
         "sensor": sensors.encoder(kind="rotational", resolution=1e-5),
         "reference": references.sine(kind="rotational", amplitude=0.1, frequency=5.0),
-    }  # fmt: skip
+    }
     only = Variant(name="base", **parts, feedforward=Feedforward(), run=Run(0.1, 1e-3))
     found = br.simulate(Experiment("turning", "rotational", (only,)))
     assert found.variants["base"].to_dict()["units"]["effort"] == "N*m"
@@ -112,9 +113,7 @@ def test_a_run_knows_the_kind_of_its_axis(turning):
     assert adaptive.kind == "translational"
     assert adaptive.to_dict()["steps"] == adaptive.steps
     lugre = friction.lugre(kind="rotational", **model.values)
-    turned = engine.run_adaptive(
-        plants.inertia(kind="rotational", M=2.0), lugre, np.full(20, 40.0), 1e-3, tolerance=1e-7
-    )
+    turned = engine.run_adaptive(plants.inertia(kind="rotational", M=2.0), lugre, np.full(20, 40.0), 1e-3, tolerance=1e-7)
     assert turned.kind == "rotational"
 
 
@@ -125,15 +124,8 @@ def test_a_state_goes_into_plain_data():
 
 def prediction(unit="m", **changes):
     metrics = {"force_error_percent": 12.5, "position_error_percent": None, "position_unit": unit}
-    given = {
-        "effort": np.cos(T),
-        "effort_predicted": np.cos(T) + 0.1,
-        "position": np.sin(T),
-        "position_predicted": None,
-    }
-    return Prediction(
-        mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**given, **changes}
-    )
+    given = {"effort": np.cos(T), "effort_predicted": np.cos(T) + 0.1, "position": np.sin(T), "position_predicted": None}
+    return Prediction(mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**given, **changes})
 
 
 def test_a_prediction_has_its_bands_in_its_table():

@@ -43,11 +43,15 @@ def test_a_plant_that_does_not_tell_its_effort_is_refused():
 def followed(**fed):
     """Root mean square of the following error of an arm [rad]."""
     variant = Variant(
-        "arm", ARM, GEARED, br.controllers.cascade(kind="rotational", k_p=15.0, k_v=1.0, k_i=2.0, k_ff=1.0),
+        "arm",
+        ARM,
+        GEARED,
+        br.controllers.cascade(kind="rotational", k_p=15.0, k_v=1.0, k_i=2.0, k_ff=1.0),
         br.sensors.encoder(kind="rotational", resolution=1e-6),
         br.references.sine(kind="rotational", amplitude=0.9, frequency=0.4),
-        Feedforward(mass=truth.J, plant=ARM, **fed), Run(duration=5.0, sample_time=DT, delay=1, settle=0.5),
-    )  # fmt: skip
+        Feedforward(mass=truth.J, plant=ARM, **fed),
+        Run(duration=5.0, sample_time=DT, delay=1, settle=0.5),
+    )
     return simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
 
 
@@ -60,9 +64,7 @@ def test_a_loop_follows_better_by_it_along_either_motion(along):
 def test_what_passes_along_the_measured_motion_is_that_of_the_plant_which_is_named():
     with_it = followed(friction=GEARED, along="measured", carries=ARM)
     assert with_it == pytest.approx(followed(friction=GEARED, along="measured"), rel=1e-6)
-    assert with_it < 0.9 * followed(
-        friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9)
-    )
+    assert with_it < 0.9 * followed(friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9))
 
 
 J, M, LEAD, TORQUE = 2e-3, 50.0, 0.02, 3.0

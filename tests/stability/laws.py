@@ -43,9 +43,7 @@ def start(measured, velocity, acceleration, dt, p):
     return State(measured, velocity, 0)
 
 
-LAYERED = Controller(
-    name="layered", description="stronger inside a layer", Parameters=Parameters, State=State, step=step, start=start
-)
+LAYERED = Controller(name="layered", description="stronger inside a layer", Parameters=Parameters, State=State, step=step, start=start)
 
 
 def rig(delay, *, slope=340.0, gain=340.0, switching=5e3 * RADIAN, layer=20.0 * RADIAN, limit=1.0, model=None):

@@ -106,9 +106,12 @@ def by_transfer_functions(k_p, k_v, mass, dt, delay):
 def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
     dt, mass, k_p = 1e-3, 30.0, 40.0
     variant = replace(
-        rig(0), plant=plants.inertia(M=mass), friction=friction.coulomb(F_C=1.0),
-        controller=controllers.cascade(k_p=k_p, k_v=k_v), run=Run(8.0, dt, delay=delay),
-    )  # fmt: skip
+        rig(0),
+        plant=plants.inertia(M=mass),
+        friction=friction.coulomb(F_C=1.0),
+        controller=controllers.cascade(k_p=k_p, k_v=k_v),
+        run=Run(8.0, dt, delay=delay),
+    )
     found = assess(variant).bare[0]
     over, under = by_transfer_functions(k_p, k_v, mass, dt, delay)
     expected = np.roots(np.polyadd(under, over))
@@ -151,14 +154,29 @@ def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
     film, guide = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=300.0)
     law, moved = controllers.cascade(kind="rotational", k_p=40.0, k_v=0.02), 1e-3
     variant = replace(
-        rig(0), plant=screw, friction=film, table=guide, sensor_at=side, controller=law,
+        rig(0),
+        plant=screw,
+        friction=film,
+        table=guide,
+        sensor_at=side,
+        controller=law,
         run=Run(1.0, 5e-4, substeps=10, delay=1, current_lag=2e-4),
-    )  # fmt: skip
+    )
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(
-        screw, film, law, encoder(kind="rotational"), np.zeros((4, 300)), 5e-4, table=guide, sensor_at=side, steps=10,
-        delay=1, lag=2e-4, x=moved,
-    )  # fmt: skip
+        screw,
+        film,
+        law,
+        encoder(kind="rotational"),
+        np.zeros((4, 300)),
+        5e-4,
+        table=guide,
+        sensor_at=side,
+        steps=10,
+        delay=1,
+        lag=2e-4,
+        x=moved,
+    )
     body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0]
     body[0] = body[2] = moved
     seen = trace.position if side == "load" else trace.motor_position
@@ -172,9 +190,7 @@ def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
 
 def test_a_loop_closed_behind_a_screw_stands_less_gain_than_one_at_the_motor():
     screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
-    variant = replace(
-        rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4)
-    )
+    variant = replace(rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4))
     gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
     assert gains[0] > 1.3 * gains[1] > 0.0
 
@@ -184,9 +200,7 @@ def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():
     # are: poles at 1 that say nothing of the loop.
     law = controllers.cascade(k_p=40.0, k_v=3000.0)
     pulled = plants.pulled_inertia(M=30.0, k=0.0, v_e=1e-3)
-    variants = [
-        replace(rig(0), plant=one, controller=law, run=Run(1.0, 1e-3)) for one in (plants.inertia(M=30.0), pulled)
-    ]
+    variants = [replace(rig(0), plant=one, controller=law, run=Run(1.0, 1e-3)) for one in (plants.inertia(M=30.0), pulled)]
     radii = [assess(one).bare[0].loop.spectral_radius for one in variants]
     assert radii[1] == pytest.approx(radii[0], rel=1e-6)
     assert radii[0] < 0.99
@@ -230,15 +244,15 @@ def test_a_film_is_no_spring():
     assert stuck.k == 0.0
     assert stuck.c == pytest.approx(200.0)
     assert {one.friction for one in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
-        Friction.NONE, Friction.SLIDING,
-    }  # fmt: skip
+        Friction.NONE,
+        Friction.SLIDING,
+    }
 
 
 def test_an_offset_and_two_sides_are_no_slope():
     shifted = friction.find("lugre+asymmetry")(
-        kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0,
-        sigma_1=0.05, offset=0.005,
-    )  # fmt: skip
+        kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0, sigma_1=0.05, offset=0.005
+    )
     assert stiffness_at_rest(shifted, 5e-4).k == pytest.approx(30.0, rel=1e-6)
 
 

@@ -19,9 +19,8 @@ PATIENCE = 60.0  # [s]
 def begun(study, out, *options):
     """Return the command, begun as a process."""
     return subprocess.Popen(
-        [sys.executable, "-c", COMMAND, "study", study, "--out", out, *options],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-    )  # fmt: skip
+        [sys.executable, "-c", COMMAND, "study", study, "--out", out, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
 
 
 def children(pid):
@@ -107,8 +106,7 @@ class DaskCluster:
     def __init__(self, folder, **environment):
         self.folder, self.processes = folder, []
         at = folder / "scheduler.json"
-        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at,
-                                    **environment)  # fmt: skip
+        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at, **environment)
         self.address = until(lambda: self._address(at), "a scheduler")
 
     @staticmethod
@@ -119,17 +117,19 @@ class DaskCluster:
 
     def _dask(self, *arguments, **environment):
         process = subprocess.Popen(
-            [sys.executable, "-m", "dask", *arguments, "--no-dashboard"], env=os.environ | environment,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.folder,
-        )  # fmt: skip
+            [sys.executable, "-m", "dask", *arguments, "--no-dashboard"],
+            env=os.environ | environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            cwd=self.folder,
+        )
         self.processes.append(process)
         return process
 
     def worker(self, *options, **environment):
         """Let a worker join; return its process."""
         folder = self.folder / f"worker_{len(self.processes)}"
-        return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options,
-                          **environment)  # fmt: skip
+        return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options, **environment)
 
     @contextmanager
     def stranger(self, path):

@@ -124,9 +124,7 @@ def test_what_a_study_reads_travels_with_it_and_its_code_is_told(own_study, benc
         (bench.folder / name).unlink()
     told = []
     with pytest.warns(InputWarning, match=r"the code in own.py \(SHA-256 [0-9a-f]{64}\) is run on every worker of tcp"):
-        run_study(
-            own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: told.append(text)
-        )
+        run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: told.append(text))
     assert content(bench.folder / "there") == content(bench.folder / "here")
     assert len(content(bench.folder / "there")) == 3
     assert told[-1] == "6 of 6 runs, 1 s left, 2 workers"
@@ -150,9 +148,7 @@ def test_a_worker_that_cannot_load_bristle_is_refused(bench, dask, tmp_path):
             run_study(bench.study(), bench.folder / "out", scheduler=dask.address)
     own, said = remote.described(), str(refused.value)
     assert said.startswith("tcp://127.0.0.1:")
-    assert (
-        "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.remo" in said
-    )
+    assert "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.remo" in said
     assert f"allowed bristle {own['bristle']}, code {own['code']}. Install the same" in said
     assert numbers(bench.folder / "out") == []
 
@@ -163,9 +159,7 @@ def test_a_worker_of_another_version_that_joins_later_gets_no_runs(bench, dask, 
     with Cluster(study, dask.address) as cluster, dask.stranger(path):
         with pytest.warns(InputWarning, match=r"has another bristle; found 'bristle 0\.0\.9, code .*it gets no runs"):
             until(lambda: cluster._look() or cluster._roster.unfit, "the stranger")
-        assert [block.first for block, _ in sorted(cluster.results(study.blocks), key=lambda pair: pair[0].first)] == [
-            0, 4, 8,
-        ]  # fmt: skip
+        assert [block.first for block, _ in sorted(cluster.results(study.blocks), key=lambda pair: pair[0].first)] == [0, 4, 8]
         # One that a test before has ended may still be on its way back.
         until(lambda: cluster._look() or cluster.workers == 2, "the two that fit")
 
@@ -225,8 +219,9 @@ def test_where_no_scheduler_answers_that_is_told_at_once(bench, deaf, monkeypatc
         assert f"Start one, dask scheduler --port 8786, and workers: dask worker {address}" in str(refused.value)
 
 
-@pytest.mark.parametrize("text", ["big-machine:8786", "tcp://big-machine", "tcp://:8786", "tcp://a:0", "tcp://a:65536",
-                                  "http://a:80", "tcp://a b:80", ""])  # fmt: skip
+@pytest.mark.parametrize(
+    "text", ["big-machine:8786", "tcp://big-machine", "tcp://:8786", "tcp://a:0", "tcp://a:65536", "http://a:80", "tcp://a b:80", ""]
+)
 def test_what_is_no_address_is_refused(text):
     with pytest.raises(InputError, match=r"is no address of a scheduler; found .* allowed tcp://HOST:PORT"):
         host_and_port(text)
@@ -290,8 +285,7 @@ def test_ctrl_c_keeps_what_is_written_and_takes_back_the_rest(slow_bench, dask):
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=60.0)[1].decode()
     assert process.returncode == 130
-    assert said.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on",
-                                 "bristle: interrupted"]  # fmt: skip
+    assert said.splitlines() == [f"bristle: {out} keeps the runs that are done; the same command goes on", "bristle: interrupted"]
     assert len(content(out)) < 100
     with distributed.Client(dask.address, set_as_default=False) as client:
         until(lambda: not any(client.processing().values()), "workers without work")

@@ -16,9 +16,13 @@ def runs_of(function, sampling, status="ok"):
     columns |= {name: drawn[:, place] for place, name in enumerate(names)}
     roles = {name: {"role": "drawn", "unit": ""} for name in names}
     described = {
-        "draws": sampling.count, "sobol_indices": sampling.indices, "causes": {name: [name] for name in names},
-        "metrics": ["f"], "grid": {}, "columns": roles | {"f": {"role": "metric", "unit": ""}},
-    }  # fmt: skip
+        "draws": sampling.count,
+        "sobol_indices": sampling.indices,
+        "causes": {name: [name] for name in names},
+        "metrics": ["f"],
+        "grid": {},
+        "columns": roles | {"f": {"role": "metric", "unit": ""}},
+    }
     return Runs(described, columns)
 
 

@@ -40,11 +40,7 @@ def test_killed_workers_and_a_killed_parent_lose_and_double_nothing(slow_bench):
     assert ran.before >= before
     assert numbers(out) == list(range(160))
     assert content(out) == content(bench.folder / "undisturbed")
-    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [
-        ".bristle-results",
-        "runs",
-        "study.json",
-    ]
+    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [".bristle-results", "runs", "study.json"]
     assert not (out / ".partial").exists()
 
 
@@ -133,9 +129,7 @@ def test_any_number_of_workers_writes_the_same_bytes(bench, workers):
     for count in (1, workers):
         run_study(study, bench.folder / f"out_{count}", workers=count)
     assert content(bench.folder / f"out_{workers}") == content(bench.folder / "out_1")
-    assert (bench.folder / f"out_{workers}" / "study.json").read_bytes() == (
-        bench.folder / "out_1" / "study.json"
-    ).read_bytes()
+    assert (bench.folder / f"out_{workers}" / "study.json").read_bytes() == (bench.folder / "out_1" / "study.json").read_bytes()
 
 
 @pytest.mark.slow
@@ -146,9 +140,7 @@ def test_thirty_kills_in_two_hundred_blocks(slow_bench):
     assert len(study.blocks) == 200
     file, out = bench.folder / "study.toml", bench.folder / "out"
     run_study(study, bench.folder / "undisturbed", workers=2)
-    fallen = siege(
-        lambda: begun(file, out, "--workers", "2"), lambda process: children(process.pid), kills=30, longest=0.7
-    )
+    fallen = siege(lambda: begun(file, out, "--workers", "2"), lambda process: children(process.pid), kills=30, longest=0.7)
     assert sum(fallen.values()) >= 15, "the study was over before it was disturbed"
     assert run_study(study, out, workers=2).is_whole
     assert numbers(out) == list(range(800))

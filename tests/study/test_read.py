@@ -30,12 +30,8 @@ traces = "worst 2"
 def test_a_study_says_what_varies_and_what_is_kept(bench):
     study = bench.study(LOOPS)
     assert study.count == 16
-    assert study.units == {
-        "controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": "",
-    }  # fmt: skip
-    assert [metric.column for metric in study.metrics] == [
-        "plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak",
-    ]  # fmt: skip
+    assert study.units == {"controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": ""}
+    assert [metric.column for metric in study.metrics] == ["plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak"]
     assert study.worst == 2
     values = study.values(Block(0, 16))
     assert np.all((values["controller.k_p"] >= 40.0) & (values["controller.k_p"] <= 160.0))
@@ -70,31 +66,29 @@ sample_time = "1 ms"
 
 
 CHANGES = {
-    "misspelt": (('runs = 12', 'rums = 12'), r"rums: unknown key.*Did you mean 'runs'"),
+    "misspelt": (("runs = 12", "rums = 12"), r"rums: unknown key.*Did you mean 'runs'"),
     "no experiment": (('experiment = "rig.toml"', ""), r"experiment: needs an experiment"),
     "no file": (('"rig.toml"', '"rug.toml"'), r"rug\.toml"),
     "no runs": (("runs = 12", ""), r"runs: is missing.*Write runs = 1000"),
     "runs": (("runs = 12", "runs = 0"), r"runs: .*found 0, allowed a whole number, 1 to"),
     "seed": (("seed = 7", "seed = -1"), r"seed: .*found -1"),
     "sampling": (("seed = 7", 'seed = 7\nsampling = "sobel"'), r"sampling: .*Did you mean 'sobol'"),
-    "parameter": (('friction.F_C', 'friction.F_c'), r"vary\.\"friction\.F_c\": .*Did you mean 'F_C'"),
-    "section": (('friction.F_C', 'frition.F_C'), r"allowed a key below .*Did you mean 'friction'"),
+    "parameter": (("friction.F_C", "friction.F_c"), r"vary\.\"friction\.F_c\": .*Did you mean 'F_C'"),
+    "section": (("friction.F_C", "frition.F_C"), r"allowed a key below .*Did you mean 'friction'"),
     "unit": (('"1 N", "0.1 N"', '"1 mm", "0.1 N"'), r"friction\.F_C\"\.normal\[0\]"),
     "range": (('"0.8 kg", "1.2 kg"', '"-1 kg", "1.2 kg"'), r"uniform\[0\]: .*allowed"),
     "order": (('"0.8 kg", "1.2 kg"', '"1.2 kg", "0.8 kg"'), r"uniform\[1\]: must be above"),
     "deviation": (('"0.1 N"]', '"0 N"]'), r"normal\[1\]: must be positive"),
     "distribution": (("normal", "normale"), r"normale: is no distribution.*Did you mean 'normal'"),
-    "one number": (("normal = [\"1 N\", \"0.1 N\"]", "normal = [1.0]"), r"allowed two values"),
+    "one number": (('normal = ["1 N", "0.1 N"]', "normal = [1.0]"), r"allowed two values"),
     "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
     "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varied twice"),
-    "seed varied": (('plant.M', 'friction.seed'), r"seed"),
+    "seed varied": (("plant.M", "friction.seed"), r"seed"),
     "traces": (("[keep]", '[keep]\ntraces = "best 3"'), r"keep\.traces: .*allowed \"worst 0\""),
     "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
-    "grid with indices": (
-        ("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn, and no grid",
-    ),
+    "grid with indices": (("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'), r"drawn, and no grid"),
     "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CHANGES)
@@ -121,6 +115,4 @@ def test_a_loop_whose_sensor_is_noisy_varies_by_itself(bench):
 def test_the_block_follows_from_the_study_alone(bench):
     plain = bench.study(block=("block = 4", ""))
     assert plain.block == bench.study(block=("block = 4", "")).block
-    assert (
-        read_study_file(bench.write(runs=("runs = 12", "runs = 100000"), block=("block = 4", ""))).block > plain.block
-    )
+    assert read_study_file(bench.write(runs=("runs = 12", "runs = 100000"), block=("block = 4", ""))).block > plain.block

@@ -47,9 +47,7 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
     bench.rig(substeps=1)
     study = bench.study(EVERY, runs=("runs = 12", "runs = 64"), block=("block = 4", "block = 40"))
     in_lanes = []
-    monkeypatch.setattr(
-        "bristle.engine.batch._Batch.in_lanes", lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a)
-    )
+    monkeypatch.setattr("bristle.engine.batch._Batch.in_lanes", lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a))
     block = Block(1, 41)
     assert same(Simulator(study).columns(block), Simulator(study, batches=False).columns(block))
     assert len(in_lanes) == 1

@@ -47,14 +47,15 @@ def test_files_hold_the_runs_with_their_units(bench):
     study = bench.study()
     run_study(study, bench.folder / "out", workers=1)
     table = pyarrow.parquet.read_table(bench.folder / "out" / "runs" / "0000000004.parquet")
-    assert table.column_names == [
-        "run", "seed", "status", "reason", "friction.F_C", "plant.M", "motion.peak_to_peak", "effort.rms",
-    ]  # fmt: skip
+    assert table.column_names == ["run", "seed", "status", "reason", "friction.F_C", "plant.M", "motion.peak_to_peak", "effort.rms"]
     assert table["run"].to_pylist() == [4, 5, 6, 7]
     assert table["reason"].to_pylist() == [None] * 4
     assert {field.name: field.metadata[b"unit"] for field in table.schema if field.metadata} == {
-        "friction.F_C": b"N", "plant.M": b"kg", "motion.peak_to_peak": b"m", "effort.rms": b"N",
-    }  # fmt: skip
+        "friction.F_C": b"N",
+        "plant.M": b"kg",
+        "motion.peak_to_peak": b"m",
+        "effort.rms": b"N",
+    }
 
 
 def test_a_damaged_file_is_simulated_again(bench):
@@ -280,9 +281,7 @@ with opened(Path(sys.argv[2]), read_study_file(sys.argv[1]), {}):
 @pytest.mark.skipif(os.name == "nt", reason="locks of POSIX")
 def test_one_process_at_a_time_and_the_lock_of_a_dead_one_is_none(bench):
     study, out = bench.study(), bench.folder / "out"
-    with subprocess.Popen(
-        [sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE
-    ) as holder:  # fmt: skip
+    with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
         with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) writes there"):
             run_study(study, out, workers=1)

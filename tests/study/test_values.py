@@ -85,12 +85,10 @@ def fit_in(folder):
 def test_joint_draws_keep_the_correlations_of_the_fit(bench):
     draws = fit_in(bench.folder / "results")
     study = bench.study(
-        STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
-                      '"friction" = { from = "results", draws = "bootstrap" }')
-        .replace('"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }',
-                 '"plant" = { from = "results", draws = "bootstrap" }')
+        STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
+        .replace('"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }', '"plant" = { from = "results", draws = "bootstrap" }')
         .replace("runs = 12", "runs = 20000")
-    )  # fmt: skip
+    )
     assert [cause.name for cause in study.causes] == ["results"]
     assert study.units == {"friction.F_C": "N", "friction.sigma_2": "N*s/m", "plant.M": "kg"}
     values = study.values(Block(0, 20000))
@@ -107,9 +105,8 @@ def test_draws_of_another_model_are_refused(bench):
         (bench.folder / "rig.toml").read_text().replace('"lugre"', '"coulomb_viscous"').split("F_S")[0]
         + 'F_v = "1 N*s/m"\n[effort]\nmodel = "constant"\nlevel = 2.0\n'
         + '[run]\nduration = "0.1 s"\nsample_time = "1 ms"\n'
-    )  # fmt: skip
+    )
     with pytest.raises(ValueError, match="the fit is of lugre, translational, and the experiment has coulomb_v"):
         bench.study(
-            STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
-                          '"friction" = { from = "results", draws = "bootstrap" }')
-        )  # fmt: skip
+            STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
+        )

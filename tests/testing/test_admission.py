@@ -70,8 +70,7 @@ def test_friction_that_drives_is_warned_of(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("new", "said"),
-    [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")],
+    ("new", "said"), [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")]
 )
 def test_what_does_not_compile_is_a_fault_of_the_file_and_not_of_bristle(tmp_path, new, said):
     model = edited(tmp_path, SPEED, f"    {new}\n")(F_C=20.0, F_q=125.0)

@@ -78,10 +78,8 @@ def test_each_result_is_there_to_be_drawn(takes):
         (figure_of(changed(lambda figure, axes, log: 3)), "draws each kind", "returned a int and no Figure"),
         (figure_of(changed(lambda figure, axes, log: log.nothing)), "draws each kind", "AttributeError"),
         (
-            figure_of(
-                changed(lambda figure, axes, result: result.best.traces.measured.__setitem__(0, 1.0)),
-                takes="identification",
-            ), "draws each kind",
+            figure_of(changed(lambda figure, axes, result: result.best.traces.measured.__setitem__(0, 1.0)), takes="identification"),
+            "draws each kind",
             "assignment destination is read-only",
         ),
         (figure_of(changed(lambda figure, axes, log: axes.lines[0].remove())), "shows numbers", "nothing is drawn"),
@@ -89,15 +87,17 @@ def test_each_result_is_there_to_be_drawn(takes):
         (figure_of(changed(lambda figure, axes, log: axes.set_xlabel("") and None)), "labelled axes", "has no label"),
         (
             figure_of(changed(lambda figure, axes, log: axes.text(0.5, -0.9, "a text too low", rotation=3) and None)),
-            "legible texts", "'a text too low'",
+            "legible texts",
+            "'a text too low'",
         ),
         (
             figure_of(changed(lambda figure, axes, log: axes.plot([0.0, next(COUNT)], [0.0, 1.0]) and None)),
-            "same figure twice", "the second drawing differs",
+            "same figure twice",
+            "the second drawing differs",
         ),
         (figure_of(changed(by_pyplot)), "nothing left open", "pyplot keeps the figure"),
     ],
-)  # fmt: skip
+)
 def test_each_fault_is_told(figure, demand, said):
     missed = unmet(figure)
     assert [name for name, _ in missed] == [demand]

@@ -85,6 +85,4 @@ def test_the_numbers_that_the_figure_draws_are_those_of_the_changes(found):
     drawn = [as_csv(panel) for panel in numbers_of(found.plot())]
     assert len(drawn) == 6
     rows = [line for line in drawn[-1].splitlines() if ",change,points," in line]
-    assert [float(row.split(",")[5]) for row in rows] == pytest.approx(
-        [change.change_percent for change in found.changes.values()]
-    )
+    assert [float(row.split(",")[5]) for row in rows] == pytest.approx([change.change_percent for change in found.changes.values()])

@@ -76,9 +76,7 @@ def test_columns_give_what_the_log_of_them_gives(columns, found):
 def test_a_data_frame_gives_the_same(columns, found):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0)
-    assert {name: one.value for name, one in again.parameters.items()} == {
-        name: one.value for name, one in found.parameters.items()
-    }
+    assert {name: one.value for name, one in again.parameters.items()} == {name: one.value for name, one in found.parameters.items()}
     table = found.to_dataframe()
     assert table.loc["M", "value"] == found.parameters["M"].value
     assert (table.loc["M", "low"], table.loc["M", "high"]) == found.parameters["M"].interval
@@ -158,9 +156,7 @@ def test_without_pyarrow_draws_are_npz(found, tmp_path, monkeypatch):
 
 def test_the_folder_holds_what_others_need(found, folder):
     table = br.read_axis(folder / "axis.toml")
-    assert {name: one.name for name, one in table.columns.items()} == {
-        name: name for name in ("time", "position", "effort")
-    }
+    assert {name: one.name for name, one in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
     curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
     F_C, F_v = found.model.F_C, found.model.F_v
     assert np.all(np.diff(curve[:, 0]) >= 0.0)

@@ -135,18 +135,19 @@ def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
     import bristle.workflow.identified as identified
 
     whole = identified.models_fitted
-    monkeypatch.setattr(
-        identified, "models_fitted", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted")
-    )
+    monkeypatch.setattr(identified, "models_fitted", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))
     with pytest.raises(KeyboardInterrupt):
         br.prepare(rig)
     assert list((rig.parent / "rig_identified").iterdir()) == []
 
 
 def test_what_is_judged_may_change_without_another_fit(copied):
-    copied.write_text(RIG.replace("[compare.identified.controller.feedforward]",
-                                  '[compare.identified.run]\nduration = "2 s"\n\n'
-                                  "[compare.identified.controller.feedforward]"))  # fmt: skip
+    copied.write_text(
+        RIG.replace(
+            "[compare.identified.controller.feedforward]",
+            '[compare.identified.run]\nduration = "2 s"\n\n[compare.identified.controller.feedforward]',
+        )
+    )
     assert br.prepare(copied)[0].best is None
 
 
@@ -173,8 +174,11 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
         columns = np.column_stack([t, np.cumsum(v) * 1e-3, effort])
         np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],position [m],effort [N]", comments="")
 
-    rig.write_text(RIG.replace('excite = "learning"', 'log = "log.csv"').replace(
-        re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.identified)", RIG, re.DOTALL)[0], ""))  # fmt: skip
+    rig.write_text(
+        RIG.replace('excite = "learning"', 'log = "log.csv"').replace(
+            re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.identified)", RIG, re.DOTALL)[0], ""
+        )
+    )
     for level in (15.0, 18.0):
         record(level)
         assert br.prepare(rig)[0].best is not None
@@ -189,11 +193,7 @@ def test_a_log_is_fitted_and_another_one_again(rig, tmp_path):
         ('excite = "learning"', "", "identify.axis_x: needs something to be fitted to"),
         ('excite = "learning"', 'excite = "identified"', "is excited before there is a model"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
-        (
-            'identified = "axis_x"',
-            'identified = "axis_y"',
-            r"friction\.identified.*not identified in this file.*axis_x",
-        ),
+        ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*not identified in this file.*axis_x"),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),
         ('identified = "axis_x"', 'identified = "axis_x"', "identify.axis_x: is not identified.*bristle run"),
     ],
@@ -217,8 +217,7 @@ def test_a_study_takes_what_was_identified(copied, tmp_path):
 
     study = tmp_path / "study.toml"
     study.write_text(
-        f'schema = 1\nexperiment = "{copied}"\nruns = 3\nseed = 1\n[vary]\n'
-        '"friction.F_C" = { uniform = ["18 N", "22 N"] }\n'
+        f'schema = 1\nexperiment = "{copied}"\nruns = 3\nseed = 1\n[vary]\n"friction.F_C" = {{ uniform = ["18 N", "22 N"] }}\n'
     )
     assert {v.name for v in read_study_file(study).experiment.variants} == {"base", "identified"}
     copied.write_text(RIG.replace('F_C = "20 N"', 'F_C = "26 N"'))

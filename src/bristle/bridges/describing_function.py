@@ -108,8 +108,12 @@ class DescribingFunction(DescribingFunctionNonlinearity):
             if abs(last - before) <= SETTLED * abs(last):
                 return complex(last)
             cycles *= 4
-        raise InputError(f"the loop of {self.friction.name} still changes after {MOST_CYCLES} cycles", path="A",
-                         value=A, mend="Look at bristle.check(model): it may drift")  # fmt: skip
+        raise InputError(
+            f"the loop of {self.friction.name} still changes after {MOST_CYCLES} cycles",
+            path="A",
+            value=A,
+            mend="Look at bristle.check(model): it may drift",
+        )
 
     def _harmonics(self, amplitude: float, cycles: int) -> np.ndarray:
         """Return the harmonic of each cycle over the amplitude, the first one begun with a virgin contact."""

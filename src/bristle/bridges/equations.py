@@ -24,13 +24,7 @@ Equations = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
 
 
 def axis_equations(plant: Model, friction: Model) -> Equations:
-    """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction.
-
-    Raises
-    ------
-    InputError
-        If plant or friction have no rate, with the reason.
-    """
+    """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction."""
     if plant.component.rate is None:
         raise InputError("has no rate, so it is no differential equation", path="plant", value=plant.name, mend=SAMPLED)
     body, contact, rate = Instance(plant), Instance(friction), _rate_of(friction)
@@ -46,13 +40,7 @@ def axis_equations(plant: Model, friction: Model) -> Equations:
 
 
 def contact_equations(friction: Model) -> Equations:
-    """Return the equations of friction under a velocity: the state is the position, then that of the friction.
-
-    Raises
-    ------
-    InputError
-        If the friction has no rate, with the reason.
-    """
+    """Return the equations of friction under a velocity: the state is the position, then that of the friction."""
     contact, rate, p = Instance(friction), _rate_of(friction), friction.parameters
     load = unpacker(contact.structures[1], 1)
 
@@ -70,19 +58,25 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
     if not is_static(friction):
         if not friction.component.memory_size(friction.parameters):
             raise InputError(
-                "has no `rate`, so it is no differential equation", path="friction", value=friction.name,
+                "has no `rate`, so it is no differential equation",
+                path="friction",
+                value=friction.name,
                 mend=f"{SAMPLED}. A smooth model of your own may have `rate(state, motion, p) -> (force, d_state)`",
-            )  # fmt: skip
+            )
         raise InputError(
             "remembers in jumps, where its motion turns or an element slips, so it is no differential equation",
-            path="friction", value=friction.name, mend=SAMPLED,
-        )  # fmt: skip
+            path="friction",
+            value=friction.name,
+            mend=SAMPLED,
+        )
     forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
     if forward != backward:
         raise InputError(
-            "jumps at rest and holds with any force in between, so it is no differential equation", path="friction",
-            value=friction.name, mend=SAMPLED,
-        )  # fmt: skip
+            "jumps at rest and holds with any force in between, so it is no differential equation",
+            path="friction",
+            value=friction.name,
+            mend=SAMPLED,
+        )
     return _static_rate
 
 

@@ -74,12 +74,21 @@ class FrictionRegressor:
     _estimator_type = "regressor"
 
     def __init__(
-        self, model: str | FrictionModel | Sequence[str | FrictionModel] = "coulomb_viscous", *,
-        axis: Axis | str | PathLike[str] | None = None, cutoff: float | str | None = None,
-        decimation: int | None = None, blocks: int | None = None, offset: float | str | None = None,
-        mass: float | str | None = None, free: str | Sequence[str] = (), draws: int = 0, method: str | None = None,
-        global_search: bool | None = None, settings: Settings | Mapping[str, float] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        model: str | FrictionModel | Sequence[str | FrictionModel] = "coulomb_viscous",
+        *,
+        axis: Axis | str | PathLike[str] | None = None,
+        cutoff: float | str | None = None,
+        decimation: int | None = None,
+        blocks: int | None = None,
+        offset: float | str | None = None,
+        mass: float | str | None = None,
+        free: str | Sequence[str] = (),
+        draws: int = 0,
+        method: str | None = None,
+        global_search: bool | None = None,
+        settings: Settings | Mapping[str, float] | None = None,
+    ) -> None:
         # scikit-learn clones by these very objects: they are kept as they are, and looked at by `fit`.
         self.model, self.axis = model, axis
         self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
@@ -106,8 +115,7 @@ class FrictionRegressor:
         names = list(_signature())
         for name, value in params.items():
             if name not in names:
-                raise InputError("is no parameter of the regressor", path=name, allowed=", ".join(names),
-                                 mend=did_you_mean(name, names))  # fmt: skip
+                raise InputError("is no parameter of the regressor", path=name, allowed=", ".join(names), mend=did_you_mean(name, names))
             setattr(self, name, value)
         return self
 
@@ -162,8 +170,7 @@ class FrictionRegressor:
         identified = self._fitted()
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
-            raise InputError("has another number of columns than in fit", path="X", value=len(columns),
-                             allowed=str(self.n_features_in_))  # fmt: skip
+            raise InputError("has another number of columns than in fit", path="X", value=len(columns), allowed=str(self.n_features_in_))
         # The delay is that of an effort: without one, nothing is moved, and no sample lost.
         log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
         # What is to be predicted is not known: rows are treated as those of a log whose effort is zero.
@@ -206,9 +213,12 @@ class FrictionRegressor:
         from sklearn.utils import InputTags, RegressorTags, Tags, TargetTags
 
         return Tags(
-            estimator_type="regressor", target_tags=TargetTags(required=True), regressor_tags=RegressorTags(),
-            input_tags=InputTags(two_d_array=True), requires_fit=True,
-        )  # fmt: skip
+            estimator_type="regressor",
+            target_tags=TargetTags(required=True),
+            regressor_tags=RegressorTags(),
+            input_tags=InputTags(two_d_array=True),
+            requires_fit=True,
+        )
 
     def _fitted(self) -> Identified:
         if not self.__sklearn_is_fitted__():
@@ -234,13 +244,18 @@ def _columns_of(X: Any) -> dict[str, np.ndarray]:
     if is_table(X):
         names = [name for name in COLUMNS if name in list(X)]
         if names[:2] != list(COLUMNS[:2]):
-            raise InputError("lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS),
-                             mend="Call its columns time and position, in SI")  # fmt: skip
+            raise InputError(
+                "lacks a column", path="X", value=list(X), allowed=", ".join(COLUMNS), mend="Call its columns time and position, in SI"
+            )
         return _in_order({name: np.asarray(X[name], dtype=float) for name in names})
     values = array(ndim=2, least=1)(X, "X", None)
     if values.shape[1] not in (2, 3):
-        raise InputError("must have the columns time and position, and velocity where there is one", path="X",
-                         value=values.shape, allowed="shape (sample, 2) or (sample, 3)")  # fmt: skip
+        raise InputError(
+            "must have the columns time and position, and velocity where there is one",
+            path="X",
+            value=values.shape,
+            allowed="shape (sample, 2) or (sample, 3)",
+        )
     return _in_order(dict(zip(COLUMNS, np.ascontiguousarray(values.T), strict=False)))
 
 
@@ -249,9 +264,12 @@ def _in_order(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     backward = np.flatnonzero(np.diff(columns["time"]) < 0.0)
     if backward.size:
         raise InputError(
-            "has rows that run backward in time", path="X", value=f"row {int(backward[0]) + 1}",
-            allowed="rows in order of time", mend="Sort X and y by the time; leave shuffle=False in splits",
-        )  # fmt: skip
+            "has rows that run backward in time",
+            path="X",
+            value=f"row {int(backward[0]) + 1}",
+            allowed="rows in order of time",
+            mend="Sort X and y by the time; leave shuffle=False in splits",
+        )
     return columns
 
 
@@ -271,7 +289,9 @@ def _at_rows(time: np.ndarray, dataset: Dataset, efforts: Sequence[np.ndarray], 
     left_out = np.flatnonzero(np.isnan(predicted))
     if left_out.size:
         raise InputError(
-            f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still", path="X",
-            value=f"row {left_out[0]}, {time[left_out[0]]:g} s", mend="Leave those rows out, or give longer stretches",
-        )  # fmt: skip
+            f"{left_out.size} rows lie in stretches that are too short for the filter, or stand still",
+            path="X",
+            value=f"row {left_out[0]}, {time[left_out[0]]:g} s",
+            mend="Leave those rows out, or give longer stretches",
+        )
     return predicted

@@ -47,8 +47,7 @@ class FrictionSystem(NonlinearIOSystem):
     def __str__(self) -> str:
         # python-control would print functions that tell nobody anything.
         signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
-        lines = [f"{head}: {', '.join(_with_unit(name, self.units) for name in names)}"
-                 for head, names in signals.items()]  # fmt: skip
+        lines = [f"{head}: {', '.join(_with_unit(name, self.units) for name in names)}" for head, names in signals.items()]
         time = "differential equation" if self.dt == 0 else f"sampled every {self.dt:g} s"
         on = f" on {self.plant}" if self.plant is not None else ""
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
@@ -58,9 +57,7 @@ def _with_unit(name: str, units: dict[str, str]) -> str:
     return f"{name} [{units[name]}]" if name in units else name
 
 
-@guarded(
-    friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT),
-)  # fmt: skip
+@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
 def to_control(
     friction: Model, plant: Model | None = None, *, dt: Amount | None = None, steps: int = 1, name: str | None = None
 ) -> FrictionSystem:
@@ -123,9 +120,7 @@ def to_control(
     virgin = _virgin_state(friction, len(plant.component.State._fields) if plant else 1, len(states))
     following, output = _functions_of(advance, virgin, len(outputs) - 1, is_sampled=dt is not None)
     called = friction.name.replace("+", "_") if name is None else name
-    system = FrictionSystem(
-        following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0
-    )
+    system = FrictionSystem(following, output, inputs=inputs, outputs=outputs, states=list(states), name=called, dt=dt or 0)
     system.friction, system.plant = friction, plant
     signals = {signal: unit_of(QUANTITIES[signal], friction.kind) for signal in (*inputs, *outputs)}
     system.units = states | signals
@@ -136,17 +131,14 @@ def _refuse_misfits(friction: Model, plant: Model | None, dt: float | None, step
     if plant is not None:
         refuse_screw(plant, "to_control")
         if plant.kind != friction.kind:
-            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind,
-                             allowed=friction.kind)  # fmt: skip
+            raise InputError("is of another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
     if steps != 1 and (dt is None or plant is None):
-        raise InputError("are those in a sample of an axis", path="steps", value=steps,
-                         mend="Give dt and a plant, or leave steps out")  # fmt: skip
+        raise InputError("are those in a sample of an axis", path="steps", value=steps, mend="Give dt and a plant, or leave steps out")
 
 
 def _functions_of(
-    advance: Callable[[np.ndarray, float], tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *,
-    is_sampled: bool,
-) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:  # fmt: skip
+    advance: Callable[[np.ndarray, float], tuple[float, np.ndarray]], virgin: np.ndarray, motion: int, *, is_sampled: bool
+) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
     """Return what python-control calls: what follows a state, and the outputs, `motion` numbers of the state first."""
     # Where zero is added a zero would lose its sign, which tells the side of a contact.
     places = np.flatnonzero(virgin)

@@ -6,12 +6,4 @@ from bristle.certificates.passive import needed_damping
 from bristle.certificates.quasi_static import Path, holding_of
 from bristle.certificates.traced import traced_by_force, traced_by_position
 
-__all__ = [
-    "Certificate",
-    "Path",
-    "check",
-    "holding_of",
-    "needed_damping",
-    "traced_by_force",
-    "traced_by_position",
-]
+__all__ = ["Certificate", "Path", "check", "holding_of", "needed_damping", "traced_by_force", "traced_by_position"]

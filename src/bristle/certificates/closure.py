@@ -55,6 +55,8 @@ def default_loop(model: Model, holding: Holding) -> tuple[float, float]:
 def _refuse_odd_loop(x1: float, x2: float, unit: str) -> None:
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
-            "must be where the loop turns first, away from 0, and then, back from there", path="loop", value=(x1, x2),
+            "must be where the loop turns first, away from 0, and then, back from there",
+            path="loop",
+            value=(x1, x2),
             allowed=f"such as (3e-6, 1.5e-6) {unit}",
-        )  # fmt: skip
+        )

@@ -58,9 +58,7 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
     passed = least >= -ROUNDING
     advice = f"No cycle of {CYCLES} gives energy back"
     if not passed:
-        advice = (
-            f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for what to change"
-        )
+        advice = f"A closed cycle returns {number(-100.0 * least, digits=3)} % of its work: see passive for what to change"
     return Certificate(True, least, "1", 0.0, passed, advice)
 
 

@@ -59,6 +59,8 @@ def _per_settled_cycle(path: Path, low: float, high: float, negligible: float) -
 def _refuse_break_away(low: float, high: float, holding: Holding, unit: str) -> None:
     if not holding.backward < low < high < holding.forward:
         raise InputError(
-            "must be two forces at which the contact rests, the lower first", path="force_ripple", value=(low, high),
+            "must be two forces at which the contact rests, the lower first",
+            path="force_ripple",
+            value=(low, high),
             allowed=f"above {holding.backward:.6g} and below {holding.forward:.6g} {unit}",
-        )  # fmt: skip
+        )

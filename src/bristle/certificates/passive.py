@@ -94,9 +94,7 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     if not math.isfinite(worst.needed):
         advice = f"{worst.because}: no viscous coefficient makes up for that"
     elif not passed:
-        advice = (
-            f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
-        )
+        advice = f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
     elif worst.needed > 0.0:
         advice = f"sigma_2 exceeds what is needed by {with_unit(worst.present - worst.needed, unit)}"
     else:
@@ -111,9 +109,8 @@ def let_go(v, q, share, sigma_1):
 
 
 def needed_damping(
-    F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float],
-    slip: Callable[[float, float], float],
-) -> float:  # fmt: skip
+    F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float], slip: Callable[[float, float], float]
+) -> float:
     r"""Return the least viscous coefficient [N*s/m or N*m*s/rad] at which no power is given back.
 
     The supremum is looked for on a grid, and from each of its peaks on grids that close in.
@@ -145,9 +142,7 @@ def needed_damping(
     return max(0.0, *(_summit(needed, start, steps, F_S) for start in starts))
 
 
-def _summit(
-    height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float
-) -> float:
+def _summit(height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float) -> float:
     """Return the largest value around a point, by grids that close in on it."""
     (x, q), (dx, dq) = start, steps
     for _ in range(ZOOMS):
@@ -235,9 +230,7 @@ def _(p: Any) -> Damping:
 def _(p: Any) -> Damping:
     # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
-    return _of_bristles(
-        lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}), lambda q, G: q / G
-    )
+    return _of_bristles(lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}), lambda q, G: q / G)
 
 
 def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:

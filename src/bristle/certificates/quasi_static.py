@@ -26,16 +26,7 @@ CHUNKS = 2000
 
 @dataclass(frozen=True)
 class Holding:
-    """What a contact holds at rest, and over what distance its force builds up.
-
-    Parameters
-    ----------
-    backward, forward : float
-        Break-away forces [N or N*m], the ends of the interval of forces that the contact balances at rest; infinite
-        where the force grows with the position for ever, as that of a spring.
-    distance : float
-        Over which a virgin contact builds up half of its break-away force [m or rad]; 0 where it does so at once.
-    """
+    """What a contact holds at rest, and over what distance its force builds up."""
 
     backward: float
     forward: float

@@ -6,22 +6,7 @@ from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import (
-    check,
-    compare,
-    demo,
-    design,
-    excite,
-    export,
-    identify,
-    lab,
-    log,
-    models,
-    paper,
-    predict,
-    study,
-    watch,
-)
+from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study, watch
 from bristle.cli import run as run_command
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import BAD_INPUT, INTERRUPTED
@@ -33,23 +18,7 @@ __all__ = ["app", "run"]
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
-for module in (
-    demo,
-    excite,
-    identify,
-    watch,
-    predict,
-    run_command,
-    study,
-    compare,
-    design,
-    lab,
-    export,
-    paper,
-    check,
-    models,
-    log,
-):
+for module in (demo, excite, identify, watch, predict, run_command, study, compare, design, lab, export, paper, check, models, log):
     name = module.__name__.rpartition(".")[2]
     command_class = getattr(module, "COMMAND", None)
     app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
@@ -57,8 +26,7 @@ for module in (
 
 @app.callback(invoke_without_command=True)
 def bristle(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False
 ) -> None:
     """From the log of a motion axis to a friction model, a compensated loop, and numbers for the drive.
 

@@ -33,9 +33,7 @@ def check(
             help="A model file, or a model, slot, law, sensor, reader, figure or target of the export of your own.",
         ),
     ],
-    force_ripple: Annotated[
-        str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
-    ] = None,
+    force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
     allow_code: AllowCode = False,
     as_json: Json = False,
@@ -94,15 +92,19 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
 
     if model.suffix != ".py":
         raise InputError(
-            "is neither a model file nor a model of your own", path=str(model), allowed="a file .toml or .py",
+            "is neither a model file nor a model of your own",
+            path=str(model),
+            allowed="a file .toml or .py",
             mend="For the models of bristle itself see: bristle models",
-        )  # fmt: skip
+        )
     for name, value in options.items():
         if value is not None:
             raise InputError(
-                "needs a model with parameters", path=name, value=value,
+                "needs a model with parameters",
+                path=name,
+                value=value,
                 mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
-            )  # fmt: skip
+            )
     content = content_of(model, limit=CODE_LIMIT)
     subject = _subject_in(content)
     allow(content)

@@ -35,24 +35,20 @@ EXAMPLE = """Example:
 def compare(
     context: typer.Context,
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The log from before a change.")],
-    after: Annotated[
-        Path,
-        typer.Argument(metavar="AFTER", help="The log from after it, of the same axis with the same reference."),
-    ],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", help="The log from after it, of the same axis with the same reference.")],
     *,
     axis: AxisFiles = None,
     before_too: Annotated[
-        list[Path] | None,
-        typer.Option("--before", metavar="LOG", help="A further log from before; may be given several times."),
+        list[Path] | None, typer.Option("--before", metavar="LOG", help="A further log from before; may be given several times.")
     ] = None,
     after_too: Annotated[
-        list[Path] | None,
-        typer.Option("--after", metavar="LOG", help="A further log from after; may be given several times."),
+        list[Path] | None, typer.Option("--after", metavar="LOG", help="A further log from after; may be given several times.")
     ] = None,
     window: Annotated[
         str | None,
         typer.Option(
-            "--window", metavar="TIME",
+            "--window",
+            metavar="TIME",
             help="Time behind a reversal for its peak, such as '50 ms'; a tenth of the time between two by default.",
         ),
     ] = None,
@@ -64,7 +60,7 @@ def compare(
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Compare two logs of one axis, from before and after a change.
 
     Did it help on the machine? Following error, its peaks at reversals, effort and friction, each with the 95 %
@@ -98,9 +94,15 @@ def compare(
         axes = axes_for([read_axis(content) for content in contents], len(files))
         logs = [read_log(file, axis, size_limit=limit) for file, axis in zip(files, axes, strict=True)]
         comparison = compared_as(
-            logs[: len(sides[0])], logs[len(sides[0]) :], axis=axes, window=_seconds(window), call=context.obj,
-            name=axes[0].name if axes[0] else before.stem, read={"axis": contents, "figure": code}, figures=further,
-        )  # fmt: skip
+            logs[: len(sides[0])],
+            logs[len(sides[0]) :],
+            axis=axes,
+            window=_seconds(window),
+            call=context.obj,
+            name=axes[0].name if axes[0] else before.stem,
+            read={"axis": contents, "figure": code},
+            figures=further,
+        )
         if folder:
             comparison.write(folder)
     if as_json:

@@ -11,18 +11,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import (
-    AllowCode,
-    Data,
-    FigureFiles,
-    Force,
-    Formats,
-    Json,
-    Out,
-    SizeLimit,
-    bytes_asked,
-    own_figures,
-)
+from bristle.cli.options import AllowCode, Data, FigureFiles, Force, Formats, Json, Out, SizeLimit, bytes_asked, own_figures
 from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
@@ -36,12 +25,10 @@ def design(
     context: typer.Context,
     experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
     variant: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="The variant to design; by default the first that feeds friction forward."),
+        str | None, typer.Option(metavar="NAME", help="The variant to design; by default the first that feeds friction forward.")
     ] = None,
     bandwidth: Annotated[
-        str | None,
-        typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.'),
+        str | None, typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.')
     ] = None,
     out: Out = None,
     formats: Formats = None,
@@ -72,9 +59,7 @@ def design(
         progress("designing") as report,
         figure_files(folder, formats, data),
     ):
-        described = experiment_in(
-            experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
-        )
+        described = experiment_in(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report)
         admit_friction_of(described)
         outcome = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
         source = provenance(context.obj, **described.origins, figure=code)

@@ -29,22 +29,15 @@ def excite(
     out: Out = None,
     *,
     duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long the motion may take.")] = "60 s",
-    travel: Annotated[
-        str | None, typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start.")
-    ] = None,
+    travel: Annotated[str | None, typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start.")] = None,
     start: Annotated[
-        str | None,
-        typer.Option("--start", metavar="LENGTH", help="Where the axis stands; the middle of the stroke by default."),
+        str | None, typer.Option("--start", metavar="LENGTH", help="Where the axis stands; the middle of the stroke by default.")
     ] = None,
     purposes: Annotated[
-        str | None,
-        typer.Option(
-            "--for", metavar="NAME[,NAME...]", help="Of presliding, break-away, damping, stribeck: all by default."
-        ),
+        str | None, typer.Option("--for", metavar="NAME[,NAME...]", help="Of presliding, break-away, damping, stribeck: all by default.")
     ] = None,
     model: Annotated[
-        Path | None,
-        typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with."),
+        Path | None, typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with.")
     ] = None,
     formats: Formats = None,
     data: Data = None,
@@ -75,14 +68,19 @@ def excite(
     ):
         try:
             motion = designed_motion(
-                axis_file, command=context.obj, model_file=model_file, duration=duration, travel=travel, start=start,
-                purposes=purposes, allow_code=allow_code, progress=report,
-            )  # fmt: skip
+                axis_file,
+                command=context.obj,
+                model_file=model_file,
+                duration=duration,
+                travel=travel,
+                start=start,
+                purposes=purposes,
+                allow_code=allow_code,
+                progress=report,
+            )
         except InputError as error:
             path = OPTIONS.get(error.path, error.path)
-            raise InputError(
-                error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
-            ) from None
+            raise InputError(error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend) from None
         following = motion.next_command(str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml")))
         if folder:
             report(0.85, "writing the report")

@@ -21,34 +21,17 @@ if TYPE_CHECKING:
 __all__ = ["COMMAND", "EXAMPLE", "export"]
 
 STEP = "0.5 ms"
-Speed = Annotated[
-    str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
-]
+Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
-LogOfTable = Annotated[
-    Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")
-]
-VariantOfLaw = Annotated[
-    str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")
-]
+LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]
+VariantOfLaw = Annotated[str | None, typer.Option("--variant", metavar="NAME", help="Which variant of that experiment.")]
 Step = Annotated[
-    str | None,
-    typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default."),
+    str | None, typer.Option(metavar="TIME", help="Time step of self-test and example, or inside of an FMU; 0.5 ms by default.")
 ]
-Draws = Annotated[
-    int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")
-]
-Rest = Annotated[
-    str | None,
-    typer.Option(metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean."),
-]
-AcceptHarm = Annotated[
-    bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")
-]
-To = Annotated[
-    str,
-    typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own."),
-]
+Draws = Annotated[int | None, typer.Option(metavar="COUNT", help="How many draws of what was identified; 1000 by default.")]
+Rest = Annotated[str | None, typer.Option(metavar="held|middle", help="Force at rest, without memory: of the last direction, or the mean.")]
+AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write files that make the simulated following error larger.")]
+To = Annotated[str, typer.Option("--to", metavar="TARGET|TARGET.py", help="One of the targets below, or a file with one of your own.")]
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
 
@@ -57,17 +40,13 @@ def export(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None,
-        typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
     to: To,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
-    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")],
     name: Annotated[str, typer.Option(metavar="NAME", help="What files and functions are called.")] = "axis_x",
     law: Annotated[
-        Path | None,
-        typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model."),
+        Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of an experiment, not a model.")
     ] = None,
     variant: VariantOfLaw = None,
     step: Step = None,
@@ -99,8 +78,7 @@ def export(
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
-        raise InputError("must be a model or a law, and one of them", path="export",
-                         mend="Name a model file, or --law EXPERIMENT.toml")  # fmt: skip
+        raise InputError("must be a model or a law, and one of them", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
     _refuse_beside(law is None, {"--variant": variant}, "--law")
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
@@ -111,15 +89,29 @@ def export(
     with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
         if law is not None:
             exported = _law(
-                context, law, variant, target, name_for(name), allow_code=allow_code, tunable=tunable, float32=float32,
+                context,
+                law,
+                variant,
+                target,
+                name_for(name),
+                allow_code=allow_code,
+                tunable=tunable,
+                float32=float32,
                 accept_harm=accept_harm,
-            )  # fmt: skip
+            )
         else:
             options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
             exported = export_model_file(
-                file, target, command=context.obj, name=name, allow_code=allow_code, tunable=tunable, float32=float32,
-                accept_harm=accept_harm, **options,
-            )  # fmt: skip
+                file,
+                target,
+                command=context.obj,
+                name=name,
+                allow_code=allow_code,
+                tunable=tunable,
+                float32=float32,
+                accept_harm=accept_harm,
+                **options,
+            )
         exported.write(folder)
     summary = exported.summary
     if as_json:
@@ -148,9 +140,13 @@ COMMAND = _Command
 def told_of(target: Target) -> str:
     """Return what a target writes, and what else it can do."""
     able = {
-        "--tunable": target.tunable, "--float32": target.single, "--log": target.compares,
-        "--draws": target.takes_draws, "--law": target.write_law is not None, "operators too": target.operators,
-    }  # fmt: skip
+        "--tunable": target.tunable,
+        "--float32": target.single,
+        "--log": target.compares,
+        "--draws": target.takes_draws,
+        "--law": target.write_law is not None,
+        "operators too": target.operators,
+    }
     further = ", ".join(word for word, is_able in able.items() if is_able)
     return f"{target.description} ({further})." if further else f"{target.description}."
 
@@ -179,9 +175,17 @@ def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
 
 
 def _law(
-    context: typer.Context, path: Path, variant: str | None, to: str | Target, name: str, *, allow_code: bool,
-    tunable: bool, float32: bool, accept_harm: bool,
-) -> ExportedModel:  # fmt: skip
+    context: typer.Context,
+    path: Path,
+    variant: str | None,
+    to: str | Target,
+    name: str,
+    *,
+    allow_code: bool,
+    tunable: bool,
+    float32: bool,
+    accept_harm: bool,
+) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
     from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
@@ -197,7 +201,5 @@ def _law(
         admit(chosen.feedforward.friction)
     target = target_named(to)
     source = provenance(context.obj, **experiment.origins, target=origins_of_code([target]))
-    product = law_for(
-        target, chosen, name, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm
-    )  # fmt: skip
+    product = law_for(target, chosen, name, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm)
     return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)

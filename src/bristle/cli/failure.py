@@ -24,15 +24,7 @@ NO_MORE_FILES = {errno.EMFILE, errno.ENFILE}
 
 
 def report(error: BaseException, *, results: bool = False) -> int:
-    """Tell a person what went wrong and return the exit code.
-
-    Parameters
-    ----------
-    error : BaseException
-        What ended the command.
-    results : bool
-        Whether a folder of results was asked for: it is whole before anything is printed.
-    """
+    """Tell a person what went wrong and return the exit code."""
     from bristle.core.errors import BristleError, told_by
 
     if isinstance(error, KeyboardInterrupt):
@@ -61,12 +53,12 @@ def report(error: BaseException, *, results: bool = False) -> int:
         complain(f"{own[0]}, line {own[1]}: {message}. Try: bristle check {own[0]}")
         return BAD_INPUT
     if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
-        complain(f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "
-                 "memory is limited (ulimit -v), allow more")  # fmt: skip
+        complain(
+            f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "
+            "memory is limited (ulimit -v), allow more"
+        )
         return BAD_INPUT
-    complain(
-        f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {_saved(error)}"
-    )
+    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {_saved(error)}")
     return OUR_BUG
 
 

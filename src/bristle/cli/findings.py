@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["show_identification"]
 
 
-def show_identification(
-    identification: Identification, simulation: SimulationResult | None, following: Following | None = None
-) -> None:  # fmt: skip
+def show_identification(identification: Identification, simulation: SimulationResult | None, following: Following | None = None) -> None:
     """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of

@@ -27,17 +27,24 @@ def refuse_mixed(*, separate: bool, force: bool, figures: bool, workers: bool, d
     if separate and force:
         raise InputError("a fleet is gone on with, never replaced", path="--force", mend="Name another folder")
     if separate and figures:
-        raise InputError("a fleet has no figures", path="--format, --data, --figure",
-                         mend="Read its rows: br.read_study(DIR)")  # fmt: skip
+        raise InputError("a fleet has no figures", path="--format, --data, --figure", mend="Read its rows: br.read_study(DIR)")
     if not separate and (workers or dry_run):
-        raise InputError("is for many logs, each by itself", path="--workers" if workers else "--dry-run",
-                         mend="Add --each")  # fmt: skip
+        raise InputError("is for many logs, each by itself", path="--workers" if workers else "--dry-run", mend="Add --each")
 
 
 def identify_each(
-    logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], out: Path | None, *, command: str,
-    readers: Sequence[Path], limit: int, workers: int | None, dry_run: bool, as_json: bool,
-) -> int:  # fmt: skip
+    logs: Sequence[Path],
+    axes: Sequence[Any],
+    options: Mapping[str, Any],
+    out: Path | None,
+    *,
+    command: str,
+    readers: Sequence[Path],
+    limit: int,
+    workers: int | None,
+    dry_run: bool,
+    as_json: bool,
+) -> int:
     """Identify each of many logs, or tell what that costs."""
     from bristle.core import InputError
     from bristle.core.content import content_of
@@ -47,16 +54,19 @@ def identify_each(
 
     options = dict(options)
     fleet = fleet_of(
-        logs, model=options.pop("model"), axes=[read_axis(file) for file in axes],
-        name=out.name if out else "fleet", options=options, size_limit=limit,
+        logs,
+        model=options.pop("model"),
+        axes=[read_axis(file) for file in axes],
+        name=out.name if out else "fleet",
+        options=options,
+        size_limit=limit,
         readers=[content_of(file, limit=CODE_LIMIT) for file in readers],
-    )  # fmt: skip
+    )
     if dry_run:
         _tell_cost(fleet, workers, as_json)
         return 0
     if out is None:
-        raise InputError("needs a folder to write into", path="bristle identify --each",
-                         mend="Add --out DIR, or --dry-run")  # fmt: skip
+        raise InputError("needs a folder to write into", path="bristle identify --each", mend="Add --out DIR, or --dry-run")
     return _run(fleet, axes, out, command, workers, as_json)
 
 
@@ -75,11 +85,17 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
     count = min(workers or core_count(), fleet.count)
     dated = sum(log.time is not None for log in fleet.logs)
     numbers = {
-        "logs": fleet.count, "with_time": dated, "model": fleet.model.name, "kind": fleet.kind,
-        "columns": [quantity.column for quantity in fleet.parameters.values()], "measured_on": row["log"][0],
-        "status": row["status"][0], "seconds_per_log": seconds, "workers": count,
+        "logs": fleet.count,
+        "with_time": dated,
+        "model": fleet.model.name,
+        "kind": fleet.kind,
+        "columns": [quantity.column for quantity in fleet.parameters.values()],
+        "measured_on": row["log"][0],
+        "status": row["status"][0],
+        "seconds_per_log": seconds,
+        "workers": count,
         "seconds": fleet.count * seconds / count,
-    }  # fmt: skip
+    }
     if as_json:
         sys.stdout.write(json_text(numbers))
         return

@@ -45,26 +45,12 @@ EXAMPLE = """Example:
   bristle identify logs --each --axis axis.toml --out fleet"""
 
 Thresholds = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated.")
 ]
-Separate = Annotated[
-    bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default."),
-]
-DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")
-]
-Logs = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="LOG...",
-        help=f"One log or several: {LOG_FILE}",
-    ),
-]
+Separate = Annotated[bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")]
+Workers = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")]
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help=f"One log or several: {LOG_FILE}")]
 ModelNames = Annotated[
     str | None,
     typer.Option(
@@ -75,22 +61,12 @@ ModelNames = Annotated[
         "my_slot.py.",
     ),
 ]
-Cutoff = Annotated[
-    str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
-]
-Decimation = Annotated[
-    int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
-]
-Draws = Annotated[
-    int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")
-]
-Free = Annotated[
-    str,
-    typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
-]
+Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")]
+Decimation = Annotated[int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")]
+Draws = Annotated[int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")]
+Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl.")]
 Method = Annotated[
-    str | None,
-    typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."),
+    str | None, typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says.")
 ]
 Everywhere = Annotated[bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")]
 
@@ -140,13 +116,7 @@ def identify(
     from bristle.files.curves import describes_curves
     from bristle.files.toml import TOML_LIMIT
 
-    refuse_mixed(
-        separate=separate,
-        force=force,
-        figures=bool(formats or data or figure),
-        workers=workers is not None,
-        dry_run=dry_run,
-    )
+    refuse_mixed(separate=separate, force=force, figures=bool(formats or data or figure), workers=workers is not None, dry_run=dry_run)
     context.with_resource(own_readers(reader))
     limit = bytes_asked(size_limit)
     axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
@@ -155,23 +125,51 @@ def identify(
 
         if figure:
             raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
-        return identify_operators(log, axes, model, out, force=force, as_json=as_json, command=context.obj, limit=limit,
-                                  figures=(formats, data))  # fmt: skip
-    options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
-             "draws": draws, "method": method, "global_search": everywhere,
-             "settings": _thresholds(thresholds or [])}  # fmt: skip
+        return identify_operators(
+            log, axes, model, out, force=force, as_json=as_json, command=context.obj, limit=limit, figures=(formats, data)
+        )
+    options = {
+        "model": _models(model),
+        "cutoff": _hertz(cutoff),
+        "decimation": decimation,
+        "free": free,
+        "draws": draws,
+        "method": method,
+        "global_search": everywhere,
+        "settings": _thresholds(thresholds or []),
+    }
     if separate:
         options["model"] = _models(OF_A_FLEET if model is None else model)
-        return identify_each(log, axes, options, out, command=context.obj, readers=reader or (), limit=limit,
-                             workers=workers, dry_run=dry_run, as_json=as_json)  # fmt: skip
-    return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
-                              figures=(formats, data), own=figure)  # fmt: skip
+        return identify_each(
+            log,
+            axes,
+            options,
+            out,
+            command=context.obj,
+            readers=reader or (),
+            limit=limit,
+            workers=workers,
+            dry_run=dry_run,
+            as_json=as_json,
+        )
+    return _identify_friction(
+        log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit, figures=(formats, data), own=figure
+    )
 
 
 def _identify_friction(
-    log: list[Path], axis: list[Content], options: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
-    command: str, limit: int, figures: Figures, own: list[Path] | None,
-) -> int:  # fmt: skip
+    log: list[Path],
+    axis: list[Content],
+    options: dict[str, Any],
+    out: Path | None,
+    *,
+    force: bool,
+    as_json: bool,
+    command: str,
+    limit: int,
+    figures: Figures,
+    own: list[Path] | None,
+) -> int:
     from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
     from bristle.files.results import results_folder
@@ -191,9 +189,12 @@ def _identify_friction(
         recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
         identification = identified(recorded, axis=axes, progress=report, **options)
         outcome = identification.outcome_with(
-            command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, figures=further,
+            command=command,
+            axis_name=axes[0].name if axes[0] else log[0].stem,
+            progress=report,
+            figures=further,
             files={"axis": axis, "figure": code},
-        )  # fmt: skip
+        )
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:

@@ -28,20 +28,13 @@ def lab(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None,
-        typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one."),
+        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or results of identify with one.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")
-    ] = None,
-    serve: Annotated[
-        bool, typer.Option("--serve", help="Open the main job in a browser instead: from a log to the drive.")
-    ] = False,
+    out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page into this new file.")] = None,
+    serve: Annotated[bool, typer.Option("--serve", help="Open the main job in a browser instead: from a log to the drive.")] = False,
     port: Annotated[int, typer.Option("--port", metavar="PORT", help="Where to serve; 0 for any that is free.")] = 0,
     no_open: Annotated[bool, typer.Option("--no-open", help="Print the address, and open no browser.")] = False,
-    log: Annotated[
-        Path | None, typer.Option("--log", metavar="LOG", help="A log, whose motion the models are led along.")
-    ] = None,
+    log: Annotated[Path | None, typer.Option("--log", metavar="LOG", help="A log, whose motion the models are led along.")] = None,
     axis: AxisFile = None,
     size_limit: SizeLimit = None,
     allow_code: AllowCode = False,
@@ -76,8 +69,7 @@ def lab(
     file = model / "model.toml" if model is not None and model.is_dir() else model
     _refuse_taken(out, file, force=force)
     if (log or axis) and file is None:
-        raise InputError("is read with a model", path="--log" if log else "--axis",
-                         mend="Name a model file, or results of identify")  # fmt: skip
+        raise InputError("is read with a model", path="--log" if log else "--axis", mend="Name a model file, or results of identify")
     with progress("computing"):
         inputs: dict[str, Any] = {}
         content, code, recorded = None, (), {}
@@ -89,9 +81,7 @@ def lab(
             if log is not None:
                 beside = file.parent / "axis.toml"
                 described = axis or (beside if beside.is_file() else None)
-                inputs["replay"], recorded = _replay(
-                    log, described, plant, friction, treatment, bytes_asked(size_limit)
-                )
+                inputs["replay"], recorded = _replay(log, described, plant, friction, treatment, bytes_asked(size_limit))
             elif model is not None and model.is_dir():
                 inputs["replay"] = _replay_of_results(model)
         source = provenance(context.obj, model=content, code=code, **recorded)
@@ -109,9 +99,12 @@ def _summary(out: Path, page: str, inputs: dict[str, Any]) -> dict[str, Any]:
 
     replay = inputs.get("replay")
     return {
-        "file": out.name, "size": len(page.encode()), "model": inputs["model"].name if inputs else FIRST,
-        "models": list(MODELS), "points_of_log": 0 if replay is None else replay.time.size,
-    }  # fmt: skip
+        "file": out.name,
+        "size": len(page.encode()),
+        "model": inputs["model"].name if inputs else FIRST,
+        "models": list(MODELS),
+        "points_of_log": 0 if replay is None else replay.time.size,
+    }
 
 
 def _serve(unfit: dict[str, Any], *, port: int, opens: bool, size_limit: str | None) -> None:
@@ -148,7 +141,7 @@ def _announce(address: str) -> None:
 
 def _replay(
     log: Path, axis_file: Path | None, plant: Model | None, friction: Model, treatment: dict[str, Any], limit: int
-) -> tuple[Replay, dict[str, Any]]:  # fmt: skip
+) -> tuple[Replay, dict[str, Any]]:
     """Return a log as a motion to be replayed, and what it was made from."""
     from bristle.core import InputError
     from bristle.core.content import content_of
@@ -161,8 +154,7 @@ def _replay(
     axis = read_axis(content) if content else None
     recorded = read_log(log, axis, size_limit=limit)
     if recorded.kind != friction.kind:
-        raise InputError("model and log are of different kinds of axis", path=str(log), value=recorded.kind,
-                         allowed=friction.kind)  # fmt: skip
+        raise InputError("model and log are of different kinds of axis", path=str(log), value=recorded.kind, allowed=friction.kind)
     return replay_of_log(recorded, axis, plant, treatment), {"log": recorded, "axis": content}
 
 

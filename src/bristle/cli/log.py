@@ -10,19 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import (
-    LOG_FILE,
-    AxisFile,
-    Data,
-    Force,
-    Formats,
-    Json,
-    Out,
-    Readers,
-    SizeLimit,
-    bytes_asked,
-    own_readers,
-)
+from bristle.cli.options import LOG_FILE, AxisFile, Data, Force, Formats, Json, Out, Readers, SizeLimit, bytes_asked, own_readers
 from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
@@ -38,17 +26,10 @@ MOST_COLUMNS = 100  # in the terminal
 
 def log(
     context: typer.Context,
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE",
-            help=f"A log: {LOG_FILE}",
-        ),
-    ],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help=f"A log: {LOG_FILE}")],
     axis: AxisFile = None,
     write: Annotated[
-        Path | None,
-        typer.Option("--write", metavar="AXIS.toml", help="Write the axis file that the log itself speaks of."),
+        Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write the axis file that the log itself speaks of.")
     ] = None,
     out: Out = None,
     formats: Formats = None,
@@ -81,10 +62,7 @@ def log(
     axis = axis or (write if write is not None and write.exists() else None)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None
     log_axis = read_axis(described) if described else None
-    with (
-        results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder,
-        figure_files(folder, formats, data),
-    ):
+    with results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder, figure_files(folder, formats, data):
         inspected = inspect_log(file, log_axis, size_limit=limit)
         summary, proposal = inspected.summary, inspected.proposal
         if folder:

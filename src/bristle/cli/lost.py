@@ -15,8 +15,10 @@ __all__ = ["tell_lost"]
 def tell_lost(ran: Ran) -> None:
     """Tell which runs are missing, and how the processes ended that had them."""
     for block, code in ran.lost:
-        complain(f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended "
-                 f"({_ended(code)}). Is there enough memory? The same command tries again")  # fmt: skip
+        complain(
+            f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended "
+            f"({_ended(code)}). Is there enough memory? The same command tries again"
+        )
 
 
 def _ended(code: int | None) -> str:

@@ -18,13 +18,7 @@ LEAST_MEMORY = 512 * 2**20  # [byte]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return the exit code.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        What follows the name of the program; taken from the process where not given.
-    """
+    """Run the command line and return the exit code."""
     if arguments is None:
         # Nearly all that a command makes lives until its end: looking for garbage as often as by default costs a tenth.
         gc.set_threshold(20_000, 100)
@@ -76,13 +70,7 @@ def _leave_threads(code: int) -> None:
 
 
 def refuse_little_memory() -> None:
-    """Refuse to begin where the libraries of linear algebra would not find their memory, and one looks for it for ever.
-
-    Raises
-    ------
-    InputError
-        With the limit that is set.
-    """
+    """Refuse to begin where the libraries of linear algebra would not find their memory, and one looks for it for ever."""
     try:
         import resource
     except ImportError:  # no such limits on this system
@@ -93,9 +81,11 @@ def refuse_little_memory() -> None:
             from bristle.core.errors import InputError
 
             raise InputError(
-                "is too little memory for the libraries that are needed", path=f"ulimit {option} {limit // 1024}",
-                allowed=f"{LEAST_MEMORY // 1024} or more", mend=f"Run ulimit {option} unlimited",
-            )  # fmt: skip
+                "is too little memory for the libraries that are needed",
+                path=f"ulimit {option} {limit // 1024}",
+                allowed=f"{LEAST_MEMORY // 1024} or more",
+                mend=f"Run ulimit {option} unlimited",
+            )
 
 
 @contextmanager
@@ -113,9 +103,7 @@ def errors_let_go() -> Iterator[None]:
 
 
 def _asks_for_results(arguments: list[str]) -> bool:
-    return arguments[:1] in (["demo"], ["paper"]) or any(
-        argument.partition("=")[0] == "--out" for argument in arguments
-    )
+    return arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
 
 
 def _flushed(code: int) -> int:

@@ -23,9 +23,7 @@ EXAMPLE = """Example:
 
 
 def models(
-    name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this one.")
-    ] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this one.")] = None,
     as_json: Json = False,
 ) -> None:
     """List models, with parameters and units.
@@ -49,9 +47,14 @@ def _families() -> dict[str, list[Component]]:
     from bristle import controllers, friction, hysteresis, plants, references, sensors
 
     registries: tuple[Any, ...] = (
-        friction.MODELS, hysteresis.OPERATORS, plants.PLANTS, controllers.CONTROLLERS, sensors.SENSORS,
-        references.REFERENCES, friction.CHANNEL_SLOTS,
-    )  # fmt: skip
+        friction.MODELS,
+        hysteresis.OPERATORS,
+        plants.PLANTS,
+        controllers.CONTROLLERS,
+        sensors.SENSORS,
+        references.REFERENCES,
+        friction.CHANNEL_SLOTS,
+    )
     names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot")
     return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
 
@@ -130,10 +133,7 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     for family, members in families.items():
         if family == "slot":  # they stand among all slots, below
             continue
-        rows = [
-            (member.name, ", ".join(key_of(name) for name in member.variables), member.description)
-            for member in members
-        ]
+        rows = [(member.name, ", ".join(key_of(name) for name in member.variables), member.description) for member in members]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
     rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
     show_table(Table("Slots", ("Name", "Parameters", "What they give"), rows))

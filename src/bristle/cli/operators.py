@@ -18,9 +18,17 @@ __all__ = ["identify_operators", "predict_operator"]
 
 
 def identify_operators(
-    logs: list[Path], axes: list[Content], model: str | None, out: Path | None, *, force: bool, as_json: bool,
-    command: str, limit: int, figures: Figures = (None, None),
-) -> int:  # fmt: skip
+    logs: list[Path],
+    axes: list[Content],
+    model: str | None,
+    out: Path | None,
+    *,
+    force: bool,
+    as_json: bool,
+    command: str,
+    limit: int,
+    figures: Figures = (None, None),
+) -> int:
     """Identify hysteresis operators from recorded curves, write them where `out` says, and return the exit code."""
     from bristle.core import InputError
     from bristle.files.curves import read_curve_columns, read_curves
@@ -34,8 +42,12 @@ def identify_operators(
     from bristle.report.results import write_report
 
     if len(logs) > 1 or len(axes) > 1:
-        raise InputError("takes one file of curves, and its axis file", path="LOG", value=f"{len(logs)} files",
-                         mend="Put all curves into one file, a column telling them apart")  # fmt: skip
+        raise InputError(
+            "takes one file of curves, and its axis file",
+            path="LOG",
+            value=f"{len(logs)} files",
+            mend="Put all curves into one file, a column telling them apart",
+        )
     log, axis = logs[0], axes[0]
     with (
         results_folder(out, force=force, reads=[log, axis]) if out else nullcontext() as folder,
@@ -48,13 +60,14 @@ def identify_operators(
         source |= {"unfinished": identification.unfinished} if identification.unfinished else {}
         summary = operator_summary(identification, provenance=source)
         if folder:
-            write_operator(
-                folder / "model.toml", identification.best.operator, identification.best.offset, provenance=source
-            )
+            write_operator(folder / "model.toml", identification.best.operator, identification.best.offset, provenance=source)
             page = operator_report(
-                identification, name=read_curve_columns(axis).name, command=command, provenance=source,
+                identification,
+                name=read_curve_columns(axis).name,
+                command=command,
+                provenance=source,
                 banner=f"Unfinished; {identification.unfinished}." if identification.unfinished else None,
-            )  # fmt: skip
+            )
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
@@ -72,9 +85,17 @@ def identify_operators(
 
 
 def predict_operator(
-    model: Content, log: Path, axis: Content | None, out: Path | None, *, force: bool, as_json: bool, command: str,
-    limit: int, figures: Figures = (None, None),
-) -> None:  # fmt: skip
+    model: Content,
+    log: Path,
+    axis: Content | None,
+    out: Path | None,
+    *,
+    force: bool,
+    as_json: bool,
+    command: str,
+    limit: int,
+    figures: Figures = (None, None),
+) -> None:
     """Predict recorded curves with an operator."""
     from bristle.core import InputError
     from bristle.core.typography import with_unit
@@ -90,8 +111,9 @@ def predict_operator(
     from bristle.report.results import write_report
 
     if axis is None:
-        raise InputError("is needed: it says which columns are input and output", path="--axis",
-                         mend="Name them under [columns] of an axis file")  # fmt: skip
+        raise InputError(
+            "is needed: it says which columns are input and output", path="--axis", mend="Name them under [columns] of an axis file"
+        )
     with (
         results_folder(out, force=force, reads=[model, log, axis]) if out else nullcontext() as folder,
         progress("predicting"),
@@ -100,8 +122,7 @@ def predict_operator(
         operator, offset, _ = read_operator(model)
         recorded = read_curves(log, axis, size_limit=limit)
         if recorded.kind != operator.kind:
-            raise InputError("model and curves are of different kinds", path=str(model.source), value=operator.kind,
-                             allowed=recorded.kind)  # fmt: skip
+            raise InputError("model and curves are of different kinds", path=str(model.source), value=operator.kind, allowed=recorded.kind)
         prediction = predicted(operator, recorded, offset)
         source = provenance(command, model=model, log=recorded, axis=axis)
         summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)

@@ -35,8 +35,7 @@ __all__ = [
 ]
 
 LOG_FILE = (
-    "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE "
-    "names a table in it."
+    "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
 )
 
 
@@ -92,13 +91,7 @@ class OwnFigures(NamedTuple):
 
 
 def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> OwnFigures:
-    """Return the figures that files of a person's own define, and those files; naming their code allows it.
-
-    Raises
-    ------
-    InputError
-        If a file defines no figure that the report of this command can have, or two have one name.
-    """
+    """Return the figures that files of a person's own define, and those files; naming their code allows it."""
     if not files:
         return OwnFigures()
     from bristle.core.content import content_of
@@ -120,45 +113,32 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
 AxisFiles = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."
-    ),
+    typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."),
 ]
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder."),
-]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-AllowCode = Annotated[
-    bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")
-]
-SizeLimit = Annotated[
-    str | None,
-    typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default."),
-]
+AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")]
+SizeLimit = Annotated[str | None, typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default.")]
 Readers = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."
-    ),
+    typer.Option("--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."),
 ]
 Formats = Annotated[
     list[Format] | None,
     typer.Option(
-        "--format", metavar="svg|pdf|png", case_sensitive=False,
+        "--format",
+        metavar="svg|pdf|png",
+        case_sensitive=False,
         help="Write each figure into DIR/figures too, to be published; may be given several times.",
     ),
-]  # fmt: skip
+]
 Data = Annotated[
     Numbers | None,
-    typer.Option(
-        "--data", metavar="csv", case_sensitive=False, help="Write the numbers that each figure draws into DIR/figures."
-    ),
+    typer.Option("--data", metavar="csv", case_sensitive=False, help="Write the numbers that each figure draws into DIR/figures."),
 ]
 FigureFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated."),
+    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated.")
 ]
 Figures = tuple[list[Format] | None, Numbers | None]
 """How figures are asked for as files: formats, and the format of their numbers."""

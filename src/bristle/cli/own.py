@@ -13,13 +13,7 @@ def holds_own(name: str) -> bool:
 
 
 def own_model(name: str, path: str) -> Any:
-    """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on.
-
-    Raises
-    ------
-    InputError
-        If a file defines no model or slot that is fit to be used.
-    """
+    """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on."""
     from bristle.core.content import Content, content_of
     from bristle.files.permission import CODE_LIMIT, allow
     from bristle.files.user_model import load_code, slots_in

@@ -20,9 +20,7 @@ EXAMPLE = """Example:
   bristle paper --write experiments
   bristle paper --robust --seeds 4 --truth gms bouc_wen --out robust"""
 USUAL_PLACE = Path("bristle-paper")
-Robust = Annotated[
-    bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")
-]
+Robust = Annotated[bool, typer.Option("--robust", help="Try the compensation on other frictions and changed conditions instead.")]
 Truths = Annotated[
     list[str] | None,
     typer.Option(
@@ -31,26 +29,19 @@ Truths = Annotated[
         help="With --robust: only these frictions, one after another: names, model files, logs of a contact.",
     ),
 ]
-Seeds = Annotated[
-    int | None,
-    typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default."),
-]
+Seeds = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: runs of each loop; 20 by default.")]
 
 
 def paper(
     context: typer.Context,
     truths: Annotated[list[str] | None, typer.Argument(metavar="TRUTH", hidden=True, help="More of --truth.")] = None,
     *,
-    figure: Annotated[
-        list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")
-    ] = None,
+    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")] = None,
     write: Annotated[
-        Path | None,
-        typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments into DIR, and stop."),
+        Path | None, typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments into DIR, and stop.")
     ] = None,
     source: Annotated[
-        Path | None,
-        typer.Option("--from", metavar="DIR", parser=folder_named, help="Take the experiments from DIR, as changed."),
+        Path | None, typer.Option("--from", metavar="DIR", parser=folder_named, help="Take the experiments from DIR, as changed.")
     ] = None,
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")

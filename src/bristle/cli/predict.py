@@ -44,10 +44,7 @@ EXAMPLE = """Example:
 def predict(
     context: typer.Context,
     model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
-    log: Annotated[
-        Path,
-        typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}"),
-    ],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
     allow_code: AllowCode = False,
@@ -81,17 +78,39 @@ def predict(
             raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
         from bristle.cli.operators import predict_operator
 
-        predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit,
-                         figures=(formats, data))  # fmt: skip
+        predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit, figures=(formats, data))
         return 0
-    return _predict_friction(file, log, described, mode, out, allow_code=allow_code, force=force, as_json=as_json,
-                             command=context.obj, limit=limit, figures=(formats, data), own=figure)  # fmt: skip
+    return _predict_friction(
+        file,
+        log,
+        described,
+        mode,
+        out,
+        allow_code=allow_code,
+        force=force,
+        as_json=as_json,
+        command=context.obj,
+        limit=limit,
+        figures=(formats, data),
+        own=figure,
+    )
 
 
 def _predict_friction(
-    model: Content, log: Path, axis_file: Content | None, mode: str, out: Path | None, *, allow_code: bool, force: bool,
-    as_json: bool, command: str, limit: int, figures: Figures, own: list[Path] | None,
-) -> int:  # fmt: skip
+    model: Content,
+    log: Path,
+    axis_file: Content | None,
+    mode: str,
+    out: Path | None,
+    *,
+    allow_code: bool,
+    force: bool,
+    as_json: bool,
+    command: str,
+    limit: int,
+    figures: Figures,
+    own: list[Path] | None,
+) -> int:
     from bristle.core import InputError
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
@@ -114,34 +133,30 @@ def _predict_friction(
     ):
         plant, friction, facts = read_model(model, allow_code=allow_code)
         if plant is None:
-            raise InputError("is missing", path=f"{model.source}: plant",
-                             mend='Write [plant], model = "inertia" and M = ...')  # fmt: skip
+            raise InputError("is missing", path=f"{model.source}: plant", mend='Write [plant], model = "inertia" and M = ...')
         admit(friction)
         described = read_axis(axis_file) if axis_file else None
         recorded = read_log(log, described, size_limit=limit)
         bands = Bands(**facts["bands"]) if facts["bands"] else None
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
-        source = provenance(
-            command,
-            model=model,
-            log=recorded,
-            axis=axis_file,
-            code=origins_of_code([friction.component]),
-            figure=code,
-        )
+        source = provenance(command, model=model, log=recorded, axis=axis_file, code=origins_of_code([friction.component]), figure=code)
         own_log = "::" not in str(log) and _was_fitted_to(facts["provenance"], recorded)
-        summary = prediction_summary(
-            prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log
-        )  # fmt: skip
+        summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log)
         if folder:
             from bristle.report.prediction import prediction_report
             from bristle.report.results import write_report
 
             page = prediction_report(
-                prediction, plant=plant, friction=friction, log=recorded, command=command,
-                axis_name=described.name if described else log.stem, provenance=source, own_log=own_log,
+                prediction,
+                plant=plant,
+                friction=friction,
+                log=recorded,
+                command=command,
+                axis_name=described.name if described else log.stem,
+                provenance=source,
+                own_log=own_log,
                 figures=further,
-            )  # fmt: skip
+            )
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))

@@ -14,9 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["experiment_in"]
 
 
-def experiment_in(
-    path: Path, *, allow_code: bool, size_limit: int, progress: Callable[[float, str], None] | None = None
-) -> Experiment:
+def experiment_in(path: Path, *, allow_code: bool, size_limit: int, progress: Callable[[float, str], None] | None = None) -> Experiment:
     """Return the experiment in a file; what it identifies is identified where it is not there, and said."""
     from bristle.core.content import content_of
     from bristle.files.experiment import read_experiment

@@ -25,19 +25,7 @@ class Request(NamedTuple):
 
 
 def try_robustness(command: str, request: Request, figures: Figures, *, as_json: bool) -> None:
-    """Run the trial, write its report, and show its first tables.
-
-    Parameters
-    ----------
-    command : str
-        The command that repeats it.
-    request : Request
-        What is to be tried.
-    figures : (list of format or None, format or None)
-        How figures are written as files.
-    as_json : bool
-        Whether one JSON object is printed, and nothing else.
-    """
+    """Run the trial, write its report, and show its first tables."""
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.paper.robust.page import robust_report, robust_summary, words_of

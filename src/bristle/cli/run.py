@@ -12,18 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import (
-    AllowCode,
-    Data,
-    FigureFiles,
-    Force,
-    Formats,
-    Json,
-    Out,
-    SizeLimit,
-    bytes_asked,
-    own_figures,
-)
+from bristle.cli.options import AllowCode, Data, FigureFiles, Force, Formats, Json, Out, SizeLimit, bytes_asked, own_figures
 from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
@@ -46,9 +35,7 @@ def run(
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     force: Force = False,
-    log: Annotated[
-        bool, typer.Option("--log", help="Write what the drive would record of each variant into DIR, as CSV.")
-    ] = False,
+    log: Annotated[bool, typer.Option("--log", help="Write what the drive would record of each variant into DIR, as CSV.")] = False,
     as_json: Json = False,
 ) -> int:
     """Simulate an experiment.
@@ -84,9 +71,7 @@ def run(
         progress("simulating") as report,
         figure_files(folder, formats, data),
     ):
-        described = experiment_in(
-            experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report
-        )
+        described = experiment_in(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit), progress=report)
         admit_friction_of(described)
         stable, judged = runnable(described)
         about = about_loops(judged, on_another_rig(described))
@@ -101,9 +86,8 @@ def run(
             from bristle.report.simulation import simulation_report
 
             page = simulation_report(
-                result, command=context.obj, provenance=source, warnings=warnings, doubts=loop_doubts(about),
-                figures=further,
-            )  # fmt: skip
+                result, command=context.obj, provenance=source, warnings=warnings, doubts=loop_doubts(about), figures=further
+            )
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
@@ -124,8 +108,4 @@ def _refused(judged: Mapping[str, Assessment]) -> dict[str, str]:
     from bristle.report.messages import message
     from bristle.stability import Verdict, verdict_of
 
-    return {
-        name: message(verdict_of(judgement))
-        for name, judgement in judged.items()
-        if judgement.verdict is Verdict.DIVERGES
-    }
+    return {name: message(verdict_of(judgement)) for name, judgement in judged.items() if judgement.verdict is Verdict.DIVERGES}

@@ -48,22 +48,13 @@ def study(
     *,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", metavar="DIR", parser=folder_named, help="Write the results there; those of the same study go on."
-        ),
+        typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results there; those of the same study go on."),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")
-    ] = None,
+    workers: Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Processes; as many as cores by default.")] = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here."
-        ),
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on the workers of a Dask cluster; the results are written here.")
     ] = None,
-    run: Annotated[
-        int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")
-    ] = None,
+    run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat this run alone, with its signals.")] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Tell how many runs it has and how long they take, from a few of them.")
     ] = False,
@@ -118,8 +109,7 @@ def _check(scheduler: str | None, options: Mapping[str, bool]) -> None:
     checked(scheduler)
     for option, is_chosen in options.items():
         if is_chosen:
-            raise InputError("simulates on this machine, and --scheduler does not", path=option,
-                             mend=f"Leave {option} or --scheduler out")  # fmt: skip
+            raise InputError("simulates on this machine, and --scheduler does not", path=option, mend=f"Leave {option} or --scheduler out")
 
 
 def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
@@ -131,10 +121,16 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
         cost = cost_of(study)
     count = workers or core_count()
     numbers = {
-        "runs": cost.runs, "draws": study.sampling.count, "points": len(study.points), "blocks": len(study.blocks),
-        "seconds_per_run": cost.seconds, "measured_on": cost.measured, "many_at_once": cost.in_batches,
-        "workers": count, "seconds": cost.wall(count),
-    }  # fmt: skip
+        "runs": cost.runs,
+        "draws": study.sampling.count,
+        "points": len(study.points),
+        "blocks": len(study.blocks),
+        "seconds_per_run": cost.seconds,
+        "measured_on": cost.measured,
+        "many_at_once": cost.in_batches,
+        "workers": count,
+        "seconds": cost.wall(count),
+    }
     if as_json:
         sys.stdout.write(json_text(numbers))
         return
@@ -147,9 +143,8 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
 
 
 def _repeat(
-    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures,
-    further: OwnFigures,
-) -> int:  # fmt: skip
+    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures, further: OwnFigures
+) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
@@ -162,18 +157,17 @@ def _repeat(
     from bristle.study.repeat import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
-    with (
-        results_folder(out) if out else nullcontext() as folder,
-        progress(f"run {number}"),
-        figure_files(folder, *figures),
-    ):
+    with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"), figure_files(folder, *figures):
         result = repeat_run(study, number)
         source = provenance(context.obj, **study.origins, figure=further.origins)
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
         summary = simulation_summary(result, files=files, provenance=source) | {
-            "run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units,
-        }  # fmt: skip
+            "run": number,
+            "seed": seed_of_run(study.seed, number),
+            "values": values,
+            "units": study.units,
+        }
         if folder:
             page = simulation_report(result, command=context.obj, provenance=source, figures=further.figures)
             write_report(folder, page, summary)
@@ -200,9 +194,8 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 
 def _run(
-    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures,
-    further: OwnFigures,
-) -> int:  # fmt: skip
+    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures, further: OwnFigures
+) -> int:
     from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
     from bristle.report.figure_files import figure_files

@@ -18,16 +18,7 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-__all__ = [
-    "complain",
-    "one_line",
-    "progress",
-    "say",
-    "say_laid_out",
-    "show_table",
-    "streams_that_take_all",
-    "warnings_as_lines",
-]
+__all__ = ["complain", "one_line", "progress", "say", "say_laid_out", "show_table", "streams_that_take_all", "warnings_as_lines"]
 
 PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
@@ -136,13 +127,7 @@ def _drawn(table: Table, widths: list[int]) -> Drawing:
 
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float, str], None]]:
-    """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second.
-
-    Yields
-    ------
-    callable
-        ``report(share, text)``, share from 0 to 1.
-    """
+    """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second."""
     if not sys.stderr.isatty():
         yield lambda share, text: None
         return

@@ -23,35 +23,31 @@ EXAMPLE = """Example:
 
 def watch(
     context: typer.Context,
-    folder: Annotated[
-        list[Path],
-        typer.Argument(metavar="DIR...", help="What bristle identify --each wrote, or folders that hold such."),
-    ],
+    folder: Annotated[list[Path], typer.Argument(metavar="DIR...", help="What bristle identify --each wrote, or folders that hold such.")],
     axis_from: Annotated[
         str | None,
         typer.Option(
-            "--axis-from", metavar="PATTERN",
+            "--axis-from",
+            metavar="PATTERN",
             help="Regular expression with a group axis, and date where there is one, looked for in FOLDER/LOG; the "
             "folder of a log is its axis by default.",
         ),
     ] = None,
     track: Annotated[
-        list[str] | None,
-        typer.Option("--track", metavar="COLUMN", help="Watch this, such as friction.F_C; may be repeated."),
+        list[str] | None, typer.Option("--track", metavar="COLUMN", help="Watch this, such as friction.F_C; may be repeated.")
     ] = None,
     false_alarms: Annotated[
         str, typer.Option("--false-alarms", metavar="RATE", help="How often a healthy axis may alarm.")
     ] = "1 in 1000 days",
     since: Annotated[
-        str | None,
-        typer.Option("--since", metavar="DATE", help="Leave out logs from before, as of an axis that was mended."),
+        str | None, typer.Option("--since", metavar="DATE", help="Leave out logs from before, as of an axis that was mended.")
     ] = None,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
     force: Force = False,
     as_json: Json = False,
-) -> int:  # fmt: skip
+) -> int:
     """Watch the axes of fleets over time.
 
     Tracks level, viscous part and scatter of the friction of each axis, with the temperature taken off where logs have
@@ -68,13 +64,8 @@ def watch(
     from bristle.report.results import write_report
     from bristle.report.watch import alarms_table, watch_report, watch_sentences, watch_summary
 
-    with (
-        results_folder(out, force=force) if out else nullcontext() as results,
-        progress("watching"),
-        figure_files(results, formats, data),
-    ):
-        watched = watched_over(folder, axis_from=axis_from, quantities=track or (), false_alarms=false_alarms,
-                               since=_moment(since))  # fmt: skip
+    with results_folder(out, force=force) if out else nullcontext() as results, progress("watching"), figure_files(results, formats, data):
+        watched = watched_over(folder, axis_from=axis_from, quantities=track or (), false_alarms=false_alarms, since=_moment(since))
         summary = watch_summary(watched, provenance=provenance(context.obj))
         if results:
             page = watch_report(watched, summary, name=folder[0].resolve().name, command=context.obj)

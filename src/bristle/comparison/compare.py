@@ -51,8 +51,11 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     follows = all(log.reference is not None for log in logs)
     tells_effort = all(log.effort is not None for log in logs)
     if not follows and not tells_effort:
-        raise InputError("have neither all a reference nor all an effort: there is nothing to compare", path="logs",
-                         mend="Record the reference, or the effort")  # fmt: skip
+        raise InputError(
+            "have neither all a reference nor all an effort: there is nothing to compare",
+            path="logs",
+            mend="Record the reference, or the effort",
+        )
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
@@ -60,33 +63,44 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     used, kind = (low.of(plan.before), high.of(plan.after)), logs[0].kind
     samples = _window_samples(used, window) if follows else None
     rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
-    measures = [*(error_measures() if follows else ()), *(turn_measures(samples) if samples else ()),
-                *(effort_measures() if tells_effort else ()), *(rows.measures() if rows else ())]  # fmt: skip
+    measures = [
+        *(error_measures() if follows else ()),
+        *(turn_measures(samples) if samples else ()),
+        *(effort_measures() if tells_effort else ()),
+        *(rows.measures() if rows else ()),
+    ]
     changes, as_one = _changes(measures, used, plan, kind)
     shared = _shared((low, high), plan, complete=complete, as_one=float(np.median(as_one)))
     sides = tuple(log for log, _ in before), tuple(log for log, _ in after)
     return Comparison(
-        kind=kind, changes={name: change for name, change in changes.items() if "at_speeds" not in name},
-        friction_curve=_friction_curve(rows, changes), shared=shared,
+        kind=kind,
+        changes={name: change for name, change in changes.items() if "at_speeds" not in name},
+        friction_curve=_friction_curve(rows, changes),
+        shared=shared,
         window=samples * used[0].recordings[0].sample_time if samples else None,
-        course=course_of(*used, follows=follows), turns=turn_courses(*used, samples) if samples else (),
-        logs_before=sides[0], logs_after=sides[1],
-        diagnostics=findings_of(Findings(
-            *sides, shared, "friction.level" in changes, reason=low.reason or high.reason,
-            kind=kind, widths=_widths(changes),
-        )),
-    )  # fmt: skip
+        course=course_of(*used, follows=follows),
+        turns=turn_courses(*used, samples) if samples else (),
+        logs_before=sides[0],
+        logs_after=sides[1],
+        diagnostics=findings_of(
+            Findings(*sides, shared, "friction.level" in changes, reason=low.reason or high.reason, kind=kind, widths=_widths(changes))
+        ),
+    )
 
 
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
     kinds = {log.kind for log, _ in (*before, *after)}
     if len(kinds) > 1:
-        raise InputError("are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)),
-                         mend="Compare two logs of one axis")  # fmt: skip
+        raise InputError(
+            "are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare two logs of one axis"
+        )
     for (first, _), (second, _) in product(before, after):
         if _is_same(first, second):
-            raise InputError("is the same log on both sides", path=second.origin.name or "after",
-                             mend="Name the log from before the change, and one from after it")  # fmt: skip
+            raise InputError(
+                "is the same log on both sides",
+                path=second.origin.name or "after",
+                mend="Name the log from before the change, and one from after it",
+            )
 
 
 def _is_same(first: Log, second: Log) -> bool:
@@ -99,17 +113,17 @@ def _is_same(first: Log, second: Log) -> bool:
 
 def _refuse_other_motion(*, follows: bool) -> None:
     what = "references" if follows else "positions, compared because there is no reference,"
-    raise InputError(f"the {what} share no motion: no cycle of one is like a cycle of the other", path="after",
-                     mend="Record both with the same reference: same places, same speed")  # fmt: skip
+    raise InputError(
+        f"the {what} share no motion: no cycle of one is like a cycle of the other",
+        path="after",
+        mend="Record both with the same reference: same places, same speed",
+    )
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:
     """Return how many samples behind a reversal are looked at; None where nothing reverses."""
     between = [
-        step
-        for side in sides
-        for number in {cycle.recording for cycle in side.cycles}
-        for step in np.diff(side.recordings[number].turns)
+        step for side in sides for number in {cycle.recording for cycle in side.cycles} for step in np.diff(side.recordings[number].turns)
     ]
     sample_time = sides[0].recordings[0].sample_time
     if window is not None:
@@ -120,9 +134,7 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     return max(round(WINDOW * float(np.median(between))), LEAST_WINDOW) if between else None
 
 
-def _changes(
-    measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind
-) -> tuple[dict[str, Change], list[float]]:
+def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) -> tuple[dict[str, Change], list[float]]:
     """Return each quantity that both sides tell, and how many cycles count as one in each."""
     changes: dict[str, Change] = {}
     as_one, sums = [], {}
@@ -155,7 +167,4 @@ def _shared(sides: Sides, plan: Plan, *, complete: bool, as_one: float) -> Share
     in_common = set(sides[0].kinds) & set(sides[1].kinds)
     counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in sides]
     shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
-    return Shared(
-        shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, complete,
-        plan.paired, as_one,
-    )  # fmt: skip
+    return Shared(shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, complete, plan.paired, as_one)

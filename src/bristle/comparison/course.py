@@ -25,10 +25,13 @@ def course_of(before: Side, after: Side, *, follows: bool) -> Course:
     for kind in kinds:
         cycles = [[cycle_ for cycle_ in side.cycles if cycle_.kind == kind] for side in (before, after)]
         count = min(cycle_.count for own in cycles for cycle_ in own)
-        parts.append([
-            _mean_of(before, cycles[0], "motion", count), _mean_of(before, cycles[0], signal, count),
-            _mean_of(after, cycles[1], signal, count),
-        ])  # fmt: skip
+        parts.append(
+            [
+                _mean_of(before, cycles[0], "motion", count),
+                _mean_of(before, cycles[0], signal, count),
+                _mean_of(after, cycles[1], signal, count),
+            ]
+        )
     motion, low, high = (np.concatenate(cycle_) for cycle_ in zip(*parts, strict=True))
     return Course(sample_time * np.arange(motion.size), motion, low, high)
 

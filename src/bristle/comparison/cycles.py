@@ -29,17 +29,7 @@ FEWEST = 8  # samples of a cycle
 
 @dataclass(frozen=True)
 class Cycle:
-    """A stretch of a recording that is a whole motion.
-
-    Parameters
-    ----------
-    recording : int
-        Number of the recording on its side.
-    samples : slice
-        Its samples there.
-    kind : int
-        Number of the motion; of two cycles that move alike it is the same.
-    """
+    """A stretch of a recording that is a whole motion."""
 
     recording: int
     samples: slice
@@ -52,15 +42,7 @@ class Cycle:
 
 
 def with_turns(recordings: Sequence[Recording], *, measured: bool) -> list[Recording]:
-    """Return recordings that know where their motion turns.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Of both sides: what turns by less than a share of the widest motion turns on neither.
-    measured : bool
-        Whether the motion is a position that was measured, with its noise, and no reference.
-    """
+    """Return recordings that know where their motion turns."""
     widest = max((float(np.ptp(part.motion)) for part in recordings), default=0.0)
     least = (TREMBLE_MEASURED if measured else TREMBLE) * widest
     collected = (turning_points(part.motion, max(graininess(part.motion, None), least)) for part in recordings)
@@ -118,20 +100,13 @@ def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
 
 
 def alike(
-    before: tuple[Sequence[Recording], Sequence[Cycle]], after: tuple[Sequence[Recording], Sequence[Cycle]], *,
-    complete: bool, measured: bool,
-) -> tuple[list[Cycle], list[Cycle]]:  # fmt: skip
-    """Return the cycles of two sides with the number of their motion, counted through both.
-
-    Parameters
-    ----------
-    before, after : tuple of sequence of Recording and sequence of Cycle
-        The two sides.
-    complete : bool
-        Whether cycles are whole ones: else places count from where each log begins to move.
-    measured : bool
-        Whether the motion is a measured position.
-    """
+    before: tuple[Sequence[Recording], Sequence[Cycle]],
+    after: tuple[Sequence[Recording], Sequence[Cycle]],
+    *,
+    complete: bool,
+    measured: bool,
+) -> tuple[list[Cycle], list[Cycle]]:
+    """Return the cycles of two sides with the number of their motion, counted through both."""
     share = ALIKE_MEASURED if measured else ALIKE
     grain = max(graininess(part.motion, None) for part in (*before[0], *after[0]))
     shapes: list[np.ndarray] = []
@@ -157,9 +132,7 @@ def _shape(motion: np.ndarray) -> tuple[np.ndarray, float]:
     return np.interp(phases, np.arange(motion.size), motion), float(np.max(np.abs(np.diff(motion))))
 
 
-def _first_alike(
-    shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float
-) -> int:
+def _first_alike(shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float) -> int:
     """Return the number of the first motion that is like this one; the next number where none is."""
     if not shapes:
         return 0

@@ -22,23 +22,7 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 @dataclass(frozen=True)
 class Findings:
-    """What diagnostics of a comparison are made of.
-
-    Parameters
-    ----------
-    before, after : sequence of Log
-        The two sides.
-    shared : Shared
-        What was compared.
-    tells_friction : bool
-        Whether friction was told.
-    reason : InputError or None
-        Why a log tells no friction.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    widths : sequence of float
-        Half-width of each interval over the value before.
-    """
+    """What diagnostics of a comparison are made of."""
 
     before: Sequence[Log]
     after: Sequence[Log]

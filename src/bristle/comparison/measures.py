@@ -37,19 +37,7 @@ SumsOf = Callable[[Side], np.ndarray]
 
 
 class Measure(NamedTuple):
-    """A quantity: its name, what it is of (``length``, ``force``), its sums by cycle, and its value from sums.
-
-    Parameters
-    ----------
-    name : str
-        As in JSON.
-    quantity : str
-        Generalised quantity.
-    sums : callable
-        From a side to sums, shape (cycle, sum).
-    value : callable
-        From sums, shape (..., sum), to values, shape (...,).
-    """
+    """A quantity: its name, what it is of (``length``, ``force``), its sums by cycle, and its value from sums."""
 
     name: str
     quantity: str
@@ -96,10 +84,7 @@ def error_measures() -> list[Measure]:
 
 def effort_measures() -> list[Measure]:
     """Return root mean square of the effort, and its largest value in a cycle, mean over cycles."""
-    return [
-        Measure("effort.rms", "force", _squares("effort"), _root_mean),
-        Measure("effort.peak", "force", _peaks("effort"), _mean),
-    ]
+    return [Measure("effort.rms", "force", _squares("effort"), _root_mean), Measure("effort.peak", "force", _peaks("effort"), _mean)]
 
 
 def turns_in(recording: Recording, cycle: Cycle, window: int, *, forward: bool) -> list[int]:

@@ -19,23 +19,7 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 @dataclass(frozen=True)
 class Recording:
-    """A stretch of a log without a gap; arrays of shape (sample,), in SI of the axis.
-
-    Parameters
-    ----------
-    sample_time : float
-        Time between samples [s].
-    motion : ndarray
-        What tells the motion: the reference, or without one the position [m or rad].
-    error : ndarray or None
-        Following error, reference less position [m or rad].
-    effort : ndarray or None
-        Effort as recorded [N or N*m].
-    sliding : ndarray or None
-        Velocity, acceleration and effort behind one filter, shape (3, sample); NaN where nothing can be said.
-    turns : ndarray of int, shape (turn,)
-        Samples at which the motion turns.
-    """
+    """A stretch of a log without a gap; arrays of shape (sample,), in SI of the axis."""
 
     sample_time: float
     motion: np.ndarray
@@ -53,19 +37,7 @@ def common_sample_time(logs: Sequence[Log]) -> float:
 def recordings_of(
     log: Log, axis: Axis | None, sample_time: float, *, follows: bool, tells_effort: bool
 ) -> tuple[tuple[Recording, ...], InputError | None]:
-    """Return the stretches of a log with a sample about every `sample_time` [s], and why it tells no friction.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    axis : Axis or None
-        What is known of its axis.
-    sample_time : float
-        Of what is returned [s]: samples are picked, none is made up.
-    follows, tells_effort : bool
-        Whether reference and effort are looked at.
-    """
+    """Return the stretches of a log with a sample about every `sample_time` [s], and why it tells no friction."""
     sliding, reason = _sliding(log, axis, sample_time) if tells_effort else (None, None)
     motion = log.reference if follows else log.position
     assert motion is not None

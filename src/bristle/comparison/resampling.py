@@ -44,17 +44,7 @@ Value = Callable[[np.ndarray], np.ndarray]
 
 
 class Plan(NamedTuple):
-    """Which cycles of two logs are compared, and how they are drawn.
-
-    Parameters
-    ----------
-    before, after : ndarray of int, shape (cycle,)
-        Numbers of the cycles of each side.
-    kinds_before, kinds_after : ndarray of int, shape (cycle,)
-        The motion of each.
-    paired : bool
-        Whether a motion of one side is drawn together with that of the other.
-    """
+    """Which cycles of two logs are compared, and how they are drawn."""
 
     before: np.ndarray
     after: np.ndarray
@@ -88,15 +78,6 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     """Return a quantity of both sides and the interval of its change; None where one side does not tell it.
 
     Cycles that tell nothing of the quantity, whose sums are zero, do not count.
-
-    Parameters
-    ----------
-    value : callable
-        The quantity, from sums over cycles.
-    before, after : ndarray, shape (cycle, sum)
-        Sums of each cycle of the plan.
-    plan : Plan
-        Which motion each of them is.
     """
     is_told = before.any(axis=1), after.any(axis=1)
     own = plan_of(plan.kinds_before[is_told[0]], plan.kinds_after[is_told[1]])
@@ -106,9 +87,7 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     if plan.paired:
         return _pairs(value, before, after, plan)
     shares = _shares(plan)
-    low, high = (
-        _drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after))
-    )
+    low, high = (_drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after)))
     variance = low.variance + high.variance
     spread = low.variance**2 / low.freedom + high.variance**2 / high.freedom
     freedom = variance**2 / spread if spread > 0.0 else low.freedom + high.freedom

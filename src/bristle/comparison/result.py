@@ -79,12 +79,15 @@ class Change:
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""
         return {
-            "before": self.before, "after": self.after, "change": self.change,
+            "before": self.before,
+            "after": self.after,
+            "change": self.change,
             "interval": None if self.interval is None else list(self.interval),
             "change_percent": self.change_percent,
             "interval_percent": None if self.interval_percent is None else list(self.interval_percent),
-            "unit": self.unit, "verdict": self.verdict,
-        }  # fmt: skip
+            "unit": self.unit,
+            "verdict": self.verdict,
+        }
 
     def _percent(self, change: float) -> float:
         return 100.0 * change / abs(self.before) if self.before else math.nan

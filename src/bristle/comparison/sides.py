@@ -20,17 +20,7 @@ LogAndAxis = tuple[Log, Axis | None]
 
 @dataclass(frozen=True)
 class Side:
-    """One side.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Stretches of its logs without a gap.
-    cycles : sequence of Cycle
-        Its cycles, with the numbers of their motions.
-    reason : InputError or None
-        Why it tells no friction.
-    """
+    """One side."""
 
     recordings: Sequence[Recording]
     cycles: Sequence[Cycle]
@@ -46,18 +36,8 @@ class Side:
         return [cycle.kind for cycle in self.cycles]
 
 
-def sides_of(
-    before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool
-) -> tuple[Side, Side, bool]:
-    """Return both sides, and whether their cycles are whole ones.
-
-    Parameters
-    ----------
-    before, after : sequence of (Log, Axis or None)
-        The logs of each side, with what is known of the axis.
-    follows, tells_effort : bool
-        Whether all have a reference, and an effort.
-    """
+def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool) -> tuple[Side, Side, bool]:
+    """Return both sides, and whether their cycles are whole ones."""
     sample_time = common_sample_time([log for log, _ in (*before, *after)])
     recordings: tuple[list[Recording], list[Recording]] = ([], [])
     reasons: list[InputError | None] = [None, None]

@@ -12,10 +12,8 @@ from bristle.core.contracts import Controller
 # Those that a file may name: an open loop has none.
 CONTROLLERS: dict[str, Controller] = {
     controller.name: controller
-    for controller in (
-        cascade, sliding_mode, disturbance_observer, super_twisting, lugre_observer, adaptive_hysteresis,
-    )
-}  # fmt: skip
+    for controller in (cascade, sliding_mode, disturbance_observer, super_twisting, lugre_observer, adaptive_hysteresis)
+}
 
 __all__ = [
     "CONTROLLERS",

@@ -117,12 +117,23 @@ def step(state, reference, measured, dt, p):
     # At its limit the effort does not do what the weights say, and they learn nothing.
     beyond = 0.0 if effort != demand else surface - max(-p.delta, min(p.delta, surface))
     return effort, State(
-        motion.q, motion.v, reference.position, learned(state.w_0, 1.0, beyond, -1.0, dt, p),
-        E_1, E_2, E_3, E_4, E_5, E_6,
-        learned(state.w_1, E_1, beyond, 0.0, dt, p), learned(state.w_2, E_2, beyond, 0.0, dt, p),
-        learned(state.w_3, E_3, beyond, 0.0, dt, p), learned(state.w_4, E_4, beyond, 0.0, dt, p),
-        learned(state.w_5, E_5, beyond, 0.0, dt, p), learned(state.w_6, E_6, beyond, 0.0, dt, p),
-    )  # fmt: skip
+        motion.q,
+        motion.v,
+        reference.position,
+        learned(state.w_0, 1.0, beyond, -1.0, dt, p),
+        E_1,
+        E_2,
+        E_3,
+        E_4,
+        E_5,
+        E_6,
+        learned(state.w_1, E_1, beyond, 0.0, dt, p),
+        learned(state.w_2, E_2, beyond, 0.0, dt, p),
+        learned(state.w_3, E_3, beyond, 0.0, dt, p),
+        learned(state.w_4, E_4, beyond, 0.0, dt, p),
+        learned(state.w_5, E_5, beyond, 0.0, dt, p),
+        learned(state.w_6, E_6, beyond, 0.0, dt, p),
+    )
 
 
 @kernel

@@ -49,10 +49,7 @@ def observed(q, v, measured, dt, estimator, cutoff):
 @kernel
 def samples_before(position, velocity, acceleration, dt):
     """Return where a motion was one sample and two samples before."""
-    return (
-        position - velocity * dt + 0.5 * acceleration * dt * dt,
-        position - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt,
-    )
+    return (position - velocity * dt + 0.5 * acceleration * dt * dt, position - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt)
 
 
 @kernel

@@ -14,19 +14,7 @@ __all__ = ["CURVE", "array", "is_finite", "vector"]
 
 
 def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:
-    """Return what takes an array of numbers, of so many dimensions.
-
-    Parameters
-    ----------
-    ndim : int
-        Dimensions.
-    least : int
-        Fewest numbers along the last of them.
-    single : bool
-        Whether fewer dimensions will do: one number for all.
-    finite : bool
-        Whether all of them must be finite.
-    """
+    """Return what takes an array of numbers, of so many dimensions."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> np.ndarray:
         numbers = vector(value, path)
@@ -36,8 +24,9 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
             raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
-            raise InputError("is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}",
-                             mend="Remove NaN and infinity first")  # fmt: skip
+            raise InputError(
+                "is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}", mend="Remove NaN and infinity first"
+            )
         return numbers
 
     return convert
@@ -52,13 +41,7 @@ def is_finite(numbers: np.ndarray) -> bool:
 
 
 def vector(values: Any, name: str = "signal") -> np.ndarray:
-    """Return values as compiled entries take them: contiguous, writable, of floating point.
-
-    Raises
-    ------
-    InputError
-        If they are no real numbers, or some of them are masked; it tells `name`.
-    """
+    """Return values as compiled entries take them: contiguous, writable, of floating point."""
     if np.ma.is_masked(values):
         raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
     try:

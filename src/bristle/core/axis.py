@@ -6,21 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.core.edge import (
-    FLAG,
-    KIND,
-    TEXT,
-    Converter,
-    among,
-    amount,
-    guarded,
-    instance,
-    many,
-    mapping,
-    model,
-    optional,
-    whole,
-)  # fmt: skip
+from bristle.core.edge import FLAG, KIND, TEXT, Converter, among, amount, guarded, instance, many, mapping, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.core.values import looked_at, shown
@@ -97,11 +83,10 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     """Take columns by channel; a further channel, for a slot of a person's own, is a word and has a unit."""
     columns = mapping(instance(Column, "a Column"))(columns, path, kind)
     for name, column in columns.items():
-        if name not in COLUMNS and not (
-            isinstance(name, str) and name.isidentifier() and (column.base or column.shift)
-        ):
-            raise InputError("has an unknown name", path=path, value=shown(name),
-                             allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit")  # fmt: skip
+        if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
+            raise InputError(
+                "has an unknown name", path=path, value=shown(name), allowed=f"{', '.join(COLUMNS)}, or a further channel, with its unit"
+            )
     return columns
 
 
@@ -146,9 +131,10 @@ class KnownColumn:
 
 
 @guarded(
-    turner=among("motor", "screw"), turn=amount(Variable("length", "movement for one turn", min=1e-12)),
+    turner=among("motor", "screw"),
+    turn=amount(Variable("length", "movement for one turn", min=1e-12)),
     harmonics=optional(many(whole(1, 10_000), single=True)),
-)  # fmt: skip
+)
 @dataclass(frozen=True)
 class Cogging:
     """Efforts that come back a whole number of times in a turn, the same in both directions.
@@ -169,29 +155,49 @@ class Cogging:
 
 
 @guarded(
-    name=TEXT, kind=KIND, columns=_columns,
-    injected=many(instance(Injected, "an Injected"), single=True), table=optional(TEXT),
-    gravity=FLAG, cogging=many(instance(Cogging, "a Cogging"), single=True),
+    name=TEXT,
+    kind=KIND,
+    columns=_columns,
+    injected=many(instance(Injected, "an Injected"), single=True),
+    table=optional(TEXT),
+    gravity=FLAG,
+    cogging=many(instance(Cogging, "a Cogging"), single=True),
     regressors=many(instance(KnownColumn, "a KnownColumn"), single=True),
-    sample_time=_positive("time", "sample time"), delay=amount(Variable("time", "delay of the effort")),
-    seeks_delay=FLAG, mass=_positive("mass", "moving mass or inertia"), plant=among("inertia", "oscillator"),
+    sample_time=_positive("time", "sample time"),
+    delay=amount(Variable("time", "delay of the effort")),
+    seeks_delay=FLAG,
+    mass=_positive("mass", "moving mass or inertia"),
+    plant=among("inertia", "oscillator"),
     stiffness=optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))),
     damping=optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))),
-    offset=_offset, resolution=_positive("length", "step of the encoder"),
-    effort_limit=_positive("force", "largest effort"), held=optional(FLAG),
-    hold=optional(among("zero", "linear", "band_limited")), lag=amount(Variable("time", "lag of the drive", min=0.0)),
-    seeks_lag=FLAG, periodic=optional(FLAG), at_rest=FLAG, in_cycle=FLAG,
+    offset=_offset,
+    resolution=_positive("length", "step of the encoder"),
+    effort_limit=_positive("force", "largest effort"),
+    held=optional(FLAG),
+    hold=optional(among("zero", "linear", "band_limited")),
+    lag=amount(Variable("time", "lag of the drive", min=0.0)),
+    seeks_lag=FLAG,
+    periodic=optional(FLAG),
+    at_rest=FLAG,
+    in_cycle=FLAG,
     span=_pair("time", "from when to when", endless=True),
     velocity_limit=_positive("length/time", "largest velocity"),
     acceleration_limit=_positive("length/time^2", "largest acceleration"),
-    jerk_limit=_positive("length/time^3", "largest jerk"), stroke=_pair("length", "where the stroke ends"),
-    controller=optional(model("controller")), pitch=_positive("length", "movement for a turn"),
+    jerk_limit=_positive("length/time^3", "largest jerk"),
+    stroke=_pair("length", "where the stroke ends"),
+    controller=optional(model("controller")),
+    pitch=_positive("length", "movement for a turn"),
     arm=_positive("length", "movement for a radian of the motor"),
     rated=_positive("force", "effort at 100 % of rated"),
-    presliding=_positive("length", "pre-sliding distance"), cutoff=_positive("frequency", "cut-off"),
-    decimation=optional(whole(1, 10_000)), keeps_rests=FLAG, method=among("inverse_dynamics", "output_error"),
-    loop=optional(among("open", "closed")), global_search=FLAG, settings=_thresholds,
-)  # fmt: skip
+    presliding=_positive("length", "pre-sliding distance"),
+    cutoff=_positive("frequency", "cut-off"),
+    decimation=optional(whole(1, 10_000)),
+    keeps_rests=FLAG,
+    method=among("inverse_dynamics", "output_error"),
+    loop=optional(among("open", "closed")),
+    global_search=FLAG,
+    settings=_thresholds,
+)
 @dataclass(frozen=True)
 class Axis:
     """A motion axis, in SI of its kind.

@@ -14,19 +14,7 @@ WIDEST = 100  # characters of a remark
 
 
 class Card(NamedTuple):
-    """A title, a table, and remarks; what is too much of it is counted.
-
-    Parameters
-    ----------
-    title : str
-        What it is, in a line.
-    heads : tuple of str
-        Heads of the columns.
-    rows : tuple of tuple of str
-        Cells; the first of a row is its name.
-    remarks : tuple of str
-        Sentences below the table.
-    """
+    """A title, a table, and remarks; what is too much of it is counted."""
 
     title: str
     heads: tuple[str, ...] = ()

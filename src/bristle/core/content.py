@@ -69,13 +69,7 @@ _read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
 
 @contextmanager
 def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]:
-    """Note, inside this block, which files are read, so that none of them is replaced by what is made of them.
-
-    Parameters
-    ----------
-    named : iterable
-        What was read before, or is going to be.
-    """
+    """Note, inside this block, which files are read, so that none of them is replaced by what is made of them."""
     paths = [str(item.source if isinstance(item, Content) else item) for item in named if item is not None]
     token = _read.set({os.path.realpath(file_path.partition("::")[0]) for file_path in paths if "\0" not in file_path})
     try:
@@ -104,17 +98,7 @@ NOWHERE = Origin("", "")
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """A file as it was read.
-
-    Parameters
-    ----------
-    source : Path
-        The file; a name in angle brackets for what was no file.
-    data : bytes
-        All that it held.
-    part : str or None
-        A table in it that was named with the file.
-    """
+    """A file as it was read."""
 
     source: Path
     data: bytes
@@ -132,23 +116,7 @@ class Content:
 
 
 def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
-    """Return what a file holds, read once.
-
-    Parameters
-    ----------
-    readable : path-like, bytes, file object or Content
-        The file; ``-`` is the standard input. A `Content` is returned as it is.
-    limit : int
-        Largest size [byte].
-    path, what : str
-        Argument and what it must be, for the message where nothing that can be read was given.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is no regular file and no pipe, it is larger than the limit, or a pipe stays
-        silent.
-    """
+    """Return what a file holds, read once."""
     if isinstance(readable, Content):
         return readable
     if isinstance(readable, (bytes, bytearray, memoryview)):
@@ -169,33 +137,24 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
 
 
 def refuse_larger(size: float, limit: int, place: object) -> bool:
-    """Refuse what is larger than the limit; the size may be one that is only announced [byte].
-
-    Raises
-    ------
-    InputError
-        With both, and the option that raises the limit, where one does.
-    """
+    """Refuse what is larger than the limit; the size may be one that is only announced [byte]."""
     if size > limit:
         fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
         words = f"more than {words}" if words == size_in_words(limit) else words
         raise InputError(
-            f"holds {words}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
+            f"holds {words}, which is more than is read{'' if fixed else ' unasked'}",
+            path=str(place),
             allowed=f"up to {size_in_words(limit)}",
-            mend="Is it the right file?" if fixed
+            mend="Is it the right file?"
+            if fixed
             else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
             " (size_limit in Python); reading takes several times as much memory",
-        )  # fmt: skip
+        )
     return True
 
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
     """Return a size in bytes, of a number or of text such as ``"2 GB"``.
-
-    Raises
-    ------
-    InputError
-        If it is none.
 
     Examples
     --------
@@ -268,8 +227,7 @@ def _standard_input() -> int:
     try:
         return sys.stdin.fileno()
     except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
-        raise InputError("there is nothing to read", path="<stdin>",
-                         mend="Name a file, or send one: cat log.csv | bristle log -") from None  # fmt: skip
+        raise InputError("there is nothing to read", path="<stdin>", mend="Name a file, or send one: cat log.csv | bristle log -") from None
 
 
 def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:

@@ -84,11 +84,7 @@ class Component(Documented):
     def __post_init__(self) -> None:
         super().__post_init__()
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
-        dispatch.register(
-            self.family,
-            self.Parameters,
-            {name: function for name, function in functions.items() if function is not None},
-        )
+        dispatch.register(self.family, self.Parameters, {name: function for name, function in functions.items() if function is not None})
 
     def __reduce__(self) -> tuple[Any, ...]:
         # There is one of each, told by identity: it is found again in another process, never made anew.
@@ -340,9 +336,8 @@ class Model(WithParameters):
 
 
 def make_model(
-    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True,
-    path: str = "",
-) -> Model:  # fmt: skip
+    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True, path: str = ""
+) -> Model:
     """Return `component` with validated parameters; `path` goes before the names in error messages.
 
     With ``related=False`` every value is held to its range, but relations between them are not asked for.
@@ -355,9 +350,7 @@ def make_model(
     variables = component.variables
     for name in values:
         if name not in variables:
-            raise InputError(
-                f"{component.name} has no such parameter", path=prefix + name, allowed=", ".join(variables)
-            )
+            raise InputError(f"{component.name} has no such parameter", path=prefix + name, allowed=", ".join(variables))
     kinds = (*KINDS, "magnetic", "piezo") if component.family == "hysteresis" else KINDS
     if not isinstance(validate, bool):
         raise InputError("must be True or False", path=f"{prefix}validate", value=validate)
@@ -368,8 +361,7 @@ def make_model(
         raise InputError(
             f"{component.name} needs {', '.join(missing)}",
             path=path or component.name,
-            mend=f"Give {missing[0]}, {variables[missing[0]].description} "
-            f"[{variables[missing[0]].unit(kind or 'translational')}]",
+            mend=f"Give {missing[0]}, {variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}]",
         )
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
@@ -390,11 +382,14 @@ def _over_operator(
     """Return a friction model over the operator that is given for its kernel, with the values of both."""
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
-        raise InputError(f"is {operator.kind}, and this friction is {kind}", path=path, value=operator.name,
-                         mend="Take an operator of the same kind of axis")  # fmt: skip
+        raise InputError(
+            f"is {operator.kind}, and this friction is {kind}",
+            path=path,
+            value=operator.name,
+            mend="Take an operator of the same kind of axis",
+        )
     composed, fixed = component.over(operator, path)
     for name in fixed:
         if name in values and name != "kernel":
-            raise InputError("is told by the operator", path=f"{prefix}{name}", value=values[name],
-                             mend=f"Leave {name} out")  # fmt: skip
+            raise InputError("is told by the operator", path=f"{prefix}{name}", value=values[name], mend=f"Leave {name} out")
     return composed, {name: value for name, value in values.items() if name != "kernel"} | fixed, operator.kind

@@ -28,13 +28,7 @@ def core_count() -> int:
 
 
 class Abreast(ThreadPoolExecutor):
-    """Threads that work for one caller, as it would itself: what holds in its context holds in them.
-
-    Parameters
-    ----------
-    threads : int, optional
-        How many; as many as there are cores where not given.
-    """
+    """Threads that work for one caller, as it would itself: what holds in its context holds in them."""
 
     def __init__(self, threads: int | None = None) -> None:
         super().__init__(threads or core_count())

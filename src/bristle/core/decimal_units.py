@@ -17,10 +17,7 @@ _PLAIN = {
     "count/s": {"count/s": 0},
     "rated": {"rated": 0, "%": -2, "‰": -3},
 }
-_MOVEMENTS = {
-    "m": {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9},
-    "rad": {"rad": 0, "mrad": -3, "urad": -6},
-}
+_MOVEMENTS = {"m": {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9}, "rad": {"rad": 0, "mrad": -3, "urad": -6}}
 _FORCES = {"N": 0, "mN": -3, "uN": -6, "kN": 3}
 _ARMS = {"m": 0, "cm": -2, "mm": -3}
 

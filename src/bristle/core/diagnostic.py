@@ -42,6 +42,4 @@ class Diagnostic:
 
     def as_data(self) -> dict[str, Any]:
         """Return what goes into JSON: ``code``, ``parameter``, ``severity``, ``numbers``."""
-        return {
-            "code": self.code, "parameter": self.parameter, "severity": self.severity, "numbers": dict(self.numbers),
-        }  # fmt: skip
+        return {"code": self.code, "parameter": self.parameter, "severity": self.severity, "numbers": dict(self.numbers)}

@@ -14,13 +14,7 @@ CHANCE = ("seed",)  # what differs between two runs of one thing
 
 
 def digest(model: Model) -> str:
-    """Return the first letters of a checksum over name and values of a model; the seed of its scatter is left out.
-
-    Parameters
-    ----------
-    model : Model
-        A component with parameters.
-    """
+    """Return the first letters of a checksum over name and values of a model; the seed of its scatter is left out."""
     values = sorted((name, _plain(value)) for name, value in model.values.items() if name not in CHANCE)
     return hashlib.sha256(repr((model.name, model.kind, values)).encode()).hexdigest()[:LETTERS]
 

@@ -15,18 +15,7 @@ from typing import Any, Literal, NamedTuple
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = [
-    "KINDS",
-    "NAMES",
-    "AxisKind",
-    "Kind",
-    "Name",
-    "canonical",
-    "exponents_of",
-    "kind_called",
-    "unit_elsewhere",
-    "unit_of",
-]
+__all__ = ["KINDS", "NAMES", "AxisKind", "Kind", "Name", "canonical", "exponents_of", "kind_called", "unit_elsewhere", "unit_of"]
 
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
@@ -34,9 +23,7 @@ Kind = Literal["translational", "rotational", "magnetic", "piezo"]
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 
-OTHER_NAMES: dict[str, Kind] = {
-    "linear": "translational", "rotary": "rotational", "rotatory": "rotational", "rotating": "rotational",
-}  # fmt: skip
+OTHER_NAMES: dict[str, Kind] = {"linear": "translational", "rotary": "rotational", "rotatory": "rotational", "rotating": "rotational"}
 """What people call a kind of axis as well."""
 
 
@@ -78,9 +65,16 @@ NAMES = {
 SYMBOLS = ("kg", "N", "V", "A", "rated", "m", "rad", "T", "s", "Hz", "count", "K")
 HIGHEST, LONGEST = 9.0, 200  # power in a unit that text is read in, and characters of a quantity
 WITHOUT_NAME = {
-    "torque": "force", "angle": "length", "position": "length", "distance": "length", "inertia": "mass",
-    "velocity": "length/time", "speed": "length/time", "acceleration": "length/time^2", "stiffness": "force/length",
-}  # fmt: skip
+    "torque": "force",
+    "angle": "length",
+    "position": "length",
+    "distance": "length",
+    "inertia": "mass",
+    "velocity": "length/time",
+    "speed": "length/time",
+    "acceleration": "length/time^2",
+    "stiffness": "force/length",
+}
 EXAMPLE = 'Write a product such as "force*time^2/length^2"'
 
 _FACTOR = r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)(?:\^-?\d(?:\.5)?)?"
@@ -91,16 +85,6 @@ _STEP = re.compile(r"([*/]?)(\(?)(1|[A-Za-z ]+)(?:\^(-?[\d.]+))?(\)?)")
 
 def canonical(quantity: Any) -> str:
     """Return a quantity in the one spelling that it has.
-
-    Parameters
-    ----------
-    quantity : str
-        A product of powers of `NAMES`.
-
-    Raises
-    ------
-    InputError
-        If it is none, or its unit would have powers beyond 9.
 
     Examples
     --------
@@ -117,8 +101,7 @@ def _canonical(quantity: str) -> str:
     powers = _names_in(quantity)
     for kind in KINDS:
         if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
-            raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit",
-                             mend=EXAMPLE)  # fmt: skip
+            raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE)
     return _written(powers, NAMES)
 
 
@@ -196,9 +179,7 @@ def _units(kind: Kind) -> dict[str, str]:
 
 def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
     """Return the power of each factor of what the factors of a product are products of."""
-    return _total(
-        (part, power * inner) for name, power in powers.items() for part, inner in _factors(products[name]).items()
-    )
+    return _total((part, power * inner) for name, power in powers.items() for part, inner in _factors(products[name]).items())
 
 
 def _names_in(quantity: str) -> dict[str, float]:

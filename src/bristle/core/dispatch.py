@@ -48,13 +48,7 @@ _by_fields: dict[Callable[..., Any], Callable[[tuple[str, ...]], Callable[..., A
 
 
 def register(family: str, parameters: type, functions: Mapping[str, Callable[..., Any]]) -> None:
-    """Make the functions of a component known under the type of its parameters.
-
-    Raises
-    ------
-    TypeError
-        If the type belongs to another component already: two could not be told apart.
-    """
+    """Make the functions of a component known under the type of its parameters."""
     for name, function in functions.items():
         if _functions.setdefault((family, name, parameters), function) is not function:
             raise TypeError(
@@ -192,9 +186,7 @@ _DISPATCHERS = {
 }
 
 
-def chosen_by_fields(
-    function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]
-) -> Callable[..., Any]:
+def chosen_by_fields(function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]) -> Callable[..., Any]:
     """Return a function of one NamedTuple, for which `choose` has a kernel by the names of the fields of that."""
     _by_fields[function] = choose
     on_activation(lambda: _overload(function, lambda types: choose(types[-1].fields)))

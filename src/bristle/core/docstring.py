@@ -68,15 +68,7 @@ def _entries(lines: Iterable[str], begin: str) -> list[str]:
 
 
 def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
-    """Return paragraphs as text, formulas in Unicode, with an empty line between them.
-
-    Parameters
-    ----------
-    paragraphs : iterable of Paragraph
-        What to lay out.
-    width : int
-        Longest line.
-    """
+    """Return paragraphs as text, formulas in Unicode, with an empty line between them."""
     return "\n\n".join(_laid_out(paragraph, max(width, 20)) for paragraph in paragraphs)
 
 
@@ -90,9 +82,7 @@ def _laid_out(paragraph: Paragraph, width: int) -> str:
 
 def _filled(text: str, width: int, first: str, further: str) -> str:
     """Return text in lines, which end at a blank."""
-    filled = textwrap.fill(
-        text, width, initial_indent=first, subsequent_indent=further, break_long_words=False, break_on_hyphens=False
-    )
+    filled = textwrap.fill(text, width, initial_indent=first, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
     return filled.replace(NO_BREAK, " ")
 
 

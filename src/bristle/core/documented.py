@@ -107,8 +107,7 @@ def _docstring_of(component: Documented) -> str:
 
     explained = component.explanation or (Paragraph(TEXT, component.description),)
     named = [
-        f"{name} : {_unit_of(component, name, variable)}{_default_of(component, name)}\n"
-        f"    {_said_of(component, variable)}"
+        f"{name} : {_unit_of(component, name, variable)}{_default_of(component, name)}\n    {_said_of(component, variable)}"
         for name, variable in component.variables.items()
     ]
     sections = {"Parameters": "\n".join([*named, *_FURTHER])}

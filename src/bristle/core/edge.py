@@ -69,13 +69,7 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 def guarded(**arguments: Converter) -> Callable[[T], T]:
-    """Return what puts converters in front of a function, or of the fields of a dataclass.
-
-    Parameters
-    ----------
-    **arguments
-        The converter of each argument that has one; what is left out of a call is not asked.
-    """
+    """Return what puts converters in front of a function, or of the fields of a dataclass."""
 
     def guard(target: Any) -> Any:
         if isinstance(target, type):
@@ -121,23 +115,14 @@ SMALLEST = 1e-300  # below, a quotient is no number any more
 
 
 def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False) -> Converter:
-    """Return what takes a number in SI, or text with a unit.
-
-    Parameters
-    ----------
-    variable : Variable
-        What it is, with its range.
-    exclusive : bool
-        Whether the smallest value is none.
-    endless : bool
-        Whether infinity is a value, too.
-    """
+    """Return what takes a number in SI, or text with a unit."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> float:
         number = _number(value, variable, path, kind, endless)
         if 0.0 < abs(number) < SMALLEST:
-            raise InputError("is out of any range", path=path, value=value,
-                             allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?")  # fmt: skip
+            raise InputError(
+                "is out of any range", path=path, value=value, allowed=f"0, or {SMALLEST:g} and more in SI", mend="Is the unit right?"
+            )
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:
@@ -149,9 +134,8 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
 
 
 def of_variables(
-    variables: Mapping[str, Variable], *, whole_ones: Collection[str] = (), none: Collection[str] = (),
-    endless: Collection[str] = (),
-) -> dict[str, Converter]:  # fmt: skip
+    variables: Mapping[str, Variable], *, whole_ones: Collection[str] = (), none: Collection[str] = (), endless: Collection[str] = ()
+) -> dict[str, Converter]:
     """Return the converters of several quantities; of whole numbers, 0 stands for none in those of `none`."""
     return {
         name: whole(int(variable.min), int(variable.max), none=name in none)
@@ -175,9 +159,7 @@ def _number(value: Any, variable: Variable, path: str, kind: Kind | None, endles
 
 def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
     """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
-    allowed = (
-        f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
-    )
+    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
     allowed += " and more" if none and most >= 2**53 else ""
 
     def convert(value: Any, path: str, kind: Kind | None) -> int:
@@ -203,16 +185,13 @@ def among(*names: str) -> Converter:
     def convert(value: Any, path: str, kind: Kind | None) -> str:
         if not isinstance(value, str) or value not in names:
             mend = did_you_mean(value, names) if isinstance(value, str) else ""
-            raise InputError("is none of the choices", path=path, value=shown(value), allowed=", ".join(names),
-                             mend=mend)  # fmt: skip
+            raise InputError("is none of the choices", path=path, value=shown(value), allowed=", ".join(names), mend=mend)
         return value
 
     return convert
 
 
-def instance(
-    cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None
-) -> Converter:
+def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None) -> Converter:
     """Return what takes an instance of a class, or what `read` makes one of: a path, as a rule."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Any:
@@ -232,14 +211,16 @@ def model(*families: str) -> Converter:
         if not isinstance(value, Model):
             named = isinstance(value, Component)
             raise InputError(
-                f"must be a model with parameters, a {expected}", path=path,
+                f"must be a model with parameters, a {expected}",
+                path=path,
                 value=value.name if named else shown(value),
                 mend=_call_of(value) if named else "Give one such as friction.coulomb(F_C=2.0)",
-            )  # fmt: skip
+            )
         family = getattr(value.component, "family", None)
         if family not in families:
-            raise InputError(f"must be a {expected}, and is a {_called(family)}", path=path, value=value.name,
-                             mend="Are the arguments in their order?")  # fmt: skip
+            raise InputError(
+                f"must be a {expected}, and is a {_called(family)}", path=path, value=value.name, mend="Are the arguments in their order?"
+            )
         return value
 
     return convert

@@ -62,15 +62,7 @@ class InputError(BristleError, ValueError):
 
     exit_code = 2
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        path: str = "",
-        value: object = None,
-        allowed: str = "",
-        mend: str = "",
-    ) -> None:
+    def __init__(self, message: str, *, path: str = "", value: object = None, allowed: str = "", mend: str = "") -> None:
         self.message, self.path, self.value, self.allowed, self.mend = message, path, value, allowed, mend
         super().__init__(str(self))
 

@@ -13,19 +13,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.contracts import Model
-from bristle.core.edge import (
-    KIND,
-    TEXT,
-    among,
-    amount,
-    array,
-    guarded,
-    instance,
-    many,
-    model,
-    of_variables,
-    optional,
-)  # fmt: skip
+from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instance, many, model, of_variables, optional
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 
@@ -154,19 +142,31 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
-            raise InputError("stands beside a tolerance, which chooses the steps itself", path="substeps",
-                             value=self.substeps, mend="Leave one of both out")  # fmt: skip
+            raise InputError(
+                "stands beside a tolerance, which chooses the steps itself",
+                path="substeps",
+                value=self.substeps,
+                mend="Leave one of both out",
+            )
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
-            raise InputError(f"asks for {self.duration / self.sample_time:.3g} samples", path="duration",
-                             value=self.duration, allowed=f"up to {SAMPLES_MAX} samples")  # fmt: skip
+            raise InputError(
+                f"asks for {self.duration / self.sample_time:.3g} samples",
+                path="duration",
+                value=self.duration,
+                allowed=f"up to {SAMPLES_MAX} samples",
+            )
 
 
 @guarded(
-    **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")), friction=optional(model("friction")),
-    along=among(*ALONG), rest=among(*RESTS), plant=optional(model("plant")), carries=optional(model("plant")),
-)  # fmt: skip
+    **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")),
+    friction=optional(model("friction")),
+    along=among(*ALONG),
+    rest=among(*RESTS),
+    plant=optional(model("plant")),
+    carries=optional(model("plant")),
+)
 @dataclass(frozen=True)
 class Feedforward:
     """What is fed forward: inertia along the desired trajectory, gravity and cogging, and friction.
@@ -275,12 +275,23 @@ class Start:
 
 
 @guarded(
-    name=TEXT, plant=model("plant"), friction=model("friction"), controller=model("controller"), sensor=model("sensor"),
-    reference=model("reference"), feedforward=instance(Feedforward, "a Feedforward"), run=instance(Run, "a Run"),
-    disturbance=optional(array()), injected=optional(array()), learning=optional(instance(Learning, "a Learning")),
-    table=optional(model("friction")), sensor_at=among(*SIDES), axis=optional(instance(Axis, "an Axis")),
-    effort=optional(instance(Effort, "an Effort")), start=optional(instance(Start, "a Start")),
-)  # fmt: skip
+    name=TEXT,
+    plant=model("plant"),
+    friction=model("friction"),
+    controller=model("controller"),
+    sensor=model("sensor"),
+    reference=model("reference"),
+    feedforward=instance(Feedforward, "a Feedforward"),
+    run=instance(Run, "a Run"),
+    disturbance=optional(array()),
+    injected=optional(array()),
+    learning=optional(instance(Learning, "a Learning")),
+    table=optional(model("friction")),
+    sensor_at=among(*SIDES),
+    axis=optional(instance(Axis, "an Axis")),
+    effort=optional(instance(Effort, "an Effort")),
+    start=optional(instance(Start, "a Start")),
+)
 @dataclass(frozen=True)
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
@@ -333,9 +344,7 @@ class Variant:
     def first(self, count: int) -> Variant:
         """Return the loop over its first samples."""
         run = replace(self.run, duration=count * self.run.sample_time)
-        disturbance, injected = (
-            None if signal is None else signal[:count] for signal in (self.disturbance, self.injected)
-        )
+        disturbance, injected = (None if signal is None else signal[:count] for signal in (self.disturbance, self.injected))
         return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def __post_init__(self) -> None:
@@ -343,26 +352,35 @@ class Variant:
             return
         if self.effort is None:
             raise InputError(
-                "is for open loops: a controller acts at equal steps, and they end there", path="run.tolerance",
-                value=self.run.tolerance, mend="Write substeps, or drive the plant by [effort] without a [controller]",
-            )  # fmt: skip
+                "is for open loops: a controller acts at equal steps, and they end there",
+                path="run.tolerance",
+                value=self.run.tolerance,
+                mend="Write substeps, or drive the plant by [effort] without a [controller]",
+            )
         if self.plant.component.screw is not None:
             raise InputError(
-                f"needs a plant of one mass, and {self.plant.name} has a table behind a screw", path="run.tolerance",
-                value=self.run.tolerance, mend="Write substeps instead, or take an inertia with the sum of both",
-            )  # fmt: skip
+                f"needs a plant of one mass, and {self.plant.name} has a table behind a screw",
+                path="run.tolerance",
+                value=self.run.tolerance,
+                mend="Write substeps instead, or take an inertia with the sum of both",
+            )
         for name in ("delay", "current_lag"):
             if value := getattr(self.run, name):
                 raise InputError(
-                    "stands beside a tolerance, and no drive is part of what that integrates", path=f"run.{name}",
-                    value=value, mend="Write substeps instead of the tolerance",
-                )  # fmt: skip
+                    "stands beside a tolerance, and no drive is part of what that integrates",
+                    path=f"run.{name}",
+                    value=value,
+                    mend="Write substeps instead of the tolerance",
+                )
 
 
 @guarded(
-    name=TEXT, kind=KIND, variants=many(instance(Variant, "a Variant"), single=True),
-    source=optional(instance(Path, "a path", read=Path)), origins=instance(Mapping, "a mapping"),
-)  # fmt: skip
+    name=TEXT,
+    kind=KIND,
+    variants=many(instance(Variant, "a Variant"), single=True),
+    source=optional(instance(Path, "a path", read=Path)),
+    origins=instance(Mapping, "a mapping"),
+)
 @dataclass(frozen=True)
 class Experiment:
     """One or more variants side by side.

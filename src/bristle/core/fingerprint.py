@@ -119,6 +119,4 @@ def _globals_read(code: types.CodeType) -> frozenset[str]:
     """Return which names a code reads from its module; the others are attributes, whatever else has that name."""
     # By what instructions are called, as a version of Python may have more of them: one too many costs time, one
     # too few returns an old number.
-    return frozenset(
-        one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME"
-    )
+    return frozenset(one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME")

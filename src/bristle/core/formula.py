@@ -20,46 +20,127 @@ from typing import NamedTuple
 
 __all__ = ["as_text", "lines_of", "spelt_out"]
 
+
+def _words(text: str) -> tuple[str, ...]:
+    """Words of a list that is written with blanks between."""
+    return tuple(text.split())
+
+
 GREEK = {
-    **dict(zip("αβγδεζηθικλμνξπρςστυφχψω", (
-        "alpha", "beta", "gamma", "delta", "varepsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu",
-        "xi", "pi", "rho", "varsigma", "sigma", "tau", "upsilon", "varphi", "chi", "psi", "omega",
-    ), strict=True)),
-    **dict(zip("ΓΔΘΛΞΠΣΥΦΨΩϕϑϵ", (
-        "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega", "phi", "vartheta",
-        "epsilon",
-    ), strict=True)),
-}  # fmt: skip
+    **dict(
+        zip(
+            "αβγδεζηθικλμνξπρςστυφχψω",
+            _words(
+                "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho varsigma sigma tau upsilon varphi "
+                "chi psi omega"
+            ),
+            strict=True,
+        )
+    ),
+    **dict(
+        zip(
+            "ΓΔΘΛΞΠΣΥΦΨΩϕϑϵ",
+            ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega", "phi", "vartheta", "epsilon"),
+            strict=True,
+        )
+    ),
+}
 LETTERS = {command: letter for letter, command in GREEK.items()} | {
-    "ell": "ℓ", "infty": "∞", "dots": "…", "ldots": "…", "cdots": "…", "sum": "∑", "prod": "∏", "int": "∫", "iint": "∬",
-    "partial": "∂", "nabla": "∇", "prime": "′",
-}  # fmt: skip
+    "ell": "ℓ",
+    "infty": "∞",
+    "dots": "…",
+    "ldots": "…",
+    "cdots": "…",
+    "sum": "∑",
+    "prod": "∏",
+    "int": "∫",
+    "iint": "∬",
+    "partial": "∂",
+    "nabla": "∇",
+    "prime": "′",
+}
 RELATIONS = {
-    "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "ne": "≠", "neq": "≠", "in": "∈", "to": "→", "leftarrow": "←",
-    "rightarrow": "→", "sim": "~", "approx": "≈", "equiv": "≡", "propto": "∝", "ll": "≪", "gg": "≫", "Rightarrow": "⇒",
-    "lt": "<", "gt": ">",
-}  # fmt: skip
+    "le": "≤",
+    "leq": "≤",
+    "ge": "≥",
+    "geq": "≥",
+    "ne": "≠",
+    "neq": "≠",
+    "in": "∈",
+    "to": "→",
+    "leftarrow": "←",
+    "rightarrow": "→",
+    "sim": "~",
+    "approx": "≈",
+    "equiv": "≡",
+    "propto": "∝",
+    "ll": "≪",
+    "gg": "≫",
+    "Rightarrow": "⇒",
+    "lt": "<",
+    "gt": ">",
+}
 SIGNS = {"pm": "±", "mp": "∓", "times": "×", "cdot": "·", "circ": "∘", "cup": "∪", "cap": "∩"}
-ACCENTS = {"dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303", "vec": "\u20d7",
-           "overline": "\u0304", "widehat": "\u0302", "widetilde": "\u0303"}  # fmt: skip
-FUNCTIONS = {
-    "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg",
-}  # fmt: skip
-FRAMES = {"lfloor": "⌊", "rfloor": "⌋", "lceil": "⌈", "rceil": "⌉", "langle": "⟨", "rangle": "⟩", "{": "{", "}": "}",
-          "|": "‖", "lvert": "|", "rvert": "|"}  # fmt: skip
+ACCENTS = {
+    "dot": "\u0307",
+    "ddot": "\u0308",
+    "hat": "\u0302",
+    "bar": "\u0304",
+    "tilde": "\u0303",
+    "vec": "\u20d7",
+    "overline": "\u0304",
+    "widehat": "\u0302",
+    "widetilde": "\u0303",
+}
+FUNCTIONS = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"}
+FRAMES = {
+    "lfloor": "⌊",
+    "rfloor": "⌋",
+    "lceil": "⌈",
+    "rceil": "⌉",
+    "langle": "⟨",
+    "rangle": "⟩",
+    "{": "{",
+    "}": "}",
+    "|": "‖",
+    "lvert": "|",
+    "rvert": "|",
+}
 OPENING, CLOSING = "([{⌊⌈⟨", ")]}⌋⌉⟩"
 BLANKS = {",", ";", ":", " ", "quad", "qquad", "~"}
-STYLES = {
-    "displaystyle", "limits", "nolimits", "mathcal", "mathbb", "boldsymbol", "mathbf", "big", "Big", "bigl", "bigr",
-}  # fmt: skip
+STYLES = {"displaystyle", "limits", "nolimits", "mathcal", "mathbb", "boldsymbol", "mathbf", "big", "Big", "bigl", "bigr"}
 HALVES = {("1", "2"): "½", ("1", "4"): "¼", ("3", "4"): "¾"}
 RAISED = dict(zip("0123456789+−()ni", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾ⁿⁱ", strict=True))
 LOWERED = dict(zip("0123456789+−", "₀₁₂₃₄₅₆₇₈₉₊₋", strict=True))
 PLAIN = {
-    "≤": "<=", "≥": ">=", "≠": "!=", "≈": "~", "∈": "in", "→": "->", "←": "<-", "√": "sqrt", "½": "1/2", "¼": "1/4",
-    "¾": "3/4", "∬": "integral", "∫": "integral", "⌊": "floor(", "⌋": ")", "ℓ": "l", "′": "'", "∂": "d", "µ": "u",
-    "·": "*", "×": "*", "±": "+-", "−": "-", "–": "-", "∞": "inf", "…": "...", "°": "deg",
-}  # fmt: skip
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+    "≈": "~",
+    "∈": "in",
+    "→": "->",
+    "←": "<-",
+    "√": "sqrt",
+    "½": "1/2",
+    "¼": "1/4",
+    "¾": "3/4",
+    "∬": "integral",
+    "∫": "integral",
+    "⌊": "floor(",
+    "⌋": ")",
+    "ℓ": "l",
+    "′": "'",
+    "∂": "d",
+    "µ": "u",
+    "·": "*",
+    "×": "*",
+    "±": "+-",
+    "−": "-",
+    "–": "-",
+    "∞": "inf",
+    "…": "...",
+    "°": "deg",
+}
 DEEPEST = 40  # groups within groups; what nests deeper is none that a person wrote
 
 _TOKEN = re.compile(r"\\(?:[A-Za-z]+|.)|\s+|.", re.DOTALL)
@@ -76,9 +157,9 @@ class Piece(NamedTuple):
     role: str
 
 
-ATOM, FUNCTION, FRACTION, OPEN, CLOSE, SIGN, RELATION, COMMA, SLASH, BLANK, TIGHT = (
-    "atom", "function", "fraction", "open", "close", "sign", "relation", "comma", "slash", "blank", "tight",
-)  # fmt: skip
+ATOM, FUNCTION, FRACTION, OPEN, CLOSE, SIGN, RELATION, COMMA, SLASH, BLANK, TIGHT = _words(
+    "atom function fraction open close sign relation comma slash blank tight"
+)
 
 
 def as_text(latex: str) -> str:

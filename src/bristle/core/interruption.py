@@ -31,19 +31,7 @@ def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
 
 @dataclass
 class BestSoFar:
-    """The best of a search: of all points that were tried, and of the descents that ended.
-
-    Parameters
-    ----------
-    at : ndarray or None
-        Coordinates.
-    cost : float
-        Half the sum of squares there.
-    result : object or None
-        Of the best descent that ended.
-    whole : bool
-        Whether all descents have ended.
-    """
+    """The best of a search: of all points that were tried, and of the descents that ended."""
 
     at: np.ndarray | None = None
     cost: float = math.inf

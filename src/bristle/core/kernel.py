@@ -71,20 +71,15 @@ def on_activation(action: Callable[[], None]) -> None:
 
 
 def compiler() -> Any:
-    """Return numba, loaded.
-
-    Raises
-    ------
-    InputError
-        If it cannot be loaded with the settings that the environment has for it.
-    """
+    """Return numba, loaded."""
     try:
         import numba
     except ImportError:
         raise
     except Exception as error:  # noqa: BLE001  (it reads these settings, whatever they are, as it is loaded)
-        raise InputError(f"cannot be loaded ({told_by(error)})", path="numba",
-                         mend="Unset the variables of the environment that begin with NUMBA_") from None  # fmt: skip
+        raise InputError(
+            f"cannot be loaded ({told_by(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
+        ) from None
     return numba
 
 

@@ -19,43 +19,13 @@ REACH = 1e100  # largest number, and the inverse of the smallest, that is left a
 
 
 def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np.ndarray:
-    """Return the least-squares solution, the shortest where there are several.
-
-    Parameters
-    ----------
-    A : ndarray, shape (row, column)
-        Regressors.
-    b : ndarray, shape (row,) or (row, target)
-        What they are to add up to.
-    rcond : float, optional
-        Singular values below this share of the largest count as zero; by default that of rounding.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite.
-    """
+    """Return the least-squares solution, the shortest where there are several."""
     A, b, unit = _in_reach(A, b)
     return np.linalg.lstsq(A, b, rcond=rcond)[0] * unit
 
 
 def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least-squares solution between bounds, and -1, 0 or 1 for each part that is at a bound or is not.
-
-    Parameters
-    ----------
-    A : ndarray, shape (row, column)
-        Regressors.
-    b : ndarray, shape (row,)
-        What they are to add up to.
-    low, high : ndarray, shape (column,)
-        Bounds; infinite where there is none.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite.
-    """
+    """Return the least-squares solution between bounds, and -1, 0 or 1 for each part that is at a bound or is not."""
     from scipy.optimize import lsq_linear
 
     A, b, unit = _in_reach(A, b)
@@ -64,22 +34,7 @@ def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
 
 def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
-    """Return the least-squares solution of which no part is negative.
-
-    Parameters
-    ----------
-    A : ndarray, shape (row, column)
-        Regressors.
-    b : ndarray, shape (row,)
-        What they are to add up to.
-    rounds : int, optional
-        Most rounds of the active-set method; three for each column by default.
-
-    Raises
-    ------
-    InputError
-        If a number is not finite.
-    """
+    """Return the least-squares solution of which no part is negative."""
     from scipy.optimize import nnls
 
     A, b, unit = _in_reach(A, b)
@@ -99,7 +54,8 @@ def _exponent(values: np.ndarray) -> int:
     largest = float(np.max(np.abs(values), initial=0.0))
     if not math.isfinite(largest):
         raise InputError(
-            "leaves the range of numbers", path="the fit",
+            "leaves the range of numbers",
+            path="the fit",
             mend="Look for units, factors and values that are far off in the log, the axis file and the model",
-        )  # fmt: skip
+        )
     return 0 if largest == 0.0 or 1.0 / REACH < largest < REACH else math.frexp(largest)[1]

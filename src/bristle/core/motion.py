@@ -27,9 +27,8 @@ class Motion(NamedTuple):
 
 # What passes on to the load is recorded by nobody: it follows from the plant.
 RECORDED: dict[str, Variable] = {
-    name: variable
-    for name, variable in variables_of(Motion).items() if name in Motion._field_defaults and name != "transmitted"
-}  # fmt: skip
+    name: variable for name, variable in variables_of(Motion).items() if name in Motion._field_defaults and name != "transmitted"
+}
 """What of its surroundings a log has a channel for, by name."""
 
 

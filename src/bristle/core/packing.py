@@ -117,13 +117,6 @@ class LaneConstants(NamedTuple):
 
     An infinite parameter switches a part of a model off, and what is the same in both directions needs no choice: the
     compiler, told so, leaves that out instead of computing it and throwing it away.
-
-    Parameters
-    ----------
-    infinite : frozenset of int
-        Those that are infinite.
-    twins : frozenset of (int, int)
-        Those that are another one before them, of a part that is all another part.
     """
 
     infinite: frozenset[int] = frozenset()
@@ -239,9 +232,7 @@ def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
     `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
     """
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
-    return _define(
-        "moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion}
-    )
+    return _define("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 
 
 def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:

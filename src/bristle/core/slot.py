@@ -67,13 +67,14 @@ class Slot(Documented):
             object.__setattr__(self, "channel", CHANNELS[self.channel])
         if not isinstance(self.channel, Surrounding):
             raise InputError(
-                "is no channel of a log", path=f"channel of {self.name}", value=self.channel,
+                "is no channel of a log",
+                path=f"channel of {self.name}",
+                value=self.channel,
                 allowed=f"{', '.join(CHANNELS)}, or one of your own",
                 mend='Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
-            )  # fmt: skip
+            )
         if self.of not in (FRICTION, LEVEL):
-            raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of,
-                             allowed=f"{FRICTION}, {LEVEL}")  # fmt: skip
+            raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return component_in, whereabouts(self)
@@ -96,27 +97,27 @@ class Slot(Documented):
 
 
 def refuse_unfit(slot: Slot) -> None:
-    """Refuse a slot that has not the form of one: no model runs.
-
-    Raises
-    ------
-    InputError
-        With what is to be changed.
-    """
+    """Refuse a slot that has not the form of one: no model runs."""
     for name, variable in slot.variables.items():
         if name not in slot.defaults:
-            raise InputError("has no default", path=f"Parameters.{name}",
-                             mend="Give each parameter the default with which friction does not vary")  # fmt: skip
+            raise InputError(
+                "has no default", path=f"Parameters.{name}", mend="Give each parameter the default with which friction does not vary"
+            )
         if slot.is_array(name) or variable.choices:
             raise InputError("is no number", path=f"Parameters.{name}", mend="A slot takes numbers")
         if variable.excitation not in ("", EXCITATION):
-            raise InputError("is not what a slot of your own needs of a log", path=f"excitation of {name}",
-                             value=variable.excitation, allowed=f'"{EXCITATION}", or empty')  # fmt: skip
+            raise InputError(
+                "is not what a slot of your own needs of a log",
+                path=f"excitation of {name}",
+                value=variable.excitation,
+                allowed=f'"{EXCITATION}", or empty',
+            )
     if not slot.identified:
         raise InputError(
-            "has no parameter that a log could tell", path="Parameters",
+            "has no parameter that a log could tell",
+            path="Parameters",
             mend=f'Write Variable(..., excitation="{EXCITATION}") for what is to be identified',
-        )  # fmt: skip
+        )
     if slot.factor not in kernels():
         raise InputError("is not a kernel", path="factor", mend="Decorate it with @kernel from bristle.core")
     count = len(inspect.signature(slot.factor).parameters)

@@ -27,15 +27,11 @@ class Status(IntEnum):
 
 SENTENCES = {
     Status.OK: "completed",
-    Status.SOLVE_INACCURATE: (
-        "the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"
-    ),
+    Status.SOLVE_INACCURATE: ("the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"),
     Status.TOLERANCE_MISSED: (
         "the adaptive step reached its smallest length before its error was small enough; "
         "ask for a larger tolerance, or look for what jumps"
     ),
-    Status.MEMORY_OVERFLOW: (
-        "the memory of turning points overflowed and forgot its innermost pair; raise its capacity"
-    ),
+    Status.MEMORY_OVERFLOW: ("the memory of turning points overflowed and forgot its innermost pair; raise its capacity"),
     Status.NOT_FINITE: "the simulation left the finite numbers: the loop or the model is unstable",
 }

@@ -23,9 +23,7 @@ from bristle.core.variable import Variable, variables_of
 __all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "on_side", "reader_of"]
 
 
-RESERVED = {
-    "v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"
-}  # fmt: skip
+RESERVED = {"v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"}
 """Words of the contract of a model, which stand beside the names of channels where one is run."""
 
 
@@ -60,18 +58,27 @@ class Surrounding:
     def __post_init__(self) -> None:
         name = self.name
         if (
-            not isinstance(name, str) or not (name.isascii() and name.isidentifier()) or keyword.iskeyword(name)
-            or name.startswith("_") or name in RESERVED
-        ):  # fmt: skip
+            not isinstance(name, str)
+            or not (name.isascii() and name.isidentifier())
+            or keyword.iskeyword(name)
+            or name.startswith("_")
+            or name in RESERVED
+        ):
             raise InputError("is no name of a channel", path="channel", value=name, allowed="a word, such as humidity")
         if not isinstance(self.variable, Variable):
             raise InputError(
-                "carries no Variable", path=f"channel {name}", value=type(self.variable).__name__,
+                "carries no Variable",
+                path=f"channel {name}",
+                value=type(self.variable).__name__,
                 mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
-            )  # fmt: skip
+            )
         if (name in COLUMNS or name in Motion._fields) and not self._is_of_motion:
-            raise InputError("is the name of a channel of bristle", path="channel", value=name,
-                             mend=f'Write channel="{name}", if that is meant, or take another name')  # fmt: skip
+            raise InputError(
+                "is the name of a channel of bristle",
+                path="channel",
+                value=name,
+                mend=f'Write channel="{name}", if that is meant, or take another name',
+            )
         self.variable.validate(self.usual, f"usual value of {name}")
 
     @property
@@ -101,20 +108,15 @@ OF_MOTION: dict[str, Surrounding] = {
 
 
 def motion_with(surroundings: Iterable[Surrounding]) -> Any:
-    """Return the class of a motion that holds these surroundings; `Motion` where that holds all of them.
-
-    Raises
-    ------
-    InputError
-        If two of one name are not the same.
-    """
+    """Return the class of a motion that holds these surroundings; `Motion` where that holds all of them."""
     own: dict[str, Surrounding] = {}
     for surrounding in surroundings:
         if surrounding.is_own and own.setdefault(surrounding.name, surrounding) != surrounding:
             raise InputError(
-                "is described by two slots, and not alike", path=f"channel {surrounding.name}",
+                "is described by two slots, and not alike",
+                path=f"channel {surrounding.name}",
                 mend="Give both the same Variable and usual value, or one of them another name",
-            )  # fmt: skip
+            )
     return _motion_with(tuple(own.values())) if own else Motion
 
 
@@ -166,8 +168,7 @@ def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
     name, field, usual = surrounding.name, surrounding.field, float(surrounding.usual)
     # As text, because the compiler and other targets must see a plain expression.
     recorded, silent = (
-        _defined(f"{name}_{case}", expression)
-        for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))
+        _defined(f"{name}_{case}", expression) for case, expression in (("recorded", f"motion.{field}"), ("usual", repr(usual)))
     )
 
     def read(motion):
@@ -176,9 +177,7 @@ def reader_of(surrounding: Surrounding) -> Callable[[Any], float]:
     return chosen_by_fields(read, lambda fields: recorded if field in fields else silent)
 
 
-def _defined(
-    name: str, expression: str, takes: str = "motion", around: Mapping[str, Any] | None = None
-) -> Callable[..., Any]:
+def _defined(name: str, expression: str, takes: str = "motion", around: Mapping[str, Any] | None = None) -> Callable[..., Any]:
     text = f"def {name}({takes}):\n    return {expression}\n"
     scope: dict[str, Any] = {"__name__": __name__} | dict(around or {})
     exec(compile(text, f"<{name}>", "exec"), scope)

@@ -78,14 +78,7 @@ class Tabular(WithCard):
         return {"kind": self._kind} | {name: plain(getattr(self, name)) for name in rest}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data: ``signals`` and ``units`` by name, and what is told beside them.
-
-        Returns
-        -------
-        dict
-            Of text, numbers and lists: `json.dumps` writes it, ``pandas.DataFrame(result.to_dict()["signals"])`` and
-            ``polars.DataFrame(...)`` take it.
-        """
+        """Return everything as plain data: ``signals`` and ``units`` by name, and what is told beside them."""
         signals = self._signals()
         return self._facts() | {
             "units": {name: signal.unit for name, signal in signals.items()},
@@ -93,18 +86,7 @@ class Tabular(WithCard):
         }
 
     def to_dataframe(self) -> Any:
-        """Return the signals as a data frame of pandas, one row a sample, in SI.
-
-        Returns
-        -------
-        pandas.DataFrame
-            With the columns ``time``, ``position``, ...; ``frame.attrs["units"]`` has the unit of each.
-
-        Raises
-        ------
-        MissingExtraError
-            If pandas is not installed.
-        """
+        """Return the signals as a data frame of pandas, one row a sample, in SI."""
         pandas = library("pandas", "to_dataframe()")
         signals = self._signals()
         frame = pandas.DataFrame({name: signal.values for name, signal in signals.items()})
@@ -112,18 +94,7 @@ class Tabular(WithCard):
         return frame
 
     def to_xarray(self) -> Any:
-        """Return the signals as a data set of xarray over time, in SI.
-
-        Returns
-        -------
-        xarray.Dataset
-            Each signal with ``units`` and ``long_name`` in its ``attrs``, which plots of xarray put on their axes.
-
-        Raises
-        ------
-        MissingExtraError
-            If xarray is not installed.
-        """
+        """Return the signals as a data set of xarray over time, in SI."""
         xarray = library("xarray", "to_xarray()")
         held = {
             name: ("time", np.array(signal.values), {"units": signal.unit, "long_name": signal.description})
@@ -187,26 +158,10 @@ def plain(value: Any) -> Any:
 
 
 def library(name: str, wanted_by: str, extra: str = "") -> Any:
-    """Return a library that is no dependency.
-
-    Parameters
-    ----------
-    name : str
-        Of the library.
-    wanted_by : str
-        What needs it.
-    extra : str
-        The optional dependencies of bristle that bring it, where there are some.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
+    """Return a library that is no dependency."""
     try:
         return importlib.import_module(name)
     except ImportError:
         if extra:
             raise MissingExtraError.of(wanted_by, extra) from None
-        raise MissingExtraError(f"needs {name}, which is not installed", path=wanted_by,
-                                mend=f"Type: pip install {name}") from None  # fmt: skip
+        raise MissingExtraError(f"needs {name}, which is not installed", path=wanted_by, mend=f"Type: pip install {name}") from None

@@ -24,9 +24,7 @@ class Threshold(NamedTuple):
     source: str
 
 
-def threshold(
-    default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = ""
-) -> Any:
+def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = "") -> Any:
     """Return the field of a threshold."""
     about = {"default": default, "meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
     return field(default=default, metadata=about)
@@ -38,26 +36,12 @@ class Thresholds:
 
     @classmethod
     def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
-        """Return the thresholds that are given, all others at their defaults.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Names of thresholds with their values.
-        path : str
-            What an error names.
-
-        Raises
-        ------
-        InputError
-            If there is no such threshold, or its value is out of range.
-        """
+        """Return the thresholds that are given, all others at their defaults."""
         by_name = {entry.name: entry for entry in thresholds_of(cls)}
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
-                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
-                                 allowed=", ".join(by_name))  # fmt: skip
+                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
             numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
         return cls(**numbers)
 
@@ -70,11 +54,7 @@ class Thresholds:
     @property
     def changed(self) -> dict[str, float]:
         """Those that differ from the default, by name."""
-        return {
-            entry.name: value
-            for entry in thresholds_of(type(self))
-            if (value := getattr(self, entry.name)) != entry.default
-        }
+        return {entry.name: value for entry in thresholds_of(type(self)) if (value := getattr(self, entry.name)) != entry.default}
 
     def as_data(self) -> dict[str, float]:
         """Return all of them, by name."""

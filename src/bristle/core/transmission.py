@@ -15,19 +15,7 @@ Side = Literal["motor", "load"]
 
 
 class Screw(NamedTuple):
-    """What lies between a motor and the friction of a table: an elastic screw with play, and the table itself.
-
-    Parameters
-    ----------
-    M : float
-        Mass of the table [kg].
-    k, d : float
-        Stiffness [N/m] and damping [N*s/m] along the travel.
-    gap : float
-        Half of the backlash [m].
-    arm : float
-        Travel for one radian of the motor [m/rad].
-    """
+    """What lies between a motor and the friction of a table: an elastic screw with play, and the table itself."""
 
     M: float
     k: float
@@ -39,15 +27,6 @@ class Screw(NamedTuple):
 @dataclass(frozen=True)
 class Transmission:
     """A gear and a screw (or pinion, or belt) between a motor and its load, without losses.
-
-    Parameters
-    ----------
-    kind : {"translational", "rotational"}
-        What the axis itself is: the coordinate that movements are told in.
-    gear_ratio : float
-        Turns of the motor for one turn behind the gear.
-    lead : float or None
-        Travel for one turn behind the gear [m]; None where nothing turns a rotation into a travel.
 
     Examples
     --------
@@ -63,20 +42,7 @@ class Transmission:
     lead: float | None = None
 
     def travel(self, measured: Kind, side: Side = "load") -> float:
-        """Return the movement of the axis for a unit movement measured elsewhere [SI per SI].
-
-        Parameters
-        ----------
-        measured : {"translational", "rotational"}
-            Whether a travel [m] or an angle [rad] was measured.
-        side : {"motor", "load"}
-            On which side of the gear an angle was measured.
-
-        Raises
-        ------
-        InputError
-            If an angle and a travel meet and no lead is known.
-        """
+        """Return the movement of the axis for a unit movement measured elsewhere [SI per SI]."""
         turned = 1 / self.gear_ratio if measured == "rotational" and side == "motor" else 1.0
         if measured == self.kind:
             return turned
@@ -89,11 +55,5 @@ class Transmission:
         return turned * per_radian if self.kind == "translational" else turned / per_radian
 
     def effort(self, measured: Kind, side: Side = "load") -> float:
-        """Return the effort on the axis for a unit effort measured elsewhere: the power is the same.
-
-        Raises
-        ------
-        InputError
-            If a torque and a force meet and no lead is known.
-        """
+        """Return the effort on the axis for a unit effort measured elsewhere: the power is the same."""
         return 1 / self.travel(measured, side)

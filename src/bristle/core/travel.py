@@ -30,22 +30,14 @@ class Source(Protocol):
 
 
 def whereabouts(component: Described) -> tuple[Source | str, str]:
-    """Return the module of a component, or its source, and its name there: the arguments of `component_in`.
-
-    Raises
-    ------
-    pickle.PicklingError
-        If it stands in no module, as one does that is made inside a function.
-    """
+    """Return the module of a component, or its source, and its name there: the arguments of `component_in`."""
     for home in _homes(component):
         held = getattr(sys.modules.get(home), "__dict__", {})
         for name, value in list(held.items()):
             if value is component:
                 return held.get("__travels_as__", home), name
     place = f"{component.family} {component.name}"
-    raise pickle.PicklingError(
-        str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND))
-    )
+    raise pickle.PicklingError(str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND)))
 
 
 def _homes(component: Described) -> tuple[str, ...]:
@@ -58,20 +50,7 @@ def _homes(component: Described) -> tuple[str, ...]:
 
 
 def component_in(source: Source | str, name: str) -> Described:
-    """Return the component of this name in a module.
-
-    Parameters
-    ----------
-    source : Source or str
-        The module: what it is made from, or its name.
-    name : str
-        Name of the component there.
-
-    Raises
-    ------
-    pickle.UnpicklingError
-        If the module of this process does not hold it, as that of a notebook does not in a process started anew.
-    """
+    """Return the component of this name in a module."""
     module = importlib.import_module(source) if isinstance(source, str) else source.module()
     component = vars(module).get(name)
     if component is None:

@@ -100,13 +100,6 @@ def typeset_sentence(text: str) -> str:
 def scale_of(unit: str, magnitude: float) -> Scale:
     """Return the multiple of an SI unit in which a number of this magnitude is read best.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit, as `bristle.core.variable.unit_of` returns it.
-    magnitude : float
-        Largest absolute value to be shown, in `unit`.
-
     Examples
     --------
     >>> scale_of("m", 7e-6), scale_of("N*m", 0.04), scale_of("kg*m^2", 4e-4)

@@ -75,12 +75,7 @@ def _registry() -> Any:
 
 
 OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
-OWN_UNITS = (
-    "rated = [rated_effort]",
-    "percent_rated = 0.01 * rated",
-    "permille_rated = 0.001 * rated",
-    "@alias turn = rev",
-)
+OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille_rated = 0.001 * rated", "@alias turn = rev")
 
 
 def _definitions(folder: Path) -> Any:
@@ -94,34 +89,8 @@ def _definitions(folder: Path) -> Any:
     return [*lines, *OWN_UNITS]
 
 
-def quantity(
-    value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False
-) -> float:
+def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
     """Return a value as a number in SI of the kind of axis.
-
-    Parameters
-    ----------
-    value : float or str
-        A number in SI already, or text with a unit.
-    variable : Variable
-        What the value is.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    path : str
-        Where the value stands, for the message.
-    infinite : bool
-        Whether infinity is a value, too.
-
-    Returns
-    -------
-    float
-        The value in ``variable.unit(kind)``.
-
-    Raises
-    ------
-    InputError
-        If the text has no unit where one is needed, or another dimension; if the value is no number, or so
-        large that it cannot be one of an axis.
 
     Examples
     --------
@@ -142,37 +111,21 @@ def quantity(
 
 
 def refuse_absurd(number: float, path: str, value: Any = None) -> None:
-    """Refuse what is no finite number, and what is so large that no quantity of an axis is it.
-
-    Raises
-    ------
-    InputError
-        With the value as it was given.
-    """
+    """Refuse what is no finite number, and what is so large that no quantity of an axis is it."""
     if not math.isfinite(number):
         raise InputError("must be a finite number", path=path, value=number if value is None else value)
     if abs(number) > LARGEST:
-        raise InputError("is out of any range", path=path, value=number if value is None else value,
-                         allowed=f"up to {LARGEST:g} in SI", mend="Is the unit right?")  # fmt: skip
+        raise InputError(
+            "is out of any range",
+            path=path,
+            value=number if value is None else value,
+            allowed=f"up to {LARGEST:g} in SI",
+            mend="Is the unit right?",
+        )
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
     """Return text with a unit as a number in `unit`.
-
-    Parameters
-    ----------
-    text : str
-        A number and a unit; ``%`` and ``‰`` are of the rated effort, or a hundredth and a thousandth where `unit` is
-        ``"1"``.
-    unit : str
-        The unit wanted; ``"1"`` is a plain number, ``"rated"`` the rated effort.
-    path : str
-        Where the text stands, for the message.
-
-    Raises
-    ------
-    InputError
-        If the dimensions differ; the message says what the text is and what is wanted.
 
     Examples
     --------
@@ -190,19 +143,12 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     if source_unit in ("", "1"):
         return float(number)
     if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
-        raise InputError(
-            "has the wrong unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_mend(source_unit, unit)
-        )
+        raise InputError("has the wrong unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_mend(source_unit, unit))
     return float(_registry().Quantity(float(number), _unit(source_unit)).to(_unit(unit)).magnitude)
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
     """Return by what a number in `unit` is multiplied to be in `target`.
-
-    Raises
-    ------
-    InputError
-        If `unit` is not a unit, or one of another dimension.
 
     Examples
     --------
@@ -217,11 +163,6 @@ def factor(unit: str, target: str, *, path: str = "") -> float:
 
 def compatible(unit: str, target: str, *, path: str = "") -> bool:
     """Return whether `unit` has the dimension of `target`.
-
-    Raises
-    ------
-    InputError
-        If `unit` is not a unit.
 
     Examples
     --------
@@ -240,11 +181,6 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
 
 def si_of(unit: str, *, path: str = "") -> str:
     """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one.
-
-    Raises
-    ------
-    InputError
-        If `unit` is not a unit.
 
     Examples
     --------
@@ -297,11 +233,6 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
 def split(text: str, path: str = "") -> tuple[str, str]:
     """Return the number and the unit of a text, both as text, the unit in one spelling.
 
-    Raises
-    ------
-    InputError
-        If the text does not begin with a number.
-
     Examples
     --------
     >>> split("0.12 Nm / A")
@@ -333,9 +264,7 @@ def _unit(text: str) -> Any:
     if spelt and (len(spelt) > LONGEST_UNIT or not _GRAMMAR.fullmatch(spelt)):
         raise InputError("is not a unit", value=text)
     try:
-        return _registry().parse_units(
-            "" if spelt == "1" else spelt.replace("%", "percent_rated").replace("‰", "permille_rated")
-        )
+        return _registry().parse_units("" if spelt == "1" else spelt.replace("%", "percent_rated").replace("‰", "permille_rated"))
     except Exception:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
         raise InputError("is not a unit", value=text) from None
 

@@ -23,13 +23,7 @@ LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
 
 
 def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> Any:
-    """Return what a converter makes of a value, whatever the value does while it is looked at.
-
-    Raises
-    ------
-    InputError
-        If it cannot be used, or raises: what a person hands in may be an object of any kind.
-    """
+    """Return what a converter makes of a value, whatever the value does while it is looked at."""
     try:
         return convert(value, path, kind)
     except BristleError:
@@ -60,13 +54,7 @@ def check_relations(component: Described, parameters: Any, path: str, *, structu
 
 
 def coerced(component: Described, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
-    """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, or its unit does not fit.
-    """
+    """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice."""
     from bristle.core import units
 
     if variable.choices:
@@ -89,19 +77,11 @@ def coerced(component: Described, name: str, variable: Variable, value: Any, pat
 
 
 def check_value(component: Described, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
-    """Refuse a number that is not finite or out of range; a default that is infinite may stay so.
-
-    Raises
-    ------
-    InputError
-        With the path, the value and the range allowed.
-    """
+    """Refuse a number that is not finite or out of range; a default that is infinite may stay so."""
     default = component.defaults.get(name)
     may_be_infinite = isinstance(default, float) and math.isinf(default)
     if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
-        raise InputError(
-            "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
-        )
+        raise InputError("is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind))
     variable.validate(value, path, kind)
 
 

@@ -15,18 +15,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from bristle.core.dimensions import KINDS, AxisKind, Kind, canonical, unit_of
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = [
-    "EXCITATIONS",
-    "KINDS",
-    "OF_SLOTS",
-    "AxisKind",
-    "Kind",
-    "Variable",
-    "is_array",
-    "is_integer",
-    "unit_of",
-    "variables_of",
-]
+__all__ = ["EXCITATIONS", "KINDS", "OF_SLOTS", "AxisKind", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
 
 OF_SLOTS = ("place", "load", "temperature", "channel")
 """What a log must contain for what only a slot has; the last of one's own."""
@@ -84,9 +73,13 @@ class Variable:
         except InputError as error:
             raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
-            raise InputError("is no excitation", path=f"excitation of {self.description!r}", value=self.excitation,
-                             allowed=f"{', '.join(EXCITATIONS[1:])}, or empty",
-                             mend=did_you_mean(self.excitation, EXCITATIONS[1:]))  # fmt: skip
+            raise InputError(
+                "is no excitation",
+                path=f"excitation of {self.description!r}",
+                value=self.excitation,
+                allowed=f"{', '.join(EXCITATIONS[1:])}, or empty",
+                mend=did_you_mean(self.excitation, EXCITATIONS[1:]),
+            )
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""

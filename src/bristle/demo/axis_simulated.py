@@ -90,6 +90,12 @@ def _run(reference: np.ndarray) -> Trace:
     velocity = np.gradient(reference, SAMPLE_TIME)
     desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))
     return run_closed_loop(
-        plant(), friction(), described.controller, encoder(resolution=described.resolution or 0.0), desired,
-        SAMPLE_TIME, steps=SUBSTEPS, limit=described.effort_limit or np.inf,
-    )  # fmt: skip
+        plant(),
+        friction(),
+        described.controller,
+        encoder(resolution=described.resolution or 0.0),
+        desired,
+        SAMPLE_TIME,
+        steps=SUBSTEPS,
+        limit=described.effort_limit or np.inf,
+    )

@@ -94,8 +94,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     following = following_of(log, simulation, identification.settings)
     at(0.9, "writing the report")
     outcome = identification.outcome_with(
-        command=command, banner=BANNER, loop=(simulation, prediction, following),
-        files={"axis": content_of(folder / "axis.toml")},
-    )  # fmt: skip
+        command=command, banner=BANNER, loop=(simulation, prediction, following), files={"axis": content_of(folder / "axis.toml")}
+    )
     outcome.write(folder, simulated=True)
     return Demonstration(identification, prediction, simulation, following, outcome.summary | {"simulated": True})

@@ -107,12 +107,7 @@ MODEL = FrictionModel(
     memory_size=memory_size,
     relations=(
         Relation("F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C"),
-        Relation(
-            "alpha_i and r_i of the same length",
-            lambda p: len(p.alpha_i) == len(p.r_i),
-            "Give one of each",
-            structural=True,
-        ),
+        Relation("alpha_i and r_i of the same length", lambda p: len(p.alpha_i) == len(p.r_i), "Give one of each", structural=True),
     ),
     example={
         "F_C": 32.0,

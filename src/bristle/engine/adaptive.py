@@ -21,17 +21,7 @@ from bristle.engine.instance import Instance, memory_of
 from bristle.engine.loop import DRIVEN, MECHANISM, Trace, held, substeps_entry, vectors_of
 from bristle.engine.motion import presliding_distance
 from bristle.engine.pieces import Layout, PieceVectors, Rates, Turn, make_rates, make_turn, never_turn
-from bristle.engine.rosenbrock import (
-    STAGES,
-    RosenbrockEntries,
-    Search,
-    Step,
-    Tableau,
-    Work,
-    make_search,
-    make_step,
-    rosenbrock,
-)
+from bristle.engine.rosenbrock import STAGES, RosenbrockEntries, Search, Step, Tableau, Work, make_search, make_step, rosenbrock
 from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import DoublingEntries, doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING, Course, Limits, Samples
@@ -65,15 +55,29 @@ class AdaptiveTrace(Trace):
 
 
 @guarded(
-    **MECHANISM, **DRIVEN, tolerance=amount(Variable("length", "error wanted", min=0.0), exclusive=True),
-    method=among(*METHODS), verify=FLAG,
+    **MECHANISM,
+    **DRIVEN,
+    tolerance=amount(Variable("length", "error wanted", min=0.0), exclusive=True),
+    method=among(*METHODS),
+    verify=FLAG,
     max_step=amount(Variable("time", "longest step", min=0.0), exclusive=True, endless=True),
-)  # fmt: skip
+)
 def run_adaptive(
-    plant: Model, friction: Model, effort: Any, dt: Amount, *, tolerance: Amount, hold: str = "linear",
-    method: str = "auto", max_step: Amount = np.inf, verify: bool = False, x: Amount = 0.0, v: Amount = 0.0,
-    state: Any = None, memory: Any = None,
-) -> AdaptiveTrace:  # fmt: skip
+    plant: Model,
+    friction: Model,
+    effort: Any,
+    dt: Amount,
+    *,
+    tolerance: Amount,
+    hold: str = "linear",
+    method: str = "auto",
+    max_step: Amount = np.inf,
+    verify: bool = False,
+    x: Amount = 0.0,
+    v: Amount = 0.0,
+    state: Any = None,
+    memory: Any = None,
+) -> AdaptiveTrace:
     """Drive a plant with friction by a recorded effort, with steps of the length that the tolerance asks for.
 
     Parameters
@@ -134,9 +138,19 @@ def run_adaptive(
 
 
 def _run(
-    plant: Model, friction: Model, effort: Any, dt: float, tolerance: float, hold: str, method: str,
-    max_step: float, x: float, v: float, state: Any, memory: Any,
-) -> AdaptiveTrace:  # fmt: skip
+    plant: Model,
+    friction: Model,
+    effort: Any,
+    dt: float,
+    tolerance: float,
+    hold: str,
+    method: str,
+    max_step: float,
+    x: float,
+    v: float,
+    state: Any,
+    memory: Any,
+) -> AdaptiveTrace:
     """Return one run, its local errors bounded for this tolerance."""
     refuse_screw(plant, "run_adaptive")
     u = effort
@@ -148,10 +162,14 @@ def _run(
     chosen = _method(plant, friction, method)
     distance = presliding_distance(friction)
     limits = Limits(
-        SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * distance, min(max_step, duration),
-        SHORTEST_STEP * duration, FIRST_STEP * duration, FAR * distance if np.isfinite(distance) else 0.0,
+        SHARE_OF_TOLERANCE[chosen] * tolerance / duration,
+        SHARE_OF_PRESLIDING * distance,
+        min(max_step, duration),
+        SHORTEST_STEP * duration,
+        FIRST_STEP * duration,
+        FAR * distance if np.isfinite(distance) else 0.0,
         SHARE_OF_TOLERANCE[chosen] * tolerance,
-    )  # fmt: skip
+    )
     course = _stretches(u, held(u, hold), dt)
     # The last sample must not be missed by rounding.
     course.knots[-1] = duration * (1.0 + 1e-12)
@@ -181,16 +199,27 @@ class _Record:
             missed = max(missed, 1.0)
         unfinished = reached < self.times.size and missed <= GIVE_UP
         for code, happened in (
-            (Status.SOLVE_INACCURATE, failed > 0.0), (Status.TOLERANCE_MISSED, missed > 0.0),
-            (Status.MEMORY_OVERFLOW, contact.lost > 0), (Status.NOT_FINITE, unfinished),
-        ):  # fmt: skip
+            (Status.SOLVE_INACCURATE, failed > 0.0),
+            (Status.TOLERANCE_MISSED, missed > 0.0),
+            (Status.MEMORY_OVERFLOW, contact.lost > 0),
+            (Status.NOT_FINITE, unfinished),
+        ):
             status = code if happened else status
         return AdaptiveTrace(
-            time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
-            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut],
-            motor_position=self.position[cut], motor_velocity=self.velocity[cut], status=status,
-            steps=int(accepted), rejected=int(rejected), kind=contact.model.kind,
-        )  # fmt: skip
+            time=self.times[cut],
+            position=self.position[cut],
+            velocity=self.velocity[cut],
+            effort=u[cut],
+            friction=np.diff(self.impulse)[cut] / dt,
+            measured=self.position[cut],
+            command=u[cut],
+            motor_position=self.position[cut],
+            motor_velocity=self.velocity[cut],
+            status=status,
+            steps=int(accepted),
+            rejected=int(rejected),
+            kind=contact.model.kind,
+        )
 
 
 def _method(plant: Model, friction: Model, method: str) -> str:
@@ -201,15 +230,15 @@ def _method(plant: Model, friction: Model, method: str) -> str:
     lacking = [model.name for model, rate in zip((plant, friction), smooth, strict=True) if rate is None]
     if method == "rosenbrock" and lacking:
         raise InputError(
-            f"{' and '.join(lacking)} has no rate, which the Rosenbrock method integrates", path="method", value=method,
+            f"{' and '.join(lacking)} has no rate, which the Rosenbrock method integrates",
+            path="method",
+            value=method,
             mend='Use method="efim", which serves every model',
-        )  # fmt: skip
+        )
     return "efim" if method == "efim" or lacking else "rosenbrock"
 
 
-def _by_doubling(
-    body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record
-) -> int:
+def _by_doubling(body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record) -> int:
     rest_time = compiled(
         f"rest_time-{body.key}-{contact.key}",
         lambda: make_rest_time(*body.structures, *contact.structures),
@@ -218,17 +247,14 @@ def _by_doubling(
     )
     vectors = vectors_of(body, contact, memory, np.zeros(OUT_SIZE))
     before, full_step = (
-        vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE))
-        for _ in range(2)
+        vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE)) for _ in range(2)
     )
     before = before._replace(memory=memory.copy())
     run = DoublingEntries(substeps_entry(body, contact, "efim"), rest_time)
     return int(driver(doubling)(run, vectors, before, full_step, course, limits, record.samples, record.report))
 
 
-def _by_rosenbrock(
-    body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record
-) -> int:
+def _by_rosenbrock(body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record) -> int:
     layout, varying, piece = _first_piece(body, contact, memory)
     key, functions = f"{body.key}-{contact.key}", body.functions + contact.functions
     if layout.piece is None:
@@ -246,9 +272,7 @@ def _by_rosenbrock(
     work = Work(y, *(np.zeros(size) for size in (n, n, n, n * n, n * n, STAGES * n, n + 1, 9, n)))
     vectors = PieceVectors(body.parameters, contact.parameters, piece, contact.state, memory)
     tableau = Tableau(rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE)
-    return int(
-        driver(rosenbrock)(run, vectors, work, course, limits, tableau, record.samples, record.report)
-    )  # fmt: skip
+    return int(driver(rosenbrock)(run, vectors, work, course, limits, tableau, record.samples, record.report))
 
 
 def _first_piece(body: Instance, contact: Instance, memory: np.ndarray) -> tuple[Layout, np.ndarray, np.ndarray]:

@@ -51,15 +51,32 @@ class BatchTrace:
 
 
 @guarded(
-    plant=many(model("plant"), least=1, single=True), friction=many(FRICTION, least=1, single=True),
-    effort=array(ndim=2, least=1, single=True), dt=SAMPLE_TIME, steps=STEPS, hold=among(*HOLDS), integrator=INTEGRATOR,
-    x=array(single=True), v=array(single=True), threads=optional(whole(1, 1024)), in_lanes=optional(FLAG),
-)  # fmt: skip
+    plant=many(model("plant"), least=1, single=True),
+    friction=many(FRICTION, least=1, single=True),
+    effort=array(ndim=2, least=1, single=True),
+    dt=SAMPLE_TIME,
+    steps=STEPS,
+    hold=among(*HOLDS),
+    integrator=INTEGRATOR,
+    x=array(single=True),
+    v=array(single=True),
+    threads=optional(whole(1, 1024)),
+    in_lanes=optional(FLAG),
+)
 def run_batch(
-    plant: Model | Sequence[Model], friction: Model | Sequence[Model], effort: Any, dt: Amount, *, steps: int = 1,
-    hold: str = "zero", integrator: str = "efim", x: Any = 0.0, v: Any = 0.0, threads: int | None = None,
+    plant: Model | Sequence[Model],
+    friction: Model | Sequence[Model],
+    effort: Any,
+    dt: Amount,
+    *,
+    steps: int = 1,
+    hold: str = "zero",
+    integrator: str = "efim",
+    x: Any = 0.0,
+    v: Any = 0.0,
+    threads: int | None = None,
     in_lanes: bool | None = None,
-) -> BatchTrace:  # fmt: skip
+) -> BatchTrace:
     """Drive many mechanisms by recorded efforts, each as `run_open_loop` would, to the bit.
 
     Parameters
@@ -124,9 +141,12 @@ class _Batch:
         efforts, plants, frictions = np.atleast_2d(effort), plant, friction
         refuse_screw(plants[0], "run_batch")
         numbers = {
-            "plants": len(plants), "friction models": len(frictions), "efforts": len(efforts),
-            "positions": np.size(x), "velocities": np.size(v),
-        }  # fmt: skip
+            "plants": len(plants),
+            "friction models": len(frictions),
+            "efforts": len(efforts),
+            "positions": np.size(x),
+            "velocities": np.size(v),
+        }
         sizes = set(numbers.values()) - {1}
         if len(sizes) > 1:
             raise InputError(
@@ -200,9 +220,7 @@ class _Batch:
             chosen = np.minimum(np.arange(first, first + LANES), self.count - 1)
             block = np.zeros((rows.count, LANES))
             block[: mechanisms.shape[1]] = mechanisms[chosen].T
-            run(
-                block.ravel(), self.memory[chosen].ravel(), size, first, used, efforts, float(dt), int(steps), records
-            )  # fmt: skip
+            run(block.ravel(), self.memory[chosen].ravel(), size, first, used, efforts, float(dt), int(steps), records)
             self.out[first : first + used, FAILED_SO_FAR] = block[rows.failures_so_far, :used]
             for lane in np.flatnonzero(block[rows.lost_at, :used]):
                 for record in (self.position, self.velocity, self.force):

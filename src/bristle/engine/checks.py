@@ -10,18 +10,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 from bristle.friction.level import rises_with_effort
 
-__all__ = [
-    "FRICTION",
-    "OPERATOR",
-    "PERIOD",
-    "PLACE",
-    "SPEED",
-    "STATE",
-    "STEPS",
-    "check_integrator",
-    "check_run",
-    "finite",
-]
+__all__ = ["FRICTION", "OPERATOR", "PERIOD", "PLACE", "SPEED", "STATE", "STEPS", "check_integrator", "check_run", "finite"]
 
 FRICTION, OPERATOR = model("friction"), model("hysteresis")
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
@@ -31,49 +20,31 @@ STATE = optional(instance(tuple, "the state of the model", "Take it from the tra
 
 
 def check_run(count: int, **signals: np.ndarray) -> None:
-    """Refuse signals that compiled code would read beyond their end.
-
-    Parameters
-    ----------
-    count : int
-        Length that each must have.
-    **signals : ndarray
-        Signals by name.
-
-    Raises
-    ------
-    InputError
-        With the name, what was found, and what is allowed.
-    """
+    """Refuse signals that compiled code would read beyond their end."""
     for name, signal in signals.items():
         if signal.shape != (count,):
             raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
 
 
 def check_integrator(integrator: str, friction: Model) -> None:
-    """Refuse the semi-implicit step where friction rises with what it leaves of the effort, which it does not solve.
-
-    Raises
-    ------
-    InputError
-        If it is asked for such a friction model.
-    """
+    """Refuse the semi-implicit step where friction rises with what it leaves of the effort, which it does not solve."""
     if integrator == "semi_implicit" and rises_with_effort(friction):
-        raise InputError("does not solve for the effort that passes on to the load, with which this friction rises",
-                         path="integrator", value=f"{integrator}, {friction.name}", allowed="efim",
-                         mend='Take integrator="efim"')  # fmt: skip
+        raise InputError(
+            "does not solve for the effort that passes on to the load, with which this friction rises",
+            path="integrator",
+            value=f"{integrator}, {friction.name}",
+            allowed="efim",
+            mend='Take integrator="efim"',
+        )
 
 
 def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:
-    """Return what a model put out along a motion that is known to be finite.
-
-    Raises
-    ------
-    InputError
-        If it is not finite throughout.
-    """
+    """Return what a model put out along a motion that is known to be finite."""
     if not is_finite(output):
         place = int(np.argwhere(~np.isfinite(output))[0][-1])
-        raise InputError(f"{model.name} gives no finite number at sample {place} of a finite motion", path=path,
-                         mend="Look at its parameters; of a model of your own at its trial, too")  # fmt: skip
+        raise InputError(
+            f"{model.name} gives no finite number at sample {place} of a finite motion",
+            path=path,
+            mend="Look at its parameters; of a model of your own at its trial, too",
+        )
     return output

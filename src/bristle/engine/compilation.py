@@ -106,24 +106,8 @@ def _forget_old(folder: Path) -> None:
                 file.unlink()
 
 
-def compiled(
-    name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts: tuple[Any, ...] = (), interleaved: int = 1
-) -> Any:
-    """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets.
-
-    Parameters
-    ----------
-    name : str
-        Name of the entry, with those of the components in it.
-    make : callable
-        Returns the plain function.
-    kind : type or callable
-        The kind of entry, or the driver, whose annotations tell the types of the arguments.
-    parts : tuple of callable
-        The functions of the components in it, which the dispatch finds by type.
-    interleaved : int
-        How many vectors a loop over lanes takes at a time.
-    """
+def compiled(name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts: tuple[Any, ...] = (), interleaved: int = 1) -> Any:
+    """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets."""
     if is_interpreted():
         return make()
     key = (name, parts)
@@ -145,9 +129,7 @@ def driver(function: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *arguments: entry(*flat(arguments))
 
 
-def _compile(
-    name: str, function: Callable[..., Any], kind: Any, code: str, parts: tuple[Any, ...], interleaved: int
-) -> Callable[..., Any]:
+def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, parts: tuple[Any, ...], interleaved: int) -> Callable[..., Any]:
     numba = compiler()
     activate()
     signature = compiled_signature(kind)
@@ -217,9 +199,7 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
         reason = lines[heads[-1] + 1] if heads else lines[0]
         place = re.search(rf'File "[^"]*{re.escape(os.path.basename(file))}", line \d+', str(error))
         line = f", {place[0].rpartition(', ')[2]}" if place else ""
-        raise InputError(
-            f"cannot be compiled: {reason}", path=f"{file}{line}", mend=f"Try: bristle check {file}"
-        ) from None
+        raise InputError(f"cannot be compiled: {reason}", path=f"{file}{line}", mend=f"Try: bristle check {file}") from None
 
 
 @contextlib.contextmanager
@@ -242,9 +222,17 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 # What turns kernels into machine code; a change here changes products too.
 _MACHINERY = (
-    type_of, signature_of, handed_over, kernel_options, dispatch.overload_all, power_in_bits, mantissa_in_bits,
-    exponent_in_bits, without_holder, _interleaving,
-)  # fmt: skip
+    type_of,
+    signature_of,
+    handed_over,
+    kernel_options,
+    dispatch.overload_all,
+    power_in_bits,
+    mantissa_in_bits,
+    exponent_in_bits,
+    without_holder,
+    _interleaving,
+)
 
 
 class _EntryCache:

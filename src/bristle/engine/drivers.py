@@ -8,16 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.engine.entry_points import (
-    FAILED,
-    FAILED_SO_FAR,
-    FORCE,
-    Compensate,
-    Control,
-    MechanismVectors,
-    Sense,
-    Substeps,
-)
+from bristle.engine.entry_points import FAILED, FAILED_SO_FAR, FORCE, Compensate, Control, MechanismVectors, Sense, Substeps
 from bristle.engine.signature import Vector
 
 # Rows of the flat history of a run.
@@ -26,17 +17,7 @@ MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
-__all__ = [
-    "Compensation",
-    "Controller",
-    "Driven",
-    "Sampling",
-    "Sensor",
-    "Signals",
-    "closed_loop",
-    "open_loop",
-    "readings",
-]
+__all__ = ["Compensation", "Controller", "Driven", "Sampling", "Sensor", "Signals", "closed_loop", "open_loop", "readings"]
 
 
 class Driven(NamedTuple):
@@ -109,9 +90,7 @@ def record(history, count, k, load, plant):
     history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
 
-def open_loop(
-    driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector
-) -> int:  # fmt: skip
+def open_loop(driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector) -> int:
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
     `history` is as in `closed_loop`, without what a controller measures and commands.
@@ -137,9 +116,14 @@ def readings(sensor: Sensor, dt: float, measured: Vector) -> int:
 
 
 def closed_loop(
-    controller: Controller, compensation: Compensation, sensor: Sensor, driven: Driven, signals: Signals,
-    sampling: Sampling, history: Vector,
-) -> int:  # fmt: skip
+    controller: Controller,
+    compensation: Compensation,
+    sensor: Sensor,
+    driven: Driven,
+    signals: Signals,
+    sampling: Sampling,
+    history: Vector,
+) -> int:
     """Run a sampled loop; return the number of samples that stayed finite.
 
     `history` is flat, and receives [x | v | measured | commanded effort | applied effort | mean friction force until
@@ -150,13 +134,20 @@ def closed_loop(
     for k in range(count):
         measured = sensor.sense(sensor.parameters, sensor.state, sensor.reading[0], dt)
         fed = compensation.compensate(
-            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured,
-            compensation.transmitted[k], dt,
-        )  # fmt: skip
+            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured, compensation.transmitted[k], dt
+        )
         command = controller.control(
-            controller.parameters, controller.state, reference[k], reference[count + k], reference[2 * count + k],
-            reference[3 * count + k] + fed, measured, signals.injected[k], sampling.limit, dt,
-        )  # fmt: skip
+            controller.parameters,
+            controller.state,
+            reference[k],
+            reference[count + k],
+            reference[2 * count + k],
+            reference[3 * count + k] + fed,
+            measured,
+            signals.injected[k],
+            sampling.limit,
+            dt,
+        )
         record(history, count, k, driven.load, plant)
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         late = sampling.delay

@@ -14,13 +14,7 @@ from typing import Any, NamedTuple
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
-from bristle.core.dispatch import (
-    friction_commit,
-    friction_trial,
-    operator_commit,
-    operator_trial,
-    sensor_step,
-)
+from bristle.core.dispatch import friction_commit, friction_trial, operator_commit, operator_trial, sensor_step
 from bristle.core.packing import Structure, motion_reader, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.mechanism import Mechanism, drive_over, mechanism
@@ -130,9 +124,14 @@ def make_substeps(plant: Structure, plant_state: Structure, friction: Structure,
     def substeps(vectors, effort, effort_end, dt, steps):
         q, p, out = unpack_plant(vectors.plant), unpack_friction(vectors.friction), vectors.out
         before = Mechanism(
-            load_plant(vectors.plant_state), load_friction(vectors.friction_state), out[DRIVE_EFFORT], out[SLOPE],
-            out[ACCELERATION], 0.0, 0.0,
-        )  # fmt: skip
+            load_plant(vectors.plant_state),
+            load_friction(vectors.friction_state),
+            out[DRIVE_EFFORT],
+            out[SLOPE],
+            out[ACCELERATION],
+            0.0,
+            0.0,
+        )
         after = mechanism(before, vectors.memory, effort, effort_end, out[DRIVE_LAG], out[SLACK], dt, steps, q, p)
         store_plant(after.plant, vectors.plant_state)
         store_friction(after.friction, vectors.friction_state)
@@ -197,9 +196,14 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
     def compensate_at(p_vector, state_vector, memory, shape, measured, transmitted, dt):
         v = (measured - shape[5]) / dt
         effort, s = compensate(
-            load(state_vector), memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted),
-            shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]), unpack(p_vector),
-        )  # fmt: skip
+            load(state_vector),
+            memory,
+            Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted),
+            shape[6],
+            dt,
+            Shape(shape[0], shape[1], shape[2], shape[3], shape[4]),
+            unpack(p_vector),
+        )
         store(s, state_vector)
         shape[5], shape[6] = measured, effort
         return effort

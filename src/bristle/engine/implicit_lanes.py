@@ -117,10 +117,14 @@ def next_iterate(iterate, residual, solved):
     status = iterate.status if iterate.status != OPEN else SOLVED if solved else OPEN if usual else ASIDE
     goes_on = status == OPEN
     return Iterate(
-        target if goes_on else iterate.v, slope if goes_on else iterate.slope, iterate.v if goes_on else iterate.v_last,
-        residual if goes_on else iterate.residual_last, low if goes_on else iterate.low,
-        high if goes_on else iterate.high, status,
-    )  # fmt: skip
+        target if goes_on else iterate.v,
+        slope if goes_on else iterate.slope,
+        iterate.v if goes_on else iterate.v_last,
+        residual if goes_on else iterate.residual_last,
+        low if goes_on else iterate.low,
+        high if goes_on else iterate.high,
+        status,
+    )
 
 
 class _Parts:
@@ -194,11 +198,7 @@ def _solving(parts: _Parts, rows: ImplicitRows) -> tuple[Callable[..., Any], ...
         """Evaluate each lane at its velocity, keep where that leads to, and return how many are not solved yet."""
         count = 0
         for j in range(LANES):
-            s, p, iterate = (
-                load_friction(block, STATE, j),
-                unpack_friction(block, P, j),
-                load_iterate(block, ITERATES, j),
-            )
+            s, p, iterate = (load_friction(block, STATE, j), unpack_friction(block, P, j), load_iterate(block, ITERATES, j))
             u, port = load_carried(block, CARRIES, j).effort, load_port(block, PORTS, j)
             x = load_plant(block, BODY, j).x
             force, move = evaluate(s, memory, iterate.v, x, u - (iterate.v - port.a) / port.b, h, p)
@@ -234,10 +234,15 @@ def _solving(parts: _Parts, rows: ImplicitRows) -> tuple[Callable[..., Any], ...
                 continue
             body, carried = load_plant(block, BODY, j), load_carried(block, CARRIES, j)
             advanced = advance(
-                body, load_friction(block, STATE, j), memory, carried.effort, h, unpack_plant(block, 0, j),
+                body,
+                load_friction(block, STATE, j),
+                memory,
+                carried.effort,
+                h,
+                unpack_plant(block, 0, j),
                 unpack_friction(block, P, j),
                 Start(first_guess(body.v, carried.acceleration, h), carried.slope, 0.0),
-            )  # fmt: skip
+            )
             store_plant(advanced.plant_state, block, BODY_NEXT, j)
             store_friction(advanced.friction_state, block, STATE_NEXT, j)
             store(Scalar(advanced.force), block, FORCE, j)
@@ -275,18 +280,21 @@ def _endings(parts: _Parts, rows: ImplicitRows) -> tuple[Callable[..., Any], Cal
             sums = load_sums(block, TOTALS, j)
             failures = sums.failures_so_far + (sums.failures if sums.lost_at == 0.0 else 0.0)
             is_lost = (sums.lost_at == 0.0) & (not abs(body.x) + abs(body.v) < BOUND)
-            store_sums(
-                Sums(sums.force, sums.failures, failures, k + 1.0 if is_lost else sums.lost_at), block, TOTALS, j
-            )
+            store_sums(Sums(sums.force, sums.failures, failures, k + 1.0 if is_lost else sums.lost_at), block, TOTALS, j)
             store_carried(Carried((carried.slope - 1.0) / h, carried.acceleration, carried.effort), block, CARRIES, j)
 
     return end_step, end_sample
 
 
 def make_implicit_lanes(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: ImplicitRows,
-    memory: bool, constants: LaneConstants,
-) -> Callable[..., Any]:  # fmt: skip
+    plant: Structure,
+    plant_state: Structure,
+    friction: Structure,
+    friction_state: Structure,
+    rows: ImplicitRows,
+    memory: bool,
+    constants: LaneConstants,
+) -> Callable[..., Any]:
     """Return the entry that drives one block by EFIM: the `used` mechanisms from `first` on.
 
     `memory` is False: one that has it cannot be committed again and again. `constants` tells what holds of the

@@ -43,9 +43,7 @@ def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) ->
     return _lowest(places, cost)
 
 
-def _closer(
-    places: np.ndarray, cost: np.ndarray, costs: Callable[[np.ndarray], np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+def _closer(places: np.ndarray, cost: np.ndarray, costs: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Return as many places around the best one, and their costs; those between neighbours are new."""
     best = int(np.argmin(cost))
     low, high = max(best - 1, 0), min(best + 1, PLACES - 1)

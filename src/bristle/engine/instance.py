@@ -29,26 +29,22 @@ class Instance:
 
     def __post_init__(self) -> None:
         if not isinstance(self.model, Model):
-            raise InputError("must be a model with parameters", path="model", value=self.model,
-                             mend='Give them, as in friction.coulomb(F_C="20 N")')  # fmt: skip
+            raise InputError(
+                "must be a model with parameters", path="model", value=self.model, mend='Give them, as in friction.coulomb(F_C="20 N")'
+            )
         p = self.model.parameters
         state = self.model.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)
         self.structures = (structure_of(p), structure_of(state))
 
     def begin(self, state: Any) -> None:
-        """Begin in a state that was given, where one was.
-
-        Raises
-        ------
-        InputError
-            If it is that of another component.
-        """
+        """Begin in a state that was given, where one was."""
         if state is None:
             return
         if structure_of(state) != self.structures[1]:
-            raise InputError("is that of another model", path="state", value=state,
-                             allowed=f"{type(self.state_now).__name__} of {self.model.name}")  # fmt: skip
+            raise InputError(
+                "is that of another model", path="state", value=state, allowed=f"{type(self.state_now).__name__} of {self.model.name}"
+            )
         self.state = pack(state)
 
     @property
@@ -124,13 +120,7 @@ def _functions(structure: Any) -> tuple[Any, ...]:
 
 
 def memory_of(model: Model, memory: Any) -> np.ndarray:
-    """Return the memory of a friction model: a copy of what is given, or that of a virgin model.
-
-    Raises
-    ------
-    InputError
-        If its size is not that which the model reads and writes.
-    """
+    """Return the memory of a friction model: a copy of what is given, or that of a virgin model."""
     fresh = model.component.new_memory(model.parameters)
     if memory is None:
         return fresh

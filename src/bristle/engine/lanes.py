@@ -61,9 +61,14 @@ class Rows:
 
 
 def make_lanes(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, memory: bool,
+    plant: Structure,
+    plant_state: Structure,
+    friction: Structure,
+    friction_state: Structure,
+    rows: Rows,
+    memory: bool,
     constants: LaneConstants,
-) -> Callable[..., Any]:  # fmt: skip
+) -> Callable[..., Any]:
     """Return the entry that drives one block by the semi-implicit step: the `used` mechanisms from `first` on.
 
     `memory` tells whether the friction model has one, `constants` what holds of its parameters in every lane.
@@ -94,9 +99,14 @@ def make_lanes(
                     start = block[row_effort * LANES + j]
                     u = start + (block[row_end * LANES + j] - start) * part
                     advanced = advance(
-                        load_plant(block, row_body, j), s, memories[j * size : (j + 1) * size] if memory else memories,
-                        u, h, unpack_plant(block, 0, j), unpack_friction(block, row_p, j),
-                    )  # fmt: skip
+                        load_plant(block, row_body, j),
+                        s,
+                        memories[j * size : (j + 1) * size] if memory else memories,
+                        u,
+                        h,
+                        unpack_plant(block, 0, j),
+                        unpack_friction(block, row_p, j),
+                    )
                     store_plant(advanced.plant_state, block, row_body, j)
                     store_friction(advanced.friction_state, block, row_state, j)
                     block[row_total * LANES + j] += advanced.force
@@ -107,9 +117,7 @@ def make_lanes(
     return lanes
 
 
-def open_loops(
-    mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records
-) -> int:  # fmt: skip
+def open_loops(mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records) -> int:
     """Drive the mechanisms `first` to `last` one after the other; return 0.
 
     What follows a sample at which a mechanism left the finite numbers is left as it was.
@@ -134,9 +142,13 @@ def open_loops(
 def of_one(vectors, m, count):
     """Return the vectors of mechanism `m` among those of `count` mechanisms in a row."""
     return MechanismVectors(
-        share(vectors.plant, m, count), share(vectors.plant_state, m, count), share(vectors.friction, m, count),
-        share(vectors.friction_state, m, count), share(vectors.memory, m, count), share(vectors.out, m, count),
-    )  # fmt: skip
+        share(vectors.plant, m, count),
+        share(vectors.plant_state, m, count),
+        share(vectors.friction, m, count),
+        share(vectors.friction_state, m, count),
+        share(vectors.memory, m, count),
+        share(vectors.out, m, count),
+    )
 
 
 @kernel

@@ -30,9 +30,14 @@ SIDES = ("load", "motor")
 # A mechanism that is driven once a day is a wrong unit, and steps of the length that it needs would take for ever.
 SAMPLE_TIME = amount(Variable("time", "sample time", min=0.0, max=1e5), exclusive=True)
 MECHANISM = {
-    "plant": model("plant"), "friction": FRICTION, "dt": SAMPLE_TIME, "x": PLACE, "v": SPEED, "state": STATE,
+    "plant": model("plant"),
+    "friction": FRICTION,
+    "dt": SAMPLE_TIME,
+    "x": PLACE,
+    "v": SPEED,
+    "state": STATE,
     "memory": optional(array()),
-}  # fmt: skip
+}
 DRIVEN = {"effort": array(least=1), "hold": among(*HOLDS)}
 FORCE = Variable("force", "effort")
 
@@ -111,9 +116,8 @@ class _Mechanism:
     """Plant and friction as one entry with its vectors."""
 
     def __init__(
-        self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any,
-        integrator: str = "efim",
-    ) -> None:  # fmt: skip
+        self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any, integrator: str = "efim"
+    ) -> None:
         has_screw = table is not None or plant.component.screw is not None
         check_integrator(integrator, friction)
         friction = through_screw(plant, friction, table) if has_screw else friction
@@ -137,11 +141,20 @@ class _Mechanism:
         """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
         x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:reached] for row in rows)
         return {
-            "time": dt * np.arange(reached), "position": x, "velocity": v, "effort": effort, "friction": friction,
-            "measured": measured, "command": command, "motor_position": motor_x, "motor_velocity": motor_v,
-            "status": self.status(reached, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
+            "time": dt * np.arange(reached),
+            "position": x,
+            "velocity": v,
+            "effort": effort,
+            "friction": friction,
+            "measured": measured,
+            "command": command,
+            "motor_position": motor_x,
+            "motor_velocity": motor_v,
+            "status": self.status(reached, rows.shape[1]),
+            "state": self.friction.state_now,
+            "memory": self.memory,
             "kind": self.friction.model.kind,
-        }  # fmt: skip
+        }
 
     def status(self, reached: int, count: int) -> Status:
         if reached < count or not np.all(np.isfinite(self.plant.state)):
@@ -177,10 +190,20 @@ def held(effort: np.ndarray, hold: str) -> np.ndarray:
 
 @guarded(**MECHANISM, **DRIVEN, steps=STEPS, integrator=INTEGRATOR, table=optional(FRICTION))
 def run_open_loop(
-    plant: Model, friction: Model, effort: Any, dt: Amount, *, steps: int = 1, hold: str = "zero",
-    table: Model | None = None, integrator: str = "efim", x: Amount = 0.0, v: Amount = 0.0, state: Any = None,
+    plant: Model,
+    friction: Model,
+    effort: Any,
+    dt: Amount,
+    *,
+    steps: int = 1,
+    hold: str = "zero",
+    table: Model | None = None,
+    integrator: str = "efim",
+    x: Amount = 0.0,
+    v: Amount = 0.0,
+    state: Any = None,
     memory: Any = None,
-) -> Trace:  # fmt: skip
+) -> Trace:
     """Drive a plant with friction by a recorded effort.
 
     Parameters
@@ -219,21 +242,48 @@ def run_open_loop(
 
 
 @guarded(
-    **MECHANISM, controller=model("controller"), sensor=model("sensor"), reference=array(ndim=2, least=1),
-    table=optional(FRICTION), sensor_at=among(*SIDES), steps=STEPS,
-    compensator=optional(instance(Compensator, "a Compensator")), injected=optional(array()),
-    disturbance=optional(array()), limit=amount(FORCE, endless=True), delay=whole(0, 10**6),
-    lag=amount(Variable("time", "lag of the drive", min=0.0)), effort_before=amount(FORCE),
+    **MECHANISM,
+    controller=model("controller"),
+    sensor=model("sensor"),
+    reference=array(ndim=2, least=1),
+    table=optional(FRICTION),
+    sensor_at=among(*SIDES),
+    steps=STEPS,
+    compensator=optional(instance(Compensator, "a Compensator")),
+    injected=optional(array()),
+    disturbance=optional(array()),
+    limit=amount(FORCE, endless=True),
+    delay=whole(0, 10**6),
+    lag=amount(Variable("time", "lag of the drive", min=0.0)),
+    effort_before=amount(FORCE),
     resumed_effort=optional(amount(FORCE)),
     acceleration=amount(Variable("length/time^2", "acceleration")),
-)  # fmt: skip
+)
 def run_closed_loop(
-    plant: Model, friction: Model, controller: Model, sensor: Model, reference: Any, dt: Amount, *,
-    table: Model | None = None, sensor_at: str = "load", steps: int = 1, compensator: Compensator | None = None,
-    injected: Any = None, disturbance: Any = None, limit: Amount = np.inf, delay: int = 0, lag: Amount = 0.0,
-    effort_before: Amount = 0.0, resumed_effort: Amount | None = None, x: Amount = 0.0, v: Amount = 0.0,
-    acceleration: Amount = 0.0, state: Any = None, memory: Any = None,
-) -> LoopTrace:  # fmt: skip
+    plant: Model,
+    friction: Model,
+    controller: Model,
+    sensor: Model,
+    reference: Any,
+    dt: Amount,
+    *,
+    table: Model | None = None,
+    sensor_at: str = "load",
+    steps: int = 1,
+    compensator: Compensator | None = None,
+    injected: Any = None,
+    disturbance: Any = None,
+    limit: Amount = np.inf,
+    delay: int = 0,
+    lag: Amount = 0.0,
+    effort_before: Amount = 0.0,
+    resumed_effort: Amount | None = None,
+    x: Amount = 0.0,
+    v: Amount = 0.0,
+    acceleration: Amount = 0.0,
+    state: Any = None,
+    memory: Any = None,
+) -> LoopTrace:
     """Run a sampled control loop on a plant with friction.
 
     Parameters
@@ -280,9 +330,11 @@ def run_closed_loop(
     """
     if reference.shape[0] != 4:
         raise InputError(
-            "must hold position, velocity, acceleration and feedforward", path="reference", value=reference.shape,
+            "must hold position, velocity, acceleration and feedforward",
+            path="reference",
+            value=reference.shape,
             allowed="shape (4, sample)",
-        )  # fmt: skip
+        )
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)
@@ -295,9 +347,7 @@ def run_closed_loop(
     reading = mechanism.load if sensor_at == "load" else mechanism.plant.state
     reached = int(
         driver(drivers.closed_loop)(
-            Controller(
-                _entry("control", control, Control, entry_points.make_control), control.parameters, control.state
-            ),
+            Controller(_entry("control", control, Control, entry_points.make_control), control.parameters, control.state),
             _compensation(compensator, started, count),
             Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
             mechanism.driven,
@@ -311,9 +361,8 @@ def run_closed_loop(
 
 
 def begun(
-    controller: Model, reference: Reference, measured: float, v: float, acceleration: float,
-    resumed_effort: float | None, dt: float,
-) -> Any:  # fmt: skip
+    controller: Model, reference: Reference, measured: float, v: float, acceleration: float, resumed_effort: float | None, dt: float
+) -> Any:
     """Return the state of a control law that takes over a motion, and the `resumed_effort` where it is known."""
     component, p = controller.component, controller.parameters
     state = component.start(measured, v, acceleration, dt, p)

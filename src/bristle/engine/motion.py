@@ -53,14 +53,7 @@ MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD}
 
 @guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
-    model: Model,
-    v: Any,
-    dt: Amount,
-    x: Any = None,
-    *,
-    state: Any = None,
-    memory: np.ndarray | None = None,
-    **around: Any,
+    model: Model, v: Any, dt: Amount, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None, **around: Any
 ) -> np.ndarray:
     """Return the friction force along a prescribed velocity.
 
@@ -92,9 +85,15 @@ def force_along(
 
 
 def along(
-    model: Model, v: np.ndarray, dt: float, x: np.ndarray | None = None, *, state: Any = None,
-    memory: np.ndarray | None = None, **around: Any,
-) -> np.ndarray:  # fmt: skip
+    model: Model,
+    v: np.ndarray,
+    dt: float,
+    x: np.ndarray | None = None,
+    *,
+    state: Any = None,
+    memory: np.ndarray | None = None,
+    **around: Any,
+) -> np.ndarray:
     """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
     part, v = Instance(model), vector(v, "v")
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
@@ -103,24 +102,8 @@ def along(
     return _follow(part, memory_of(model, memory), v, x, dt, _surroundings(part, v.size, around))
 
 
-def each_from(
-    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any
-) -> np.ndarray:
-    """Return the friction force along one velocity from each of several states, shape (state, step), finite or not.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters, its memory virgin.
-    states : sequence of NamedTuple
-        States before the first step.
-    v, x : numpy.ndarray, shape (step,)
-        Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
-    dt : float
-        Length of a step [s].
-    **around : float or array_like, shape (step,)
-        What surrounds the contact, as in `force_along`.
-    """
+def each_from(model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, **around: Any) -> np.ndarray:
+    """Return the friction force along one velocity from each of several states, shape (state, step), finite or not."""
     part, v, x = Instance(model), vector(v, "v"), vector(x, "x")
     check_run(v.size, x=x)
     signals = _surroundings(part, v.size, around).ravel()
@@ -176,8 +159,9 @@ def in_turns(
     """Return what `force_in_turns` does, finite or not."""
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     if parameters.shape[1] != part.parameters.size:
-        raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
-                         allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
+        raise InputError(
+            "has the wrong shape", path="parameters", value=parameters.shape, allowed=f"{part.parameters.size} numbers in a row"
+        )
     check_run(v.size, x=x)
     signals, force = _surroundings(part, v.size, around), np.empty(v.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
@@ -188,55 +172,44 @@ def in_turns(
 
 
 def compensation_along(
-    model: Model, shape: Shape, v: np.ndarray, dt: float, x: np.ndarray, *,
-    transmitted: Any = NOTHING_TRANSMITTED, state: Any = None, memory: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
-    """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model that is fed forward.
-    shape : Shape
-        What becomes of its force on the way to the drive.
-    v : ndarray, shape (step,)
-        Mean desired velocity of each step [m/s or rad/s].
-    dt : float
-        Length of a step [s].
-    x : ndarray, shape (step,)
-        Desired position at the end of each step [m or rad].
-    transmitted : float or ndarray, shape (step,)
-        Effort that passes on to the load [N or N*m].
-    state, memory
-        Of the model before the first step; virgin where not given.
-    """
+    model: Model,
+    shape: Shape,
+    v: np.ndarray,
+    dt: float,
+    x: np.ndarray,
+    *,
+    transmitted: Any = NOTHING_TRANSMITTED,
+    state: Any = None,
+    memory: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step."""
     part = Instance(model)
     part.begin(state)
     passed_on = _signal(v.size, transmitted)
     check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
     entry = compiled(
-        f"compensate_along-{part.key}", lambda: entry_points.make_compensate_along(*part.structures),
-        entry_points.CompensateAlong, part.functions,
-    )  # fmt: skip
+        f"compensate_along-{part.key}",
+        lambda: entry_points.make_compensate_along(*part.structures),
+        entry_points.CompensateAlong,
+        part.functions,
+    )
     entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, passed_on, float(dt), effort)
     warn_of_lost(part)
     return finite(effort, model)
 
 
 def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a person tells of the surroundings of a contact, as numbers.
-
-    Raises
-    ------
-    InputError
-        If something is told that the model does not know, or is no number.
-    """
+    """Return what a person tells of the surroundings of a contact, as numbers."""
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
-            raise InputError(f"is nothing that {model.name} knows of its surroundings", path=name,
-                             allowed=", ".join(usual), mend=did_you_mean(name, usual))  # fmt: skip
+            raise InputError(
+                f"is nothing that {model.name} knows of its surroundings",
+                path=name,
+                allowed=", ".join(usual),
+                mend=did_you_mean(name, usual),
+            )
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 
@@ -314,9 +287,8 @@ def presliding_distance(model: Model) -> float:
 
 
 def _follow(
-    part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
-    around: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
+    part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float, around: np.ndarray | None = None
+) -> np.ndarray:
     force = np.empty(velocity.size)
     signals = (_surroundings(part, velocity.size, {}) if around is None else around).ravel()
     force_along_entry(part)(part.parameters, part.state, memory, velocity, position, signals, float(dt), force)
@@ -334,12 +306,8 @@ def force_along_entry(part: Instance) -> Callable[..., Any]:
     )
 
 
-@guarded(
-    model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array(), rest=among(*RESTS),
-)  # fmt: skip
-def response(
-    model: Model, x: Any, dt: Amount | None = None, *, history: Any = (), rest: str = "middle"
-) -> np.ndarray:  # fmt: skip
+@guarded(model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array(), rest=among(*RESTS))
+def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (), rest: str = "middle") -> np.ndarray:
     """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters

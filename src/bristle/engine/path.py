@@ -19,24 +19,7 @@ __all__ = ["after", "output_along"]
 
 @guarded(operator=OPERATOR, u=array())
 def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
-    """Return the output of a hysteresis operator along an input.
-
-    Parameters
-    ----------
-    operator : Model
-        A hysteresis operator with parameters.
-    u : array_like, shape (sample,)
-        Input at each sample, in the unit of the operator (a displacement [m or rad] as a rule), monotone in between.
-    state : NamedTuple, optional
-        State before the first sample; virgin at the input 0 where not given.
-    memory : ndarray, optional
-        Memory before the first sample; it is not changed.
-
-    Returns
-    -------
-    ndarray, shape (sample,)
-        Output at each sample.
-    """
+    """Return the output of a hysteresis operator along an input."""
     part = _part(operator, state)
     used = part.component.new_memory(operator.parameters) if memory is None else np.array(memory, dtype=float)
     return _follow(part, used, u)
@@ -44,22 +27,7 @@ def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarr
 
 @guarded(operator=OPERATOR, history=array())
 def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
-    """Return the state and the memory of a hysteresis operator after a history of its input.
-
-    Parameters
-    ----------
-    operator : Model
-        A hysteresis operator with parameters.
-    history : array_like, shape (sample,)
-        Inputs that a virgin operator went through; their turning points are enough.
-
-    Returns
-    -------
-    state : NamedTuple
-        State of the operator.
-    memory : ndarray
-        Memory of the operator.
-    """
+    """Return the state and the memory of a hysteresis operator after a history of its input."""
     part, memory = _part(operator), operator.component.new_memory(operator.parameters)
     _follow(part, memory, history)
     return unpacker(part.structures[1])(part.state), memory
@@ -74,10 +42,7 @@ def _part(operator: Model, state: Any = None) -> Instance:
 def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     output = np.empty(u.size)
     entry = compiled(
-        f"output_along-{part.key}",
-        lambda: entry_points.make_output_along(*part.structures),
-        entry_points.OutputAlong,
-        part.functions,
+        f"output_along-{part.key}", lambda: entry_points.make_output_along(*part.structures), entry_points.OutputAlong, part.functions
     )
     entry(part.parameters, part.state, memory, u, output)
     warn_of_lost(part)

@@ -10,14 +10,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion
-from bristle.core.dispatch import (
-    friction_arrival,
-    friction_commit,
-    friction_flow,
-    friction_piece,
-    friction_rate,
-    plant_rate,
-)
+from bristle.core.dispatch import friction_arrival, friction_commit, friction_flow, friction_piece, friction_rate, plant_rate
 from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine.efim import INFINITY

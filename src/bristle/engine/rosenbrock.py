@@ -239,9 +239,7 @@ def make_search(layout: Layout) -> Callable[..., Any]:
                 break
             part = bracket_guess(bracket)
             state_at(part, work, dense)
-            bracket = bracket_update(
-                bracket, part, -rates(mechanism, work.at_event, u + part * (u_end - u), work.slope)
-            )
+            bracket = bracket_update(bracket, part, -rates(mechanism, work.at_event, u + part * (u_end - u), work.slope))
         state_at(bracket.high, work, dense)
         return bracket.high
 
@@ -249,9 +247,15 @@ def make_search(layout: Layout) -> Callable[..., Any]:
 
 
 def rosenbrock(
-    run: RosenbrockEntries, vectors: PieceVectors, work: Work, course: Course, limits: Limits, tableau: Tableau,
-    samples: Samples, report: Vector,
-) -> int:  # fmt: skip
+    run: RosenbrockEntries,
+    vectors: PieceVectors,
+    work: Work,
+    course: Course,
+    limits: Limits,
+    tableau: Tableau,
+    samples: Samples,
+    report: Vector,
+) -> int:
     """Integrate a plant with friction under an effort that is straight between knots.
 
     `report` receives the numbers of steps accepted, rejected, and accepted in spite of their error. Returns the number

@@ -104,11 +104,7 @@ def screw_force(twist, turned, dt, q):
 def pulled_trial(state, memory, motion, dt, p):
     """Return the force against the table, counted at the motor: its friction less what the screw pulls with."""
     force, move = friction_trial(
-        state,
-        memory,
-        Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, motion.transmitted / p.arm),
-        dt,
-        p.table,
+        state, memory, Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, motion.transmitted / p.arm), dt, p.table
     )
     return p.arm * force - screw_force(p.twist, dt * (p.v_m - motion.v), dt, p), move
 
@@ -186,54 +182,44 @@ def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
 
 
 def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
-    """Return what the motor of a plant with a screw feels, as one friction model.
-
-    Parameters
-    ----------
-    plant : Model
-        A plant whose component gives its `screw`, such as `ball_screw`.
-    friction : Model
-        Friction on the side of the motor, in its angle and torque.
-    table : Model or None
-        Friction on the side of the table, in its travel and force; none where not given.
-
-    Raises
-    ------
-    InputError
-        If the plant has no screw, or a model is of the wrong kind of axis.
-    """
+    """Return what the motor of a plant with a screw feels, as one friction model."""
     if plant.component.screw is None:
         raise InputError(
-            "has one mass, and no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw",
+            "has one mass, and no table behind a screw",
+            path="table",
+            value=plant.name,
+            allowed="plant ball_screw",
             mend="Leave the friction of the table out, or take plants.ball_screw",
-        )  # fmt: skip
+        )
     table = table if table is not None else viscous(F_v=0.0)
-    for path, model, kind in (
-        ("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational"),
-    ):  # fmt: skip
+    for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
         if model.kind != kind:
             raise InputError(
-                f"must be {kind}", path=path, value=f"{model.name}, {model.kind}",
+                f"must be {kind}",
+                path=path,
+                value=f"{model.name}, {model.kind}",
                 mend="A motor turns, and its table travels: give parameters in N*m and rad, or in N and m",
-            )  # fmt: skip
+            )
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = Screwed(
-        friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm,
+        friction.parameters,
+        table.parameters,
+        M * arm * arm,
+        k * arm * arm,
+        d * arm * arm,
+        gap / arm,
+        arm,
         friction.component.memory_size(friction.parameters),
-    )  # fmt: skip
+    )
     return Model(_screwed(friction.component, table.component), at_motor, "rotational")
 
 
 def refuse_screw(plant: Model, caller: str) -> None:
-    """Refuse a plant with a screw where only one mass can be simulated.
-
-    Raises
-    ------
-    InputError
-        If it has one.
-    """
+    """Refuse a plant with a screw where only one mass can be simulated."""
     if plant.component.screw is not None:
         raise InputError(
-            f"has a table behind a screw, and {caller} knows one mass", path="plant", value=plant.name,
+            f"has a table behind a screw, and {caller} knows one mass",
+            path="plant",
+            value=plant.name,
             mend="Take run_open_loop or run_closed_loop, or plants.inertia with the sum of both",
-        )  # fmt: skip
+        )

@@ -75,17 +75,7 @@ def flat(arguments: Sequence[Any]) -> list[Any]:
 
 
 def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any] | None = None) -> Callable[..., Any]:
-    """Return the function that is compiled in place of another: it gathers what that takes, all vectors unowned.
-
-    Parameters
-    ----------
-    function : callable
-        The entry or driver.
-    kind : type or callable
-        What tells its signature.
-    body : callable, optional
-        What is called in the place of the function.
-    """
+    """Return the function that is compiled in place of another: it gathers what that takes, all vectors unowned."""
     scope: dict[str, Any] = {"__name__": __name__, "body": body or function, "unowned": unowned}
     arguments: list[str] = []
     place = None if is_entry(kind) else ""
@@ -106,10 +96,7 @@ def _gathered(annotation: Any, scope: dict[str, Any], arguments: list[str], plac
         place = arguments[-1]
     if _is_tuple(annotation):
         scope[annotation.__name__] = annotation
-        fields = [
-            _gathered(field, scope, arguments, f"{place}[{i}]" if place else "")
-            for i, field in enumerate(_fields(annotation))
-        ]
+        fields = [_gathered(field, scope, arguments, f"{place}[{i}]" if place else "") for i, field in enumerate(_fields(annotation))]
         return f"{annotation.__name__}({', '.join(fields)})"
     return f"unowned({place})" if annotation is Vector else place
 

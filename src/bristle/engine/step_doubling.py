@@ -82,9 +82,7 @@ def reserve(body, s, memory, effort, dt, q, p):
     return min(forward + a / b, -a / b - backward)
 
 
-def make_rest_time(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
-) -> Callable[..., Any]:
+def make_rest_time(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Callable[..., Any]:
     """Return the entry that tells after what part of a step [s] a body at rest breaks away; `dt` if it does not.
 
     It takes what `Substeps` do.
@@ -191,9 +189,15 @@ def remember(vectors, before):
 
 
 def doubling(
-    run: DoublingEntries, vectors: MechanismVectors, before: MechanismVectors, full_step: MechanismVectors,
-    course: Course, limits: Limits, samples: Samples, report: Vector,
-) -> int:  # fmt: skip
+    run: DoublingEntries,
+    vectors: MechanismVectors,
+    before: MechanismVectors,
+    full_step: MechanismVectors,
+    course: Course,
+    limits: Limits,
+    samples: Samples,
+    report: Vector,
+) -> int:
     """Drive a plant with friction by an effort that is straight between knots.
 
     `before` keeps the mechanism as it was before a step, `full_step` is for the step as a whole; it shares the memory.

@@ -41,10 +41,6 @@ def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
     assert limits.presliding is not None
     distance = REACH * limits.presliding
     reference = s_curve(
-        kind=limits.kind,
-        distance=side * distance,
-        velocity=speed,
-        acceleration=limits.corner(speed, limits.presliding),
-        jerk=limits.jerk,
+        kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.presliding), jerk=limits.jerk
     )
     return ExcitationPiece("break-away", "break-away ramp", reference, REST, speed, side * distance)

@@ -32,10 +32,7 @@ def missing(limits: MotionLimits) -> str:
             "and limit under [effort], or give a model"
         )
     if _highest(limits) < ENOUGH * limits.resonance:
-        return (
-            f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at "
-            f"{limits.resonance:.3g} Hz"
-        )
+        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at {limits.resonance:.3g} Hz"
     amplitude = _amplitude(limits)
     if amplitude < COUNTS * limits.count:
         return (

@@ -85,15 +85,26 @@ class Excitation:
 
 
 @guarded(
-    axis=AXIS, purposes=optional(NAMES), rehearsed=FLAG, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    allow_code=FLAG, progress=PROGRESS,
-)  # fmt: skip
+    axis=AXIS,
+    purposes=optional(NAMES),
+    rehearsed=FLAG,
+    draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
+    allow_code=FLAG,
+    progress=PROGRESS,
+)
 def excite(
-    axis: Any, *, duration: float | str | None = None, travel: float | str | None = None,
-    start: float | str | None = None, purposes: Sequence[str] | str | None = None, model: Any = None,
+    axis: Any,
+    *,
+    duration: float | str | None = None,
+    travel: float | str | None = None,
+    start: float | str | None = None,
+    purposes: Sequence[str] | str | None = None,
+    model: Any = None,
     rehearsed: bool = True,
-    draws: int = DRAWS, allow_code: bool = False, progress: Progress | None = None,
-) -> Excitation:  # fmt: skip
+    draws: int = DRAWS,
+    allow_code: bool = False,
+    progress: Progress | None = None,
+) -> Excitation:
     """Return the motion to run on an axis so that its friction can be identified from the log.
 
     Parameters
@@ -139,15 +150,21 @@ def excite(
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        raise InputError(f"are of no axis: its usual friction is out of range ({error})", path="[limits]",
-                         mend="Mend velocity, acceleration, stroke and mass in the axis file") from None  # fmt: skip
+        raise InputError(
+            f"are of no axis: its usual friction is out of range ({error})",
+            path="[limits]",
+            mend="Mend velocity, acceleration, stroke and mass in the axis file",
+        ) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     if seconds / sample_time > SAMPLES_MOST:
-        raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,
-                         mend="Record it in parts")  # fmt: skip
+        raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration, mend="Record it in parts")
     if seconds / sample_time < SAMPLES_LEAST:
-        raise InputError(f"is less than {SAMPLES_LEAST} samples of this axis", path="duration", value=duration,
-                         mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}")  # fmt: skip
+        raise InputError(
+            f"is less than {SAMPLES_LEAST} samples of this axis",
+            path="duration",
+            value=duration,
+            mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}",
+        )
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     limits = limits_of(axis, prior, sample_time, _travel(travel, axis), begin)
     excitation = _planned(axis, prior, limits, seconds, purposes, begin)
@@ -166,7 +183,7 @@ def excite(
 
 def _planned(
     axis: Axis, prior: Prior, limits: MotionLimits, seconds: float, purposes: Sequence[str] | None, begin: float | None
-) -> Excitation:  # fmt: skip
+) -> Excitation:
     """Return the motion that serves these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
     pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
@@ -179,7 +196,7 @@ def _planned(
 
 def _for_the_loop(
     excitation: Excitation, rehearsal: Rehearsal, seconds: float, purposes: Sequence[str] | None, begin: float | None
-) -> Excitation | None:  # fmt: skip
+) -> Excitation | None:
     """Return a motion without the loops that the controller does not follow; None where it follows, or none is left."""
     smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
     if not rehearsal.loop or smallest is None or rehearsal.lag <= smallest:
@@ -206,8 +223,7 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
         described = read_model(model, allow_code=allow_code)
         plant, friction = described.plant, described.friction
     if friction.kind != axis.kind:
-        raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name,
-                         allowed=f"a model of a {axis.kind} axis")  # fmt: skip
+        raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
     return plant, friction
 
 
@@ -226,9 +242,10 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     reasons = {name: PURPOSES[name].made_by.missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         raise InputError(
-            "tells too little for a motion to be planned", path="axis",
+            "tells too little for a motion to be planned",
+            path="axis",
             mend="Write velocity, acceleration and stroke under [limits], or presliding under [plant]",
-        )  # fmt: skip
+        )
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
@@ -238,25 +255,22 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
 
 def _names(names: Sequence[str]) -> Sequence[str]:
     if not names:
-        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES),
-                         mend="Name one, or leave it out for all that the axis allows")  # fmt: skip
+        raise InputError(
+            "names no purpose of a motion",
+            path="purposes",
+            allowed=", ".join(PURPOSES),
+            mend="Name one, or leave it out for all that the axis allows",
+        )
     for name in names:
         if name not in PURPOSES:
-            raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES),
-                             mend=did_you_mean(name, PURPOSES))  # fmt: skip
+            raise InputError(
+                "is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES), mend=did_you_mean(name, PURPOSES)
+            )
     return names
 
 
-def _in_time(
-    chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool
-) -> tuple[list[ExcitationPiece], list[str]]:
-    """Return pieces that take no longer than they may [s], and what was left out for that.
-
-    Raises
-    ------
-    InputError
-        If what is asked for takes longer.
-    """
+def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
+    """Return pieces that take no longer than they may [s], and what was left out for that."""
     notes: list[str] = []
     while True:
         pieces = _as_short_as(seconds, chosen, limits)
@@ -267,13 +281,12 @@ def _in_time(
             raise InputError(
                 f"is too short: a motion for {', '.join(chosen)} takes {takes + ExcitationMotion.rest:.3g} s on this "
                 "axis, any faster it would not show enough",
-                path="duration", value=f"{seconds + ExcitationMotion.rest:.3g} s",
+                path="duration",
+                value=f"{seconds + ExcitationMotion.rest:.3g} s",
                 mend="Give it that time, or ask for less",
-            )  # fmt: skip
+            )
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(
-            f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + ExcitationMotion.rest:.3g} s"
-        )
+        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + ExcitationMotion.rest:.3g} s")
         chosen = [name for name in chosen if name != first]
 
 
@@ -311,15 +324,11 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
 def _notes(motion: ExcitationMotion, axis: Axis, prior: Prior, *, chosen_start: bool) -> list[str]:
     notes = []
     if axis.sample_time is None:
-        notes.append(
-            f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]"
-        )
+        notes.append(f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]")
     if chosen_start:
         notes.append(f"it begins at {with_unit(motion.start, unit_of('length', axis.kind))}")
     elif axis.stroke:
-        notes.append(
-            f"it begins in the middle of the stroke, at {with_unit(motion.start, unit_of('length', axis.kind))}"
-        )
+        notes.append(f"it begins in the middle of the stroke, at {with_unit(motion.start, unit_of('length', axis.kind))}")
     else:
         notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
     if prior.assumed:

@@ -68,50 +68,41 @@ class MotionLimits:
         return with_unit(value, unit_of(quantity, self.kind))
 
 
-def limits_of(
-    axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None
-) -> MotionLimits:  # fmt: skip
-    """Return what a motion may use.
-
-    Parameters
-    ----------
-    axis : Axis
-        Its limits and its encoder.
-    prior : Prior
-        What is believed of it.
-    sample_time : float
-        Time between samples [s].
-    travel : float or None
-        Distance within which to stay [m or rad]; the stroke of the axis where not given.
-    start : float, optional
-        Where the motion begins [m or rad]; in the middle of the stroke where not given.
-
-    Raises
-    ------
-    InputError
-        If the axis has less room than is asked for.
-    """
+def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None) -> MotionLimits:
+    """Return what a motion may use."""
     for path, value in (
-        ("travel", travel), ("limits.velocity", axis.velocity_limit), ("limits.acceleration", axis.acceleration_limit),
-        ("limits.jerk", axis.jerk_limit), ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
-    ):  # fmt: skip
+        ("travel", travel),
+        ("limits.velocity", axis.velocity_limit),
+        ("limits.acceleration", axis.acceleration_limit),
+        ("limits.jerk", axis.jerk_limit),
+        ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
+    ):
         if value is not None and value < LEAST:
-            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI",
-                             mend="Is the unit right?")  # fmt: skip
+            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Is the unit right?")
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        raise InputError("is so far from zero that positions in it have too few digits", path="limits.stroke",
-                         value=axis.stroke, mend="Count positions from where the axis is")  # fmt: skip
+        raise InputError(
+            "is so far from zero that positions in it have too few digits",
+            path="limits.stroke",
+            value=axis.stroke,
+            mend="Count positions from where the axis is",
+        )
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
-            raise InputError("leaves no room to either side", path="start", value=start,
-                             allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI")  # fmt: skip
+            raise InputError(
+                "leaves no room to either side",
+                path="start",
+                value=start,
+                allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI",
+            )
     if travel is not None and stroke is not None and travel > stroke:
         raise InputError(
-            "is more than the stroke of the axis", path="travel", value=travel,
+            "is more than the stroke of the axis",
+            path="travel",
+            value=travel,
             allowed=f"up to {with_unit(stroke, unit_of('length', axis.kind))}",
-        )  # fmt: skip
+        )
     acceleration, most = axis.acceleration_limit, effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
         acceleration = EFFORT_SHARE * most / prior.plant.values["M"]

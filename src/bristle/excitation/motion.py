@@ -131,20 +131,8 @@ def length_of(pieces: Sequence[ExcitationPiece]) -> float:
     return sum(piece.rest + piece.duration for piece in pieces)
 
 
-def in_time(
-    make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float
-) -> list[ExcitationPiece]:
-    """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`.
-
-    Parameters
-    ----------
-    make : callable
-        From a pace to pieces; what is not rest or corner takes a time in inverse proportion to it.
-    seconds : float
-        How long they may take [s].
-    pace, low, high : float
-        Where to begin, and the bounds, in the unit of the pace.
-    """
+def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float) -> list[ExcitationPiece]:
+    """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`."""
     for _ in range(ROUNDS):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)

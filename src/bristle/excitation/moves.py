@@ -25,19 +25,7 @@ CONTINUOUS = ("chirp",)
 
 
 class Move(NamedTuple):
-    """To a position at a velocity, in SI of the kind of axis.
-
-    Parameters
-    ----------
-    purpose : str
-        What it serves.
-    dwell : float
-        Standstill before it [s].
-    target : float
-        Where it ends [m or rad].
-    velocity, acceleration : float
-        Largest ones on the way [m/s or rad/s, m/s^2 or rad/s^2].
-    """
+    """To a position at a velocity, in SI of the kind of axis."""
 
     purpose: str
     dwell: float
@@ -47,13 +35,7 @@ class Move(NamedTuple):
 
 
 def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...]]:
-    """Return the moves of a motion, and the purposes that are none.
-
-    Parameters
-    ----------
-    motion : ExcitationMotion
-        A motion that was designed.
-    """
+    """Return the moves of a motion, and the purposes that are none."""
     moves: list[Move] = []
     left_out: list[str] = []
     origin = motion.start
@@ -80,9 +62,14 @@ def _legs(piece: ExcitationPiece, origin: float, dwell: float, sample_time: floa
             continue
         leg = slice(first, last)
         end = float(side[first] * np.max(side[first] * position[first : last + 1]))
-        moves.append(Move(
-            piece.purpose, dwell if dwell > 2.0 * sample_time else 0.0, origin + end,
-            float(np.max(np.abs(velocity[leg]))), float(np.max(np.abs(acceleration[leg]))),
-        ))  # fmt: skip
+        moves.append(
+            Move(
+                piece.purpose,
+                dwell if dwell > 2.0 * sample_time else 0.0,
+                origin + end,
+                float(np.max(np.abs(velocity[leg]))),
+                float(np.max(np.abs(acceleration[leg]))),
+            )
+        )
         dwell = 0.0
     return moves

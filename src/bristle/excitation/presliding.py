@@ -32,8 +32,7 @@ def missing(limits: MotionLimits) -> str:
     """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
     if limits.presliding is None:
         return (
-            "the distance over which friction turns is not known: write presliding under [plant], or give a model; a "
-            "slow reversal shows it"
+            "the distance over which friction turns is not known: write presliding under [plant], or give a model; a slow reversal shows it"
         )
     if COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
@@ -88,7 +87,12 @@ def _triangle(
     speed = min(speed, limits.velocity or math.inf)
     shortest = 2.0 * amplitude * ratio ** (2 * cycles - 1)
     reference = triangle(
-        kind=limits.kind, amplitude=amplitude, velocity=speed, cycle_count=cycles, ratio=ratio,
-        acceleration=limits.corner(speed, shortest), jerk=limits.jerk,
-    )  # fmt: skip
+        kind=limits.kind,
+        amplitude=amplitude,
+        velocity=speed,
+        cycle_count=cycles,
+        ratio=ratio,
+        acceleration=limits.corner(speed, shortest),
+        jerk=limits.jerk,
+    )
     return ExcitationPiece(purpose, name, reference, REST, speed, amplitude)

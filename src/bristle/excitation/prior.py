@@ -57,15 +57,7 @@ class Prior:
 
 
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
-    """Return what is believed of an axis: a model of it, or one made of its limits and its pre-sliding distance.
-
-    Parameters
-    ----------
-    axis : Axis
-        What is known of the axis.
-    plant, friction : Model, optional
-        An earlier model.
-    """
+    """Return what is believed of an axis: a model of it, or one made of its limits and its pre-sliding distance."""
     if friction is None:
         return _from_limits(axis, plant)
     mass, assumed = _mass(axis, plant, 1.0)

@@ -63,26 +63,11 @@ class Rehearsal:
     loop: bool
 
 
-def rehearse(
-    motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None
-) -> Rehearsal:  # fmt: skip
+def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
     """Run a motion on the prior, and identify the prior from the log.
 
     Friction scatters by 5 % from one reversal to the next, the effort has a noise of 0.5 % of friction, and the
     position is in counts of the encoder.
-
-    Parameters
-    ----------
-    motion : ExcitationMotion
-        The motion.
-    axis : Axis
-        Its controller, encoder and limit.
-    prior : Prior
-        What is believed of it.
-    draws : int
-        Simulated logs for the intervals of the identification; 0 for none.
-    progress : callable, optional
-        Called with the share done and what comes next.
     """
     if progress is not None:
         progress(0.1, "running the motion on the prior")
@@ -91,20 +76,18 @@ def rehearse(
     # Without a controller no loop is simulated, which tells how wide its positions scatter: no rehearsal asks that.
     simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
     identification = identify(
-        log, name, axis=simulated, blocks=0, draws=draws,
+        log,
+        name,
+        axis=simulated,
+        blocks=0,
+        draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
-    )  # fmt: skip
+    )
     same_base = name.partition("+")[0] == prior.friction.name.partition("+")[0]
     values = prior.plant.values | (prior.friction.values if same_base else {})
-    truth = {
-        estimate.name: float(values[estimate.name])
-        for estimate in identification.best.estimates
-        if estimate.name in values
-    }
+    truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}
     assert log.effort is not None
-    return Rehearsal(
-        log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), identification, truth, loop
-    )
+    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), identification, truth, loop)
 
 
 def _lag(motion: ExcitationMotion, log: Log) -> float:
@@ -150,12 +133,17 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     if axis.controller is None or not prior.mass_known:
         return None
     trace = run_closed_loop(
-        prior.plant, prior.friction, axis.controller,
+        prior.plant,
+        prior.friction,
+        axis.controller,
         encoder(kind=axis.kind, resolution=axis.resolution or 0.0),
         np.stack((motion.position, motion.velocity, motion.acceleration, np.zeros_like(motion.time))),
-        motion.sample_time, steps=SUBSTEPS, disturbance=disturbance,
-        limit=axis.effort_limit or math.inf, x=float(motion.position[0]),
-    )  # fmt: skip
+        motion.sample_time,
+        steps=SUBSTEPS,
+        disturbance=disturbance,
+        limit=axis.effort_limit or math.inf,
+        x=float(motion.position[0]),
+    )
     if trace.status is Status.NOT_FINITE:
         return None
     astray = float(np.max(np.abs(trace.position - motion.position)))

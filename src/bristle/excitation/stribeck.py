@@ -27,11 +27,7 @@ def missing(limits: MotionLimits) -> str:
     """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
     for value, quantity, remedy in (
         (limits.velocity, "velocity", "velocity under [limits]"),
-        (
-            limits.acceleration,
-            "acceleration",
-            "acceleration under [limits], or limit under [effort] and the moving mass",
-        ),
+        (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
     ):
         if value is None:

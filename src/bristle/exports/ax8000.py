@@ -31,9 +31,7 @@ from bristle.prediction.reversal import SETTLED_SHARE, reversal_distance
 __all__ = ["Friction", "ax8000_text", "drive_of_objects", "friction_of", "sides_lost"]
 
 STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
-TITLES = {
-    STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate",
-}  # fmt: skip
+TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate"}
 
 
 class Friction(NamedTuple):
@@ -45,17 +43,7 @@ class Friction(NamedTuple):
 
 
 def friction_of(model: Model, levels: LevelValues, fastest: float) -> Friction:
-    """Return the values of the objects: means of both directions; the spring turns 95 % over the distance of the model.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model.
-    levels : LevelValues
-        Level and viscous friction in each direction.
-    fastest : float
-        Largest speed [m/s or rad/s].
-    """
+    """Return the values of the objects: means of both directions; the spring turns 95 % over the distance of the model."""
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
         for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))
@@ -86,7 +74,7 @@ def ax8000_text(friction: Friction, axis: Axis | None, kind: Kind, comments: tup
         "Friction compensation of a Beckhoff AX8000 or AMP8000: object 0x3144 (channel B: 0x3544), REAL32.",
         "Units: those of object 0x3005:09 at its default. The compensation follows the feedforward velocity.",
         *comments,
-    ]  # fmt: skip
+    ]
     return "\n".join([*(f"# {plain(line)}" for line in head), "object,value,unit,name", *rows, ""])
 
 

@@ -20,22 +20,14 @@ from bristle.exports.types import Struct, Type
 
 __all__ = ["Builder"]
 
-FACE = frozenset((
-    "effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start",
-))  # fmt: skip
+FACE = frozenset(("effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"))
 """What the functions and types of an export are called, behind its name."""
 DEEPEST = 100  # calls inside of calls
 
 
 @dataclass
 class Builder:
-    """Builds the functions of a unit as they are asked for.
-
-    Parameters
-    ----------
-    constants : mapping
-        Values for constants of modules, by their name and usual value, for a target that has another arithmetic.
-    """
+    """Builds the functions of a unit as they are asked for."""
 
     constants: dict[tuple[str, float], float] = field(default_factory=dict)
     unit: Unit = field(default_factory=Unit)
@@ -46,13 +38,7 @@ class Builder:
         self._names: set[str] = set()
 
     def function(self, called: Callable[..., Any], types: Sequence[Type]) -> Function:
-        """Return a kernel, or what the dispatch chooses, for arguments of these types.
-
-        Raises
-        ------
-        NotExportableError
-            If the kernel, or one that it calls, cannot be built.
-        """
+        """Return a kernel, or what the dispatch chooses, for arguments of these types."""
         kernel = self._chosen(called, types)
         key = (kernel, *types)
         if key not in self._built:
@@ -75,9 +61,7 @@ class Builder:
             raise NotExportableError(kernel, None, "calls itself: a kernel takes as long as its loops are, no longer")
         definition = definition_of(kernel)
         if len(definition.args.args) != len(types):
-            raise NotExportableError(
-                kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}"
-            )
+            raise NotExportableError(kernel, definition, f"takes {len(definition.args.args)} arguments, not {len(types)}")
         self._open.append((kernel, *types))
         try:
             translated = Translation(self, kernel, types).function(self._name_for(kernel))

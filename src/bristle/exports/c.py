@@ -38,27 +38,7 @@ EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
 
 @dataclass(frozen=True)
 class CFiles:
-    """How a friction model is written in C.
-
-    Parameters
-    ----------
-    subject : Subject
-        The model.
-    name : str
-        What files, types and functions are called.
-    source : Source
-        Where the values come from.
-    dt : float
-        Time step of the self-test and of the example [s].
-    tunable : bool
-        Whether the parameters may be changed at run time.
-    scalar : {"double", "float"}
-        What a real number is.
-    steps : int
-        Steps of the self-test.
-    units : CommandUnits or None
-        Those of the drive, where they are known.
-    """
+    """How a friction model is written in C."""
 
     subject: Subject
     name: str
@@ -95,25 +75,49 @@ class CFiles:
         helpers = helpers_text(printer.helpers, self.scalar, printer.integer, printer.inline)
         component = model.component
         return {
-            "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
-            "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"), "operator": subject.is_operator,
-            "rest": rest_rule(model), "drive": command_facts(self.units, model.kind),
+            "name": self.name,
+            "guard": self.name.upper(),
+            "version": version(),
+            "flags": FLAGS,
+            "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"),
+            "operator": subject.is_operator,
+            "rest": rest_rule(model),
+            "drive": command_facts(self.units, model.kind),
             "description": plain(component.description) + ".",
-            "facts": self.source.lines, "table": parameter_table(model, self.source).rstrip(),
-            "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
-            "state": self._state_lines(printer), "memory": subject.memory_size,
+            "facts": self.source.lines,
+            "table": parameter_table(model, self.source).rstrip(),
+            "unit_x": self._unit("length", "input"),
+            "unit_force": self._unit("force", "output"),
+            "scalar": self.scalar,
+            "state": self._state_lines(printer),
+            "memory": subject.memory_size,
             "signals": [printer.names.variable(name) for name in subject.signals],
             "parameters": declared(tuned, printer) if tuned else [],
-            "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
-            "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
+            "definitions": definitions,
+            "helpers": helpers,
+            "data": self._data(printer, tuned),
+            "step": step,
+            "start": self._start(printer, tuned),
+            "zero": number(0.0, self.scalar),
             "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
             "told_signals": [self._told(name) for name in subject.signals],
-            "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
-            **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
-            "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
-            "allowed": f"{TOLERANCE:g}", "result": "force", "several_places": False,
-            "tunable": self.tunable, "steps": self.steps, "model": model.name, "device": "", "inline": printer.inline,
-        }  # fmt: skip
+            "dt": repr(self.dt),
+            "rate": f"{1.0 / self.dt:g}",
+            **self._saved(printer),
+            **self._example(),
+            "loops": loops_of(subject),
+            "reference": component.reference,
+            "velocity": VELOCITY[self.scalar],
+            "single": self.scalar == "float",
+            "allowed": f"{TOLERANCE:g}",
+            "result": "force",
+            "several_places": False,
+            "tunable": self.tunable,
+            "steps": self.steps,
+            "model": model.name,
+            "device": "",
+            "inline": printer.inline,
+        }
 
     def _unit(self, quantity: str, of_operator: str) -> str:
         model = self.subject.model
@@ -151,11 +155,12 @@ class CFiles:
         handed = {
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
             "motion": ("motion", motion),
-            "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);")
-            if tuned else (CONSTANT, ""),
-            "memory": ("axis->memory", ""), "input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""),
+            "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);") if tuned else (CONSTANT, ""),
+            "memory": ("axis->memory", ""),
+            "input": (f"{cast}x", ""),
+            "dt": (f"{cast}dt", ""),
             "move": ("step.part_1", ""),
-        }  # fmt: skip
+        }
         trial, arguments = _call(subject.trial, TRIAL[subject.is_operator], handed)
         commit, also = _call(subject.commit, COMMIT, handed)
         commits = bool(subject.state.fields) or subject.commit.writes
@@ -199,17 +204,27 @@ class CFiles:
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
         digest = hash_of(forces)
         return {
-            "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
-            "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}",
-            "last": repr(float(forces[-1])), **checkpoints(forces, single=self.scalar == "float"),
-        }  # fmt: skip
+            "count": self.steps,
+            "scales": [repr(scale) for scale in walk.scales],
+            "seed": SEED,
+            "factor": FACTOR,
+            "term": TERM,
+            "rests": RESTS,
+            "part": PART,
+            "hash": f"0x{digest:016X}",
+            "hash_text": f"{digest:016x}",
+            "last": repr(float(forces[-1])),
+            **checkpoints(forces, single=self.scalar == "float"),
+        }
 
     def _example(self) -> dict[str, Any]:
         cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
         return {
-            "amplitude": repr(EXAMPLE_STROKE), "cycles": cycles, "period": f"{cycles * self.dt:g}",
+            "amplitude": repr(EXAMPLE_STROKE),
+            "cycles": cycles,
+            "period": f"{cycles * self.dt:g}",
             "every": max(1, 2 * cycles // EXAMPLE_LINES),
-        }  # fmt: skip
+        }
 
 
 def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | None:
@@ -220,8 +235,9 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
     return {
         "position": {"unit": plain(units.position.name), "si": repr(units.position.si)},
         "efforts": [{"unit": plain(unit.name), "si": repr(unit.si), "macro": macro_of(unit.name)} for unit in efforts],
-        "unit_force": plain(unit_of("force", kind)), "unit_x": plain(unit_of("length", kind)),
-    }  # fmt: skip
+        "unit_force": plain(unit_of("force", kind)),
+        "unit_x": plain(unit_of("length", kind)),
+    }
 
 
 def macro_of(unit: str) -> str:
@@ -231,9 +247,15 @@ def macro_of(unit: str) -> str:
 
 
 def c_files(
-    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False,
+    subject: Subject,
+    name: str,
+    source: Source,
+    dt: float,
+    *,
+    tunable: bool = False,
+    single: bool = False,
     units: CommandUnits | None = None,
-) -> dict[str, str]:  # fmt: skip
+) -> dict[str, str]:
     """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
     places = tunable_of(subject.model).places if tunable else ()
     left = settled_subject(subject, places, single=single)

@@ -44,8 +44,23 @@ __all__ = ["Printer", "described", "needs_wide_integers", "number", "structures_
 INDENT = "    "
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
 PRIMARY, UNARY, SELECT = 16, 14, 2
-BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, ">>": 11, "<": 10, "<=": 10, ">": 10, ">=": 10, "==": 9, "!=": 9,
-         "&": 8, "^": 7, "and": 4, "or": 3}  # fmt: skip
+BINDS = {
+    "*": 13,
+    "/": 13,
+    "+": 12,
+    "-": 12,
+    ">>": 11,
+    "<": 10,
+    "<=": 10,
+    ">": 10,
+    ">=": 10,
+    "==": 9,
+    "!=": 9,
+    "&": 8,
+    "^": 7,
+    "and": 4,
+    "or": 3,
+}
 LONGEST = 110
 ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
@@ -92,17 +107,7 @@ def structures_of(types: Iterable[Type]) -> list[Struct]:
 
 
 class Printer:
-    """Prints the functions of one unit.
-
-    Parameters
-    ----------
-    unit : Unit
-        The functions.
-    scalar : {"double", "float"}
-        What a real number is.
-    also : sequence of Type
-        Types that are used around the functions.
-    """
+    """Prints the functions of one unit."""
 
     inline = "static inline"
     """What a function begins with."""
@@ -148,9 +153,7 @@ class Printer:
 
     def _structure(self, kind: Struct) -> str:
         fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
-        return "\n".join(
-            ["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""]
-        )
+        return "\n".join(["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""])
 
     def _function(self, function: Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
@@ -174,9 +177,7 @@ class Body:
     def lines(self) -> list[str]:
         """Return the lines of the body."""
         self._place_declarations()
-        first = [
-            f"{INDENT}{self.printer.named(v.type, self._name(v.name))} = {self._zero(v.type)};" for v in self._first
-        ]
+        first = [f"{INDENT}{self.printer.named(v.type, self._name(v.name))} = {self._zero(v.type)};" for v in self._first]
         return first + self._block(self.function.body, INDENT)
 
     # --- where variables are declared -----------------------------------------------------------------------------
@@ -312,10 +313,20 @@ class Body:
 
 # What the helpers are called in C; those of a library would be other ones by the same name.
 HELPED = {
-    "sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite",
-    "isnan": "is_nan", "min": "least", "max": "greatest", "whole_abs": "whole_magnitude", "whole_min": "whole_least",
-    "whole_max": "whole_greatest", "mantissa": "mantissa_of", "exponent": "exponent_of",
-}  # fmt: skip
+    "sqrt": "root",
+    "copysign": "with_sign",
+    "abs": "magnitude",
+    "floor": "next_below",
+    "isinf": "is_infinite",
+    "isnan": "is_nan",
+    "min": "least",
+    "max": "greatest",
+    "whole_abs": "whole_magnitude",
+    "whole_min": "whole_least",
+    "whole_max": "whole_greatest",
+    "mantissa": "mantissa_of",
+    "exponent": "exponent_of",
+}
 
 
 def described(text: str) -> str:

@@ -13,14 +13,14 @@ LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
 # Of the format: bits of the fraction, what puts an integer into the last bits, masks.
 BITS = {
     "double": {
-        "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "of_mantissa": f"0x{OF_MANTISSA:X}",
-        "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+        "fraction": 52,
+        "place": repr(INTEGER_IN_LAST_BITS),
+        "of_mantissa": f"0x{OF_MANTISSA:X}",
+        "of_one": f"0x{BITS_OF_ONE:X}",
+        "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
     },
-    "float": {
-        "fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000",
-        "of_rounder": "0x4B400000",
-    },
-}  # fmt: skip
+    "float": {"fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"},
+}
 ROOT = {"double": "sqrt", "float": "sqrtf"}
 SIZE = {"double": "__builtin_fabs", "float": "__builtin_fabsf"}  # one instruction, and no call, where it is known
 
@@ -106,9 +106,16 @@ def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str 
     """Return the helpers that are names for."""
     width = WIDTH[scalar]
     facts = {
-        "inline": inline, "scalar": scalar, "integer": integer, "width": width, "largest": LARGEST[scalar],
-        "root": ROOT[scalar], "size": SIZE[scalar],
-        "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", **BITS[scalar],
-    }  # fmt: skip
+        "inline": inline,
+        "scalar": scalar,
+        "integer": integer,
+        "width": width,
+        "largest": LARGEST[scalar],
+        "root": ROOT[scalar],
+        "size": SIZE[scalar],
+        "unsigned": f"UINT{width}_C",
+        "top": f"0x{1 << (width - 1):X}",
+        **BITS[scalar],
+    }
     chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)

@@ -43,19 +43,7 @@ class Leaf(NamedTuple):
 
 @dataclass(frozen=True)
 class LawFiles:
-    """How a control law is written in C.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    name : str
-        What files, types and functions are called.
-    source : Source
-        Where it comes from.
-    steps : int
-        Samples of the self-test.
-    """
+    """How a control law is written in C."""
 
     law: Law
     name: str
@@ -86,16 +74,25 @@ class LawFiles:
         definitions = printer.definitions()
         tuned = tunable_law(law) if law.tunable else None
         return law_facts(law, self.name, self.source) | {
-            "guard": self.name.upper(), "flags": FLAGS, "steps": self.steps, "result": "effort",
-            "allowed": f"{TOLERANCE:g}", "several_places": True,
-            "state": self._state_lines(printer), "memory": law.memory_size, "definitions": definitions,
-            "helpers": helpers_text(printer.helpers, scalar, printer.integer), "data": self._data(printer, p, tuned),
+            "guard": self.name.upper(),
+            "flags": FLAGS,
+            "steps": self.steps,
+            "result": "effort",
+            "allowed": f"{TOLERANCE:g}",
+            "several_places": True,
+            "state": self._state_lines(printer),
+            "memory": law.memory_size,
+            "definitions": definitions,
+            "helpers": helpers_text(printer.helpers, scalar, printer.integer),
+            "data": self._data(printer, p, tuned),
             "remembered": "remembered[i]" if np.any(law.memory) else number(0.0, scalar),
-            "parameters": declared(tuned, printer) if tuned else [], "scalar": scalar,
-            "start": self._start(printer, tuned), "step": self._step(printer, lasting, p, tuned),
+            "parameters": declared(tuned, printer) if tuned else [],
+            "scalar": scalar,
+            "start": self._start(printer, tuned),
+            "step": self._step(printer, lasting, p, tuned),
             "after": self._after(printer),
             **self._saved(printer),
-        }  # fmt: skip
+        }
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
@@ -121,11 +118,12 @@ class LawFiles:
     def _step(self, printer: Printer, lasting: Struct, p: Struct, tuned: Tunable | None) -> list[str]:
         single = self.law.single
         handed = {
-            "lasting": "lasting", "memory": "axis->memory", "begun": "axis->begun != 0",
-            "dt": number(self.law.dt, self._scalar), "p": "p" if tuned else CONSTANT,
-        } | {
-            name: name if is_array else f"(float)inputs->{name}" for name, is_array in self._inputs().items() if single
-        }  # fmt: skip
+            "lasting": "lasting",
+            "memory": "axis->memory",
+            "begun": "axis->begun != 0",
+            "dt": number(self.law.dt, self._scalar),
+            "p": "p" if tuned else CONSTANT,
+        } | {name: name if is_array else f"(float)inputs->{name}" for name, is_array in self._inputs().items() if single}
         needed = [argument.name for argument in self.law.entry.parameters]
         arguments = ", ".join(handed.get(name, f"inputs->{name}") for name in needed)
         assert isinstance(self.law.entry.result, Struct)
@@ -164,11 +162,20 @@ class LawFiles:
         walk, positions, efforts = law_walk(self.law, self.steps)
         digest = hash_of(efforts)
         return {
-            "count": self.steps, "positions": positions, "scales": [repr(scale) for scale in walk.scales], "seed": SEED,
-            "factor": FACTOR, "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}",
-            "hash_text": f"{digest:016x}", "last": repr(float(efforts[-1])), "per_velocity": repr(PER_VELOCITY),
+            "count": self.steps,
+            "positions": positions,
+            "scales": [repr(scale) for scale in walk.scales],
+            "seed": SEED,
+            "factor": FACTOR,
+            "term": TERM,
+            "rests": RESTS,
+            "part": PART,
+            "hash": f"0x{digest:016X}",
+            "hash_text": f"{digest:016x}",
+            "last": repr(float(efforts[-1])),
+            "per_velocity": repr(PER_VELOCITY),
             **checkpoints(efforts, single=self.law.single),
-        }  # fmt: skip
+        }
 
 
 def law_files(law: Law, name: str, source: Source) -> dict[str, str]:

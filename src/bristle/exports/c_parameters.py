@@ -76,10 +76,7 @@ def declared(tuned: Tunable, printer: Printer) -> list[str]:
 
 def started(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the lines that set the values that were exported."""
-    return [
-        f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};"
-        for name, place, value in tuned.numbers()
-    ]
+    return [f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()]
 
 
 def _at(name: str, place: int | None, printer: Printer) -> str:

@@ -28,21 +28,7 @@ def capacity_of(name: str, memory_size: int) -> int:
 def saved_facts(
     printer: Printer, heads: Sequence[str], fields: Iterable[tuple[str, Type]], memory_size: int, layout: str
 ) -> dict[str, Any]:
-    """Return what the template of ``save`` and ``load`` is told.
-
-    Parameters
-    ----------
-    printer : Printer
-        Of the functions beside it.
-    heads : sequence of str
-        Numbers of double precision that every such structure has.
-    fields : iterable of (str, Type)
-        Numbers of the state, by their names in it.
-    memory_size : int
-        Of the memory.
-    layout : str
-        What tells these bytes from those of another model.
-    """
+    """Return what the template of ``save`` and ``load`` is told."""
     wide = printer.scalar == "double"
     marks_at = 8 * (1 + len(heads))
     first = marks_at + MARKS
@@ -59,8 +45,12 @@ def saved_facts(
         lines.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
     memory_at = first + 8 * len(lines)
     return {
-        "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)], "marks_at": marks_at,
-        "saved": memory_at + 8 * memory_size + 8, "saved_state": lines, "memory_at": memory_at,
-        "layout": f"0x{digest_of(layout.encode()):016X}", "widened": "" if wide else "(double)",
+        "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
+        "marks_at": marks_at,
+        "saved": memory_at + 8 * memory_size + 8,
+        "saved_state": lines,
+        "memory_at": memory_at,
+        "layout": f"0x{digest_of(layout.encode()):016X}",
+        "widened": "" if wide else "(double)",
         "narrowed": "" if wide else "(float)",
-    }  # fmt: skip
+    }

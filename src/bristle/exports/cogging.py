@@ -32,20 +32,15 @@ class Wave(NamedTuple):
 
 
 def waves_of(plant: Model | None) -> list[Wave]:
-    """Return the cogging of a plant, the largest harmonic first.
-
-    Raises
-    ------
-    InputError
-        If the plant has none.
-    """
+    """Return the cogging of a plant, the largest harmonic first."""
     terms = None if plant is None else terms_of(plant)
     if plant is None or terms is None or not terms.cosines.size:
         raise InputError(
-            "was not identified, so that there is no file of it", path="cogging",
+            "was not identified, so that there is no file of it",
+            path="cogging",
             value="" if plant is None else plant.name,
             mend="Write [[cogging]] into the axis file, identify again, and export that",
-        )  # fmt: skip
+        )
     component: TermedPlant = plant.component
     parts = zip(component.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True)
     waves = [
@@ -85,13 +80,13 @@ def cogging_text(waves: list[Wave], efforts: tuple[DriveUnit, ...], notes: tuple
     head = [
         "Cogging: the effort to be added to the command, the sum of amplitude * cos(order * angle - phase).",
         "angle: of the turn, 0 where the position of the log is 0, growing with it. A drive counts from its own zero "
-        "and may write the phase otherwise: try the sign with a part of the amplitude.", *facts, *notes,
-    ]  # fmt: skip
+        "and may write the phase otherwise: try the sign with a part of the amplitude.",
+        *facts,
+        *notes,
+    ]
     columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
     rows = [
-        ",".join([
-            str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner
-        ])
+        ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
         for wave in waves[:MOST]
-    ]  # fmt: skip
+    ]
     return "\n".join([*(f"# {line}" for line in head), ",".join(columns), *rows, ""])

@@ -54,18 +54,19 @@ class CudaFiles(CFiles):
     def _lane(self) -> dict[str, Any]:
         columns = list(_columns(tunable_of(self.subject.model, self.fixed))) if self.tunable else []
         return {
-            "output": "output" if self.subject.is_operator else "force", "columns": len(columns),
-            "columns_named": [f"`{name}`" for name in columns], "bytes": self._bytes(len(columns)),
-        }  # fmt: skip
+            "output": "output" if self.subject.is_operator else "force",
+            "columns": len(columns),
+            "columns_named": [f"`{name}`" for name in columns],
+            "bytes": self._bytes(len(columns)),
+        }
 
     def _bytes(self, columns: int) -> int:
         """Return the size of the structure of a lane, laid out as C lays it out."""
         integer = INTEGERS[CudaPrinter(self.subject.unit, self.scalar).integer]
         state = [("state", _layout(self.subject.state, integer))] if self.subject.state.fields else []
         numbers = [
-            (name, ctypes.c_double * count)
-            for name, count in (("memory", self.subject.memory_size), ("parameters", columns)) if count
-        ]  # fmt: skip
+            (name, ctypes.c_double * count) for name, count in (("memory", self.subject.memory_size), ("parameters", columns)) if count
+        ]
         return ctypes.sizeof(_structure([*HEAD, *state, *numbers]))
 
 

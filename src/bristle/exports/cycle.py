@@ -59,19 +59,7 @@ def at_rest(lasting, memory, x, p):
 
 @dataclass(frozen=True)
 class Cycle:
-    """The cycle of a model as a function of the tree, with what it lasts on.
-
-    Parameters
-    ----------
-    subject : Subject
-        The model.
-    unit : Unit
-        All functions.
-    entry : Function
-        The one that is called: lasting array, memory, position, time step, parameters, as far as they are looked at.
-    begin : ndarray
-        What lasts, before the first cycle.
-    """
+    """The cycle of a model as a function of the tree, with what it lasts on."""
 
     subject: Subject
     unit: Unit
@@ -80,15 +68,7 @@ class Cycle:
 
 
 def cycle_of(subject: Subject, builder: Builder | None = None) -> Cycle:
-    """Return the cycle of a model.
-
-    Parameters
-    ----------
-    subject : Subject
-        The model.
-    builder : Builder, optional
-        What builds it, where other functions are built beside it: its unit is then not pruned.
-    """
+    """Return the cycle of a model."""
     fields = subject.state.fields
     store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, (name, _) in enumerate(fields))
     text = TEXT.format(load=_load(subject), store=store or "    lasting[REFUSED] = lasting[REFUSED]")
@@ -112,16 +92,24 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 
 def _load(subject: Subject) -> str:
     return ", ".join(
-        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]"
-        for i, (_, kind) in enumerate(subject.state.fields)
+        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]" for i, (_, kind) in enumerate(subject.state.fields)
     )
 
 
 def _defined(name: str, text: str, subject: Subject) -> Callable[..., Any]:
     scope: dict[str, Any] = {
-        "__name__": __name__, "State": subject.state.cls, "Motion": Motion, "friction_trial": friction_trial,
-        "friction_commit": friction_commit, "NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
-        "POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
+        "__name__": __name__,
+        "State": subject.state.cls,
+        "Motion": Motion,
+        "friction_trial": friction_trial,
+        "friction_commit": friction_commit,
+        "NOMINAL_LOAD": NOMINAL_LOAD,
+        "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
+        "POSITION": POSITION,
+        "FORCE": FORCE,
+        "BEGUN": BEGUN,
+        "REFUSED": REFUSED,
+        "OVERFLOW": OVERFLOW,
         "LARGEST": LARGEST,
-    }  # fmt: skip
+    }
     return defined(name, text, scope)

@@ -19,19 +19,7 @@ __all__ = ["Source", "parameter_rows", "parameter_table", "plain", "told"]
 
 @dataclass(frozen=True)
 class Source:
-    """Where the values of a model come from.
-
-    Parameters
-    ----------
-    provenance : mapping of str to str
-        What its file says of its making.
-    uncertainty : mapping
-        For a parameter, what a model file knows of how sure it is: ``interval``, ``status``.
-    remarks : tuple of str
-        The effect on the axis and how the files are to be used, a sentence each: they stand above the provenance.
-    model_hash : str
-        The hash of the model, where it is known (`bristle.exports.identity`).
-    """
+    """Where the values of a model come from."""
 
     provenance: Mapping[str, str] = field(default_factory=dict)
     uncertainty: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -60,14 +48,7 @@ def parameter_rows(model: Model, source: Source) -> Iterator[tuple[str, str, str
         facts = source.uncertainty.get(name, {})
         interval = facts.get("interval")
         sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
-        yield (
-            ascii_name(name),
-            _value(value),
-            "" if unit == "1" else unit,
-            _range(variable),
-            plain(sure),
-            plain(variable.description),
-        )
+        yield (ascii_name(name), _value(value), "" if unit == "1" else unit, _range(variable), plain(sure), plain(variable.description))
 
 
 def parameter_table(model: Model, source: Source) -> str:
@@ -76,10 +57,7 @@ def parameter_table(model: Model, source: Source) -> str:
     if not any(row[4] for row in rows[1:]):
         rows = [(*row[:4], *row[5:]) for row in rows]  # type: ignore[misc]
     widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]) - 1)]
-    lines = [
-        "   " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True)).rstrip()
-        for row in rows
-    ]
+    lines = ["   " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True)).rstrip() for row in rows]
     return "\n".join(lines)
 
 

@@ -25,44 +25,27 @@ MASS, OFFSET = "M", "offset"
 def draws_files(
     model: Model, plant: Model | None, drawn: Mapping[str, np.ndarray], count: int, name: str
 ) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
-    """Return tables of draws, and what is to be known of them, a sentence each.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model that was identified.
-    plant : Model or None
-        What it is on, where that is known.
-    drawn : mapping of str to ndarray, shape (draw,) or (draw, element)
-        What the bootstrap found, in SI, by name of a parameter.
-    count : int
-        How many rows are wanted.
-    name : str
-        What the files are called.
-
-    Returns
-    -------
-    files : dict
-        ``NAME_draws.csv``, the same as Parquet where pyarrow is there, and ``NAME_mjcf.csv`` where MuJoCo has this
-        friction: a column for each attribute of the scene that the target mjcf writes.
-    notes : tuple of str
-        Whether rows were drawn again, and which were left out.
-
-    Raises
-    ------
-    InputError
-        If there are no draws, or fewer than one or more than `MOST` are wanted.
-    """
+    """Return tables of draws, and what is to be known of them, a sentence each."""
     if not drawn:
-        raise InputError("holds no draws: it was identified without intervals", path="draws",
-                         mend="Identify again with --draws 1000, and export the folder of its results")  # fmt: skip
+        raise InputError(
+            "holds no draws: it was identified without intervals",
+            path="draws",
+            mend="Identify again with --draws 1000, and export the folder of its results",
+        )
     if not 1 <= count <= MOST:
-        raise InputError("out of range", path="draws", value=count, allowed=f"1 to {MOST}",
-                         mend="Draw rows of the file again, as often as the simulator needs them")  # fmt: skip
+        raise InputError(
+            "out of range",
+            path="draws",
+            value=count,
+            allowed=f"1 to {MOST}",
+            mend="Draw rows of the file again, as often as the simulator needs them",
+        )
     stored = min(len(values) for values in drawn.values())
-    notes = [f"{count} of the {stored} draws of the fit"] if count <= stored else [
-        f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"
-    ]  # fmt: skip
+    notes = (
+        [f"{count} of the {stored} draws of the fit"]
+        if count <= stored
+        else [f"{count} draws, with replacement, of the {stored} of the fit: identify with --draws {count} for as many others"]
+    )
     rows = np.arange(count) if count <= stored else np.random.default_rng(SEED).integers(stored, size=count)
     of_fit = {key: np.asarray(values, dtype=float)[:stored] for key, values in drawn.items()}
     columns = {column: values for key, array in of_fit.items() for column, values in _columns(key, array).items()}
@@ -117,9 +100,7 @@ def _parquet(columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> byt
     return sink.getvalue().to_pybytes()
 
 
-def _scenes(
-    model: Model, plant: Model | None, of_fit: Mapping[str, np.ndarray], rows: np.ndarray
-) -> dict[int, dict[str, str]] | None:
+def _scenes(model: Model, plant: Model | None, of_fit: Mapping[str, np.ndarray], rows: np.ndarray) -> dict[int, dict[str, str]] | None:
     """Return what each draw of the fit is in a scene of MuJoCo, those that are models; None without such friction."""
     own = {key: values for key, values in of_fit.items() if key in model.component.variables}
     mass = float(plant.values.get(MASS, 1.0)) if plant is not None else 1.0

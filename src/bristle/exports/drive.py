@@ -62,8 +62,7 @@ MEANINGS = {
     "inertia": "effort for one unit of acceleration",
 }
 AT_REST = {
-    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction, before the first move "
-    "the mean of both",
+    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction, before the first move the mean of both",
     ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
     ("levels", "held"): "at rest: output gravity and the level of the last direction, before the first move gravity",
     ("levels", "middle"): "at rest: output gravity",
@@ -73,17 +72,7 @@ AT_REST = {
 
 @dataclass(frozen=True)
 class Side:
-    """One direction of motion: the steady curve, and the entries of the table on it.
-
-    Parameters
-    ----------
-    curve : ndarray, shape (point, 2)
-        Speed [m/s or rad/s], ascending from 0, and force along the motion [N or N*m].
-    entries : ndarray, shape (entry, 2)
-        Some of them.
-    unresolved : float
-        How far the steady friction may be off straight lines between the points of the curve [N or N*m].
-    """
+    """One direction of motion: the steady curve, and the entries of the table on it."""
 
     curve: np.ndarray
     entries: np.ndarray
@@ -98,27 +87,16 @@ class Side:
 
 
 def curve_of(model: Model, direction: float, fastest: float) -> np.ndarray:
-    """Return the steady friction in one direction: speed and force, shape (point, 2), as close as straight lines need.
-
-    Raises
-    ------
-    InputError
-        If the largest speed is out of range.
-    """
+    """Return the steady friction in one direction: speed and force, shape (point, 2), as close as straight lines need."""
     if not 0.0 < fastest < math.inf:
-        raise InputError("is needed: how fast the axis moves", path="speed", value=fastest, allowed="> 0",
-                         mend='Give it, as in --speed "200 mm/s"')  # fmt: skip
+        raise InputError(
+            "is needed: how fast the axis moves", path="speed", value=fastest, allowed="> 0", mend='Give it, as in --speed "200 mm/s"'
+        )
     return resolved_side(model, direction, fastest)[0]
 
 
 def side_of(model: Model, direction: float, fastest: float, points: int) -> Side:
-    """Return one direction of motion, with at most so many entries.
-
-    Raises
-    ------
-    InputError
-        If the number of entries or the largest speed is out of range.
-    """
+    """Return one direction of motion, with at most so many entries."""
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
     curve = curve_of(model, direction, fastest)
@@ -133,9 +111,7 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
     return Side(curve, curve[placed(curve, points)], 0.5 * (forward.unresolved + backward.unresolved))
 
 
-def losses(
-    model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool
-) -> tuple[str, ...]:  # fmt: skip
+def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
     """Return what a table loses, a sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
     notes = [f"straight lines between the entries are off the steady friction by {deviation:.2g} {effort.name} at most"]
@@ -147,7 +123,7 @@ def losses(
 
 def level_losses(
     model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit, *, turns: bool = False
-) -> tuple[str, ...]:  # fmt: skip
+) -> tuple[str, ...]:
     """Return what one level for each direction loses, a sentence each; `turns`: not at once."""
     both, alone = effort.of(levels.deviation), effort.of(levels.deviation_of_levels)
     head = (
@@ -212,22 +188,8 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     return (f"largest error of the table against the model on {which} {largest}; {rms} root mean square",)
 
 
-def table_text(
-    forward: Side, backward: Side, units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]
-) -> str:  # fmt: skip
-    """Return a table over both directions as CSV, velocity ascending, behind comments.
-
-    Parameters
-    ----------
-    forward, backward : Side
-        The directions of the axis.
-    units : LogUnits
-        Of velocity and effort.
-    signs : tuple of float
-        Of velocity and effort in the table against the axis.
-    remarks : sequence of str
-        Comments.
-    """
+def table_text(forward: Side, backward: Side, units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]) -> str:
+    """Return a table over both directions as CSV, velocity ascending, behind comments."""
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
     turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
     lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in turned]
@@ -275,9 +237,7 @@ def _direction(velocity: np.ndarray) -> np.ndarray:
     return np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
-def values_text(
-    levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str], *, inertia: bool
-) -> str:  # fmt: skip
+def values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str], *, inertia: bool) -> str:
     """Return gravity, level and viscous friction for each direction and, where it is known, the inertia, as CSV.
 
     Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
@@ -290,9 +250,7 @@ def values_text(
     slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *units_of(VISCOUS, request.axis, request.model.kind)
     rows += [(name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))]
     rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if inertia else []
-    lines = [
-        f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None
-    ]
+    lines = [f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None]
     return "\n".join([*(f"# {plain(remark)}" for remark in remarks), "value,amount,unit,meaning", *lines, ""])
 
 

@@ -173,11 +173,14 @@ class Effect:
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         lines += self._too_much(moves)
         if self.assumed:
-            lines.append(f"the pre-sliding distance is not known: {self._length(self.distance)} assumed "
-                         "([plant] presliding in the axis file)")  # fmt: skip
+            lines.append(
+                f"the pre-sliding distance is not known: {self._length(self.distance)} assumed ([plant] presliding in the axis file)"
+            )
         if not self.in_loop:
-            lines.append("no controller is known, so that no following error is stated: write [controller] with model, "
-                         "k_p and k_v into the axis file")  # fmt: skip
+            lines.append(
+                "no controller is known, so that no following error is stated: write [controller] with model, "
+                "k_p and k_v into the axis file"
+            )
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
@@ -185,16 +188,24 @@ class Effect:
         return {
             "quantity": "following_error" if self.in_loop else "residual_force",
             "unit": unit_of("length", self.kind) if self.in_loop else "%",
-            "presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead,
+            "presliding_distance": self.distance,
+            "assumed_distance": self.assumed,
+            "samples_ahead": self.ahead,
             "harmful": self.is_harmful,
             "least_distance": self.least_distance if math.isfinite(self.least_distance) else None,
             "along": [
-                {"motion": path.motion, "distance": path.distance or None, "without": path.without,
-                 "with": _finite(path.with_it), "worse": path.is_worse,
-                 "not_fed_ahead": _finite(path.not_ahead), "with_a_tenth_more": _finite(path.too_much)}
+                {
+                    "motion": path.motion,
+                    "distance": path.distance or None,
+                    "without": path.without,
+                    "with": _finite(path.with_it),
+                    "worse": path.is_worse,
+                    "not_fed_ahead": _finite(path.not_ahead),
+                    "with_a_tenth_more": _finite(path.too_much),
+                }
                 for path in self.along
             ],
-        }  # fmt: skip
+        }
 
     def _switch(self) -> str:
         if self.least_distance == 0.0:
@@ -209,11 +220,7 @@ class Effect:
 
     def _too_much(self, moves: list[Along]) -> list[str]:
         """Return what a tenth more friction than acts does to that move which suffers most and else does not."""
-        worst = max(
-            (path for path in moves if not path.is_worse),
-            key=lambda path: path.too_much / max(path.without, TINY),
-            default=None,
-        )
+        worst = max((path for path in moves if not path.is_worse), key=lambda path: path.too_much / max(path.without, TINY), default=None)
         if worst is None or math.isnan(worst.too_much):
             return []
         change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} at {self._length(worst.distance)}"
@@ -272,40 +279,14 @@ def _ratio(path: Along) -> float:
 
 
 def turning_distance(model: Model, presliding: float | None, fastest: float) -> tuple[float, bool]:
-    """Return over which distance friction turns after a reversal [m or rad], and whether that is an assumption.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model; one without memory does not tell.
-    presliding : float or None
-        The distance that the axis file tells, for such a model.
-    fastest : float
-        Largest speed of the axis [m/s or rad/s].
-    """
+    """Return over which distance friction turns after a reversal [m or rad], and whether that is an assumption."""
     own = reversal_distance(model, fastest)
     distance = own or presliding or 0.0
     return (distance, False) if distance else (ASSUMED[model.kind], True)
 
 
-def effect_in_loop(
-    loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int
-) -> Effect:  # fmt: skip
-    """Return the effect of an export on a loop.
-
-    Parameters
-    ----------
-    loop : Variant
-        The loop of the axis along the motion of its log, with all that is fed forward but friction.
-    compensated : callable
-        ``compensated(loop, ahead, share)``: a run of a loop with that share of the export (`driven_by`, `fed_by`).
-    limits : Limits
-        What moves keep to.
-    distance : tuple of float and bool
-        As `turning_distance` returns it.
-    ahead : int
-        Samples by which the desired motion is fed ahead.
-    """
+def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
+    """Return the effect of an export on a loop."""
     moved = _at_rest(loop)
     along = []
     for times in TIMES:
@@ -325,20 +306,8 @@ def effect_in_loop(
     return Effect(tuple(along), loop.plant.kind, *distance, True, ahead)
 
 
-def effect_in_force(
-    model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int
-) -> Effect:  # fmt: skip
-    """Return the residual friction force after compensation along moves, where no loop is known.
-
-    Parameters
-    ----------
-    model : Model
-        The friction of the axis.
-    drive, limits, distance, ahead
-        As of `effect_in_loop`.
-    dt : float
-        Sample time of the drive [s].
-    """
+def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int) -> Effect:
+    """Return the residual friction force after compensation along moves, where no loop is known."""
     level, dt = sliding_level(model, limits.velocity), max(dt, COARSE * SHORTEST)
     truth = with_presliding(model, distance[0])
     along = []
@@ -369,9 +338,7 @@ def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
     step = np.concatenate([inside, np.full(math.ceil(DWELL / dt), distance)])
     before = np.zeros(math.ceil(BEFORE / dt))
-    return np.concatenate(
-        [before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step]
-    )
+    return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
 
 
 def _origin(loop: Variant) -> float:

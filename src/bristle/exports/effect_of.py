@@ -100,9 +100,17 @@ def loop_for(request: Request) -> Variant | None:
         return None
     dt = axis.sample_time or (request.dt if request.log is None else request.log.sample_time)
     experiment = compensation_experiment(
-        plant, request.model, request.model, axis.controller, np.zeros(SHORT_RECORD), dt,
-        resolution=axis.resolution or 0.0, effort_limit=axis.effort_limit or math.inf, lag=axis.lag, name=axis.name,
-    )  # fmt: skip
+        plant,
+        request.model,
+        request.model,
+        axis.controller,
+        np.zeros(SHORT_RECORD),
+        dt,
+        resolution=axis.resolution or 0.0,
+        effort_limit=axis.effort_limit or math.inf,
+        lag=axis.lag,
+        name=axis.name,
+    )
     return _without_friction(next(variant for variant in experiment.variants if variant.name == COMPENSATED))
 
 
@@ -124,8 +132,9 @@ def _limits(request: Request) -> Limits:
         return limits
     return Limits(
         min(limits.velocity, axis.velocity_limit or math.inf),
-        min(limits.acceleration, axis.acceleration_limit or math.inf), axis.jerk_limit or math.inf,
-    )  # fmt: skip
+        min(limits.acceleration, axis.acceleration_limit or math.inf),
+        axis.jerk_limit or math.inf,
+    )
 
 
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:

@@ -38,16 +38,26 @@ __all__ = ["Expressions", "unified"]
 
 OF_REALS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 OF_WHOLES = {
-    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "//", ast.Mod: "%", ast.BitAnd: "&", ast.BitXor: "^",
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.FloorDiv: "//",
+    ast.Mod: "%",
+    ast.BitAnd: "&",
+    ast.BitXor: "^",
     ast.RShift: ">>",
-}  # fmt: skip
+}
 COMPUTED: dict[str, Callable[[int, int], int]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod,
-    "&": operator.and_, "^": operator.xor, ">>": operator.rshift,
-}  # fmt: skip
-COMPARED = {
-    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
-}  # fmt: skip
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "//": operator.floordiv,
+    "%": operator.mod,
+    "&": operator.and_,
+    "^": operator.xor,
+    ">>": operator.rshift,
+}
+COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 # Those of the mathematics of Python that every target computes exactly, and what they give.
 OF_MATH = {"copysign": REAL, "fabs": REAL, "isinf": TRUTH, "isnan": TRUTH, "floor": INTEGER, "sqrt": REAL}
 CALLED = {"fabs": "abs"}
@@ -265,10 +275,7 @@ class Expressions:
         if module is not math:
             raise self.refuse(node, f"a call of the method .{function.attr}")
         if function.attr not in OF_MATH:
-            raise self.refuse(
-                node, f"math.{function.attr} may raise, or round otherwise on another target: "
-                "use bristle.core.mathematics",
-            )  # fmt: skip
+            raise self.refuse(node, f"math.{function.attr} may raise, or round otherwise on another target: use bristle.core.mathematics")
         arguments = [self.coerced(self.value(argument), REAL, node) for argument in node.args]
         return Intrinsic(OF_MATH[function.attr], CALLED.get(function.attr, function.attr), arguments)
 

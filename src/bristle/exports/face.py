@@ -59,18 +59,41 @@ class Exported:
 
 
 @guarded(
-    model=_model_or_variant, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG, accept_harm=FLAG,
-    points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
-    axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
-    plant=optional(model("plant")), rest=optional(among(*RESTS)),
-)  # fmt: skip
+    model=_model_or_variant,
+    name=TEXT,
+    step=PERIOD,
+    tunable=FLAG,
+    float32=FLAG,
+    force=FLAG,
+    accept_harm=FLAG,
+    points=whole(2, 1000),
+    speed=amount(Variable("length/time", "largest speed", min=0.0)),
+    axis=optional(instance(Axis, "an axis")),
+    mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
+    plant=optional(model("plant")),
+    rest=optional(among(*RESTS)),
+)
 def export(
-    model: Model | Variant, to: str | os.PathLike[str] | Target, out: str | os.PathLike[str], *, name: str = NAME,
-    step: Amount = STEP, tunable: bool = False, float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0,
-    points: int = POINTS, mass: Amount = 1.0, plant: Model | None = None, source: Source | None = None,
-    log: Log | str | os.PathLike[str] | None = None, info: Mapping[str, Any] | None = None, rest: str | None = None,
-    accept_harm: bool = False, force: bool = False,
-) -> Exported:  # fmt: skip
+    model: Model | Variant,
+    to: str | os.PathLike[str] | Target,
+    out: str | os.PathLike[str],
+    *,
+    name: str = NAME,
+    step: Amount = STEP,
+    tunable: bool = False,
+    float32: bool = False,
+    axis: Axis | None = None,
+    speed: Amount = 0.0,
+    points: int = POINTS,
+    mass: Amount = 1.0,
+    plant: Model | None = None,
+    source: Source | None = None,
+    log: Log | str | os.PathLike[str] | None = None,
+    info: Mapping[str, Any] | None = None,
+    rest: str | None = None,
+    accept_harm: bool = False,
+    force: bool = False,
+) -> Exported:
     """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
     Parameters
@@ -140,9 +163,21 @@ def export(
             product = law_for(target, model, label, origin, **law)
         else:
             request = Request(
-                model, label, float(step), origin, tunable, float32, axis, float(speed), points, float(mass),
-                plant, _log_of(log, axis), info or {}, rest=rest or "",
-            )  # fmt: skip
+                model,
+                label,
+                float(step),
+                origin,
+                tunable,
+                float32,
+                axis,
+                float(speed),
+                points,
+                float(mass),
+                plant,
+                _log_of(log, axis),
+                info or {},
+                rest=rest or "",
+            )
             product = files_for(target, request, accept_harm=accept_harm)
         return _written(product, folder, Path(out))
 

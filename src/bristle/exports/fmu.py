@@ -32,19 +32,7 @@ WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same files give the same archive
 
 @dataclass(frozen=True)
 class Setting:
-    """How an FMU is written.
-
-    Parameters
-    ----------
-    name : str
-        What the FMU is called; the one with a plant has ``_mass`` behind it.
-    source : Source
-        Where the values come from.
-    step : float
-        Internal step [s].
-    fmi : {2, 3}
-        Version of FMI.
-    """
+    """How an FMU is written."""
 
     name: str
     source: Source
@@ -52,25 +40,15 @@ class Setting:
     fmi: int
 
 
-def fmu_files(
-    friction: Model, alone: Model, plant: Model | None, setting: Setting
-) -> tuple[dict[str, str | bytes], tuple[str, ...]]:  # fmt: skip
-    """Return the FMUs of a friction model, and what is to be said of them.
-
-    Parameters
-    ----------
-    friction, alone : Model
-        The friction model, and the same as it is evaluated along samples, for the FMU without a plant.
-    plant : Model or None
-        What it is on: another FMU is written of both.
-    setting : Setting
-        How they are written.
-    """
+def fmu_files(friction: Model, alone: Model, plant: Model | None, setting: Setting) -> tuple[dict[str, str | bytes], tuple[str, ...]]:
+    """Return the FMUs of a friction model, and what is to be said of them."""
     written: dict[str, str | bytes] = {}
     notes = [f"the internal step is {setting.step:g} s: the bits are those of bristle at this step"]
     if rest_rule(alone):
-        notes.append(f"a mass outside {setting.name}.fmu creeps at rest: a model without memory cannot hold it there. "
-                     f"Use {setting.name}_mass.fmu, or a model with memory")  # fmt: skip
+        notes.append(
+            f"a mass outside {setting.name}.fmu creeps at rest: a model without memory cannot hold it there. "
+            f"Use {setting.name}_mass.fmu, or a model with memory"
+        )
     bodies: list[tuple[str, Model | None]] = [(setting.name, None)]
     if plant is None:
         notes.append("no mass is known: there is no FMU with a mass")

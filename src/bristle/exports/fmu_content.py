@@ -31,41 +31,7 @@ DRIVEN = "Set x and v before the start, and give the effort: gravity and cogging
 
 @dataclass(frozen=True)
 class Content:
-    """What an FMU is made of.
-
-    Parameters
-    ----------
-    title : str
-        What it is.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    unit : Unit
-        All functions.
-    entry : Function
-        The step: it returns the output, and writes what lasts.
-    exchange : Exchange or None
-        What an importer integrates, where it may.
-    ports : Ports
-        The variables.
-    output : str
-        Which of them the step returns.
-    values : dict of str to (NamedTuple, Struct)
-        What kernels receive, by the name of their argument.
-    begin, memory : ndarray
-        What lasts, and the memory of the contact, before the first step.
-    most : tuple of int
-        For each number that lasts, how many values it can take where it is whole, from 0 on; 0 where it is real.
-    layout : str
-        What tells the bytes of its state from those of another FMU.
-    tables : list of str
-        Its parameters as tables of plain text.
-    guidance : tuple of str
-        How it is used, a sentence or two each, beside what holds for every FMU.
-    notes : tuple of str
-        What is told of it when it is written.
-    failures_at : int
-        Where the number of solves that failed is among what lasts; -1 where nothing is solved.
-    """
+    """What an FMU is made of."""
 
     title: str
     kind: Kind
@@ -91,12 +57,23 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     ports, model = ports_of(core, source, exchange), subject.model
     reason = why_not(model, plant)
     return Content(
-        _title(core), "rotational" if model.kind == "rotational" else "translational", core.unit, core.entry, exchange,
-        ports, "force", {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}, core.begin,
-        np.zeros(subject.memory_size), core.most, f"{subject.state.fields} {subject.memory_size}",
-        parameter_table(model, source).splitlines(), (ALONE if plant is None else DRIVEN,),
-        (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed), core.failures_at,
-    )  # fmt: skip
+        _title(core),
+        "rotational" if model.kind == "rotational" else "translational",
+        core.unit,
+        core.entry,
+        exchange,
+        ports,
+        "force",
+        {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()},
+        core.begin,
+        np.zeros(subject.memory_size),
+        core.most,
+        f"{subject.state.fields} {subject.memory_size}",
+        parameter_table(model, source).splitlines(),
+        (ALONE if plant is None else DRIVEN,),
+        (*((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed),
+        core.failures_at,
+    )
 
 
 def _cores(subject: Subject, plant: Model | None) -> tuple[Core, Exchange | None]:

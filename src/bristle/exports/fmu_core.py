@@ -48,25 +48,7 @@ SOLVER = 4  # numbers that the solve keeps: effort, slope, acceleration, solves 
 
 @dataclass(frozen=True)
 class Core:
-    """One step of an FMU as a function of the tree, with what it lasts on.
-
-    Parameters
-    ----------
-    subject : Subject
-        The friction model.
-    plant : Model or None
-        The plant that it is on, if any.
-    unit : Unit
-        All functions.
-    entry : Function
-        The one that is called.
-    begin : ndarray
-        What lasts, before the first step.
-    most : tuple of int
-        For each number that lasts, how many values it can take where it is whole, from 0 on; 0 where it is real.
-    parameters : dict of str to (Model, Struct)
-        What the arguments ``p`` and ``q`` are made of.
-    """
+    """One step of an FMU as a function of the tree, with what it lasts on."""
 
     subject: Subject
     plant: Model | None
@@ -83,31 +65,27 @@ class Core:
 
 
 def core_of(subject: Subject, plant: Model | None, builder: Builder | None = None) -> Core:
-    """Return the step of a friction model, on a plant where one is given.
-
-    Parameters
-    ----------
-    subject : Subject
-        The friction model.
-    plant : Model or None
-        The plant that it is on.
-    builder : Builder, optional
-        What builds it, where other functions are built beside it: its unit is then not pruned.
-    """
+    """Return the step of a friction model, on a plant where one is given."""
     scope: dict[str, Any] = {
-        "__name__": __name__, "State": subject.state.cls, "Motion": subject.motion.cls,
-        "friction_trial": friction_trial, "friction_commit": friction_commit, "Mechanism": Mechanism,
+        "__name__": __name__,
+        "State": subject.state.cls,
+        "Motion": subject.motion.cls,
+        "friction_trial": friction_trial,
+        "friction_commit": friction_commit,
+        "Mechanism": Mechanism,
         "mechanism": mechanism,
-    }  # fmt: skip
+    }
     virgin = [float(value) for value in subject.virgin]
     parameters = {"p": (subject.model, subject.parameters)}
     most = [most_of(subject, name) if kind == INTEGER else 0 for name, kind in subject.state.fields]
     if plant is None:
         around = ", ".join(name if name in subject.signals else repr(usual) for name, usual in subject.usual.items())
         text = ALONG.format(
-            signals="".join(f"{name}, " for name in subject.signals), around=around, load=loaded(subject.state, 0),
+            signals="".join(f"{name}, " for name in subject.signals),
+            around=around,
+            load=loaded(subject.state, 0),
             store=stored(subject.state, "after", 0),
-        )  # fmt: skip
+        )
         inputs, begin = 2 + len(subject.signals), virgin
     else:
         body = plant.component.initial_state(plant.parameters)
@@ -117,18 +95,18 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder | None = Non
         scope["PlantState"] = plant_state.cls
         first = len(plant_state.fields)
         text = DRIVEN.format(
-            load_plant=loaded(plant_state, 0), load=loaded(subject.state, first), at=first + len(virgin),
+            load_plant=loaded(plant_state, 0),
+            load=loaded(subject.state, first),
+            at=first + len(virgin),
             store=stored(plant_state, "after.plant", 0) + "\n" + stored(subject.state, "after.friction", first),
-        )  # fmt: skip
+        )
         inputs, begin = 1, [float(value) for value in body] + virgin + [0.0] * SOLVER
         most = [0] * first + most + [0] * SOLVER
         parameters = {"q": (plant, plant_parameters)} | parameters
     entry_types = [Array(len(begin), writable=True), Array(subject.memory_size, writable=True), *[REAL] * (inputs + 1)]
     own = builder is None
     builder = builder or Builder()
-    entry = builder.function(
-        defined("stepped", text, scope), [*entry_types, *(kind for _, kind in parameters.values())]
-    )
+    entry = builder.function(defined("stepped", text, scope), [*entry_types, *(kind for _, kind in parameters.values())])
     unit = pruned(builder.unit, [entry]) if own else builder.unit
     return Core(subject, plant, unit, entry, np.array(begin), tuple(most), parameters)
 

@@ -10,19 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from bristle.core.dimensions import Kind, exponents_of
 from bristle.exports.described import Source
-from bristle.exports.fmu_variables import (
-    CONSTANT,
-    INPUT,
-    MARGIN,
-    OUTPUT,
-    PARAMETER,
-    RATE,
-    START,
-    STATE,
-    TIME,
-    Port,
-    Ports,
-)
+from bristle.exports.fmu_variables import CONSTANT, INPUT, MARGIN, OUTPUT, PARAMETER, RATE, START, STATE, TIME, Port, Ports
 from bristle.exports.identity import LICENCE, copyright_line, model_version
 from bristle.exports.rendering import version
 
@@ -33,11 +21,18 @@ BASE: dict[Kind, dict[str, dict[str, int]]] = {
     "translational": {"force": {"kg": 1, "m": 1, "s": -2}, "length": {"m": 1}},
     "rotational": {"force": {"kg": 1, "m": 2, "s": -2}, "length": {"rad": 1}},
 }
-EVERYWHERE = {
-    "force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1}, "time": {"s": 1}, "temperature": {"K": 1},
-}  # fmt: skip
-CAUSALITY = {TIME: "independent", INPUT: "input", OUTPUT: "output", START: "output", PARAMETER: "parameter",
-             CONSTANT: "local", STATE: "local", RATE: "local", MARGIN: "local"}  # fmt: skip
+EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1}, "time": {"s": 1}, "temperature": {"K": 1}}
+CAUSALITY = {
+    TIME: "independent",
+    INPUT: "input",
+    OUTPUT: "output",
+    START: "output",
+    PARAMETER: "parameter",
+    CONSTANT: "local",
+    STATE: "local",
+    RATE: "local",
+    MARGIN: "local",
+}
 COMPUTED = (OUTPUT, STATE, RATE, MARGIN)
 VARIABILITY = {PARAMETER: "tunable", CONSTANT: "constant"}
 INITIAL = {START: "exact", PARAMETER: "exact", CONSTANT: "exact"} | dict.fromkeys(COMPUTED, "calculated")
@@ -47,25 +42,7 @@ FLAGS = "-std=c99 -ffp-contract=off"
 
 @dataclass(frozen=True)
 class Description:
-    """What an FMU says of itself.
-
-    Parameters
-    ----------
-    name : str
-        Its name, and that of its library.
-    title : str
-        What it is.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    ports : Ports
-        Its variables.
-    step : float
-        Internal step [s].
-    token : str
-        What tells it from others.
-    source : Source
-        Where the values come from.
-    """
+    """What an FMU says of itself."""
 
     name: str
     title: str
@@ -118,8 +95,7 @@ class Description:
 
     def _model_exchange(self, root: Element, fmi: int) -> None:
         element = SubElement(root, "ModelExchange", modelIdentifier=self.name)
-        element.set(*(("completedIntegratorStepNotNeeded", "true") if fmi == 2 else
-                      ("needsCompletedIntegratorStep", "false")))  # fmt: skip
+        element.set(*(("completedIntegratorStepNotNeeded", "true") if fmi == 2 else ("needsCompletedIntegratorStep", "false")))
         self._able(element, fmi)
 
     def _co_simulation(self, root: Element, fmi: int) -> None:
@@ -210,9 +186,8 @@ class Description:
         return tuple(i for i, port in enumerate(self.ports.listed) if port.role in roles)
 
     def _listed(
-        self, parent: Element, name: str, unknowns: Mapping[int, tuple[int, ...] | None],
-        by: str = "valueReference", counted_from: int = 0,
-    ) -> None:  # fmt: skip
+        self, parent: Element, name: str, unknowns: Mapping[int, tuple[int, ...] | None], by: str = "valueReference", counted_from: int = 0
+    ) -> None:
         """List unknowns with what they depend on; in FMI 2.0 places count from 1, and are no value references."""
         for unknown in sorted(unknowns):
             element = SubElement(parent, name, {by: str(unknown + counted_from)})

@@ -14,14 +14,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model, Motion
-from bristle.core.dispatch import (
-    friction_arrival,
-    friction_commit,
-    friction_flow,
-    friction_piece,
-    friction_rate,
-    plant_rate,
-)
+from bristle.core.dispatch import friction_arrival, friction_commit, friction_flow, friction_piece, friction_rate, plant_rate
 from bristle.core.variable import Variable, variables_of
 from bristle.engine.motion import FARTHER, SLOW
 from bristle.exports.build import Builder
@@ -76,22 +69,7 @@ ARRIVE = """    state = State({state})
 
 @dataclass(frozen=True)
 class Exchange:
-    """A model in continuous time as functions of the tree.
-
-    Parameters
-    ----------
-    flowing : Function
-        Writes the rates of what varies, behind them the margin to the next event, and returns the force.
-    begun : Function
-        Writes what varies, and what holds until the next event, from the state.
-    arrived : Function
-        Commits what varies into state and memory.
-    varying : dict of str to Variable
-        What varies, by name, each with its nominal value.
-    held : tuple of int
-        For each number that holds until the next event, how many values it can take where it is whole; 0 where it is
-        real. Empty where the equations are smooth throughout.
-    """
+    """A model in continuous time as functions of the tree."""
 
     flowing: Function
     begun: Function
@@ -107,12 +85,12 @@ class Exchange:
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
     """Return why a model, on a plant or alone, is for co-simulation alone; nothing where it is not."""
-    for model, rate in ((friction, friction.component.rate or friction.component.flow),
-                        *(((plant, plant.component.rate),) if plant is not None else ())):  # fmt: skip
+    for model, rate in (
+        (friction, friction.component.rate or friction.component.flow),
+        *(((plant, plant.component.rate),) if plant is not None else ()),
+    ):
         if rate is None and model.component.family == "friction" and _jumps(model):
-            return (
-                f"the force of {model.name} jumps where the motion reverses, and sticking is no differential equation"
-            )
+            return f"the force of {model.name} jumps where the motion reverses, and sticking is no differential equation"
         if rate is None:
             return f"{model.name} has kernels for steps, and none for continuous time"
     return ""
@@ -147,12 +125,7 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
     distance, variables = _variables(subject, plant, texts.contact)
     sizes_of_contact = [variable.nominal for variable in variables[texts.first :]]
     return Exchange(
-        built(
-            "flowing",
-            texts.flowing(sizes_of_contact, distance),
-            ["varying", "held", "slope", *inputs, *parameters],
-            ("slope",),
-        ),
+        built("flowing", texts.flowing(sizes_of_contact, distance), ["varying", "held", "slope", *inputs, *parameters], ("slope",)),
         built("begun", texts.begun(), ["lasting", "memory", "varying", "held", *along, "p"], ("varying", "held")),
         built("arrived", texts.arrived(), ["lasting", "memory", "varying", "p"], ("lasting", "memory")),
         dict(zip(texts.varied, variables, strict=True)),
@@ -176,18 +149,27 @@ class _Texts:
         assert body is None or isinstance(body, Struct)
         self.body = body
         self.first = 0 if body is None else len(body.fields)
-        around = subject.usual if plant is not None else {
-            name: name if name in subject.signals else usual for name, usual in subject.usual.items()
-        }  # fmt: skip
+        around = (
+            subject.usual
+            if plant is not None
+            else {name: name if name in subject.signals else usual for name, usual in subject.usual.items()}
+        )
         self.v, x = ("body.v", "body.x") if plant is not None else ("v", "x")
         self.around = ", ".join([x, *map(str, around.values())])
         self.motion = f"Motion({self.v}, {self.around})"
         self.scope: dict[str, Any] = {
-            "__name__": __name__, "State": subject.state.cls, "Contact": contact.cls, "Motion": subject.motion.cls,
-            "friction_flow": friction_flow, "friction_rate": friction_rate, "friction_piece": friction_piece,
-            "friction_arrival": friction_arrival, "friction_commit": friction_commit, "plant_rate": plant_rate,
+            "__name__": __name__,
+            "State": subject.state.cls,
+            "Contact": contact.cls,
+            "Motion": subject.motion.cls,
+            "friction_flow": friction_flow,
+            "friction_rate": friction_rate,
+            "friction_piece": friction_piece,
+            "friction_arrival": friction_arrival,
+            "friction_commit": friction_commit,
+            "plant_rate": plant_rate,
             "BEYOND": BEYOND,
-        }  # fmt: skip
+        }
         self.scope |= {} if piece is None else {"Piece": piece.cls}
         self.scope |= {} if body is None else {"PlantState": body.cls}
 
@@ -215,18 +197,21 @@ class _Texts:
         stores = [stored(self.contact, "rates", self.first, "slope")]
         if self.piece is not None:
             behind = len(self.piece.fields)
-            moved = [f"abs(varying[{self.first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}"
-                     for i, size in enumerate(sizes)]  # fmt: skip
+            moved = [f"abs(varying[{self.first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}" for i, size in enumerate(sizes)]
             farthest = moved[0] if len(moved) == 1 else f"max({', '.join(moved)})"
             flow = FLOW.format(
-                motion=self.motion, at_rest=f"Motion(piece.side * 0.0, {self.around})", v=self.v,
-                piece=loaded(self.piece, 0, "held"), last=len(self.varied), fast=FAST * distance, moved=farthest,
-            )  # fmt: skip
+                motion=self.motion,
+                at_rest=f"Motion(piece.side * 0.0, {self.around})",
+                v=self.v,
+                piece=loaded(self.piece, 0, "held"),
+                last=len(self.varied),
+                fast=FAST * distance,
+                moved=farthest,
+            )
         if self.body is not None:
             stores = [BODY_RATES + stored(self.body, "body_rates", 0, "slope"), *stores]
         contact = loaded(self.contact, self.first, "varying")
-        return FLOWING.format(arguments="{arguments}", body=self._body("varying"), contact=contact, flow=flow,
-                              store="\n".join(stores))  # fmt: skip
+        return FLOWING.format(arguments="{arguments}", body=self._body("varying"), contact=contact, flow=flow, store="\n".join(stores))
 
     def begun(self) -> str:
         """Return the kernel that begins a piece."""
@@ -238,8 +223,7 @@ class _Texts:
         if self.body is not None:
             stores.append(stored(self.body, "body", 0, "varying"))
         state = loaded(self.subject.state, self.first)
-        return BEGUN.format(arguments="{arguments}", body=self._body("lasting"), state=state, begin=begin,
-                            store="\n".join(stores))  # fmt: skip
+        return BEGUN.format(arguments="{arguments}", body=self._body("lasting"), state=state, begin=begin, store="\n".join(stores))
 
     def arrived(self) -> str:
         """Return the kernel that commits."""

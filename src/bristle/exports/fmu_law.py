@@ -65,13 +65,22 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     lines = [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()]
     changed = np.any(law.memory) and law.tunable
     return Content(
-        title, law.controller.kind, unit, entry, None, _ports(law, source, constant_note), "effort",
-        {"p": (law.p, law.types[1])}, begin, law.memory, _most(law),
-        f"{law.types[0].fields} {law.memory_size} {law.dt!r}", lines,
-        (ORDER, FIRST, *([AHEAD.format(names=" and ".join(ahead))] if ahead else []),
-         f"Fed forward: {'; '.join(facts['fed'])}."),
+        title,
+        law.controller.kind,
+        unit,
+        entry,
+        None,
+        _ports(law, source, constant_note),
+        "effort",
+        {"p": (law.p, law.types[1])},
+        begin,
+        law.memory,
+        _most(law),
+        f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
+        lines,
+        (ORDER, FIRST, *([AHEAD.format(names=" and ".join(ahead))] if ahead else []), f"Fed forward: {'; '.join(facts['fed'])}."),
         (*([constant_note] if constant_note else []), *([PAST] if changed else [])),
-    )  # fmt: skip
+    )
 
 
 def _tuned(law: Law) -> tuple[Law, str]:
@@ -103,11 +112,7 @@ def _stepped(law: Law) -> tuple[Function, np.ndarray]:
         *_stored(state, ("_1",), now, lasting, count(1)),
         Return(_part(now, ("_0",))),
     ]
-    handed = [
-        Named(parameter.type, parameter.name)
-        for parameter in law.entry.parameters
-        if parameter.name not in ("lasting", "begun")
-    ]
+    handed = [Named(parameter.type, parameter.name) for parameter in law.entry.parameters if parameter.name not in ("lasting", "begun")]
     return Function("law_stepped", _stepped, [Named(lasting, "lasting"), *handed], REAL, body, writes=True), begin
 
 
@@ -141,9 +146,7 @@ def _of_type(kind: Type, number: Index) -> Expression:
     return number if kind == REAL else Convert(kind, number)
 
 
-def _stored(
-    kind: Struct, path: tuple[str, ...], now: Type, lasting: Array, places: Iterator[int]
-) -> Iterator[Statement]:  # fmt: skip
+def _stored(kind: Struct, path: tuple[str, ...], now: Type, lasting: Array, places: Iterator[int]) -> Iterator[Statement]:
     for name, part in kind.fields:
         inner = (*path, name)
         if isinstance(part, Struct):

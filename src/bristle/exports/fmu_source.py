@@ -38,21 +38,7 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 
 
 def source_text(content: Content, name: str, source: Source, step: float, fmi: int) -> tuple[str, str]:
-    """Return the source, and the token that tells it from every other one.
-
-    Parameters
-    ----------
-    content : Content
-        What the FMU is made of.
-    name : str
-        What it is called.
-    source : Source
-        Where the values come from.
-    step : float
-        Internal step [s].
-    fmi : {2, 3}
-        Version of FMI.
-    """
+    """Return the source, and the token that tells it from every other one."""
     facts = _facts(content, name, source, step, fmi)
     token = hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]
     token = f"{{{token[:8]}-{token[8:12]}-{token[12:16]}-{token[16:20]}-{token[20:]}}}"
@@ -68,35 +54,49 @@ def _facts(content: Content, name: str, source: Source, step: float, fmi: int) -
     listed, size = ports.listed, content.memory.size
     layout = f"{name} {content.layout} {[port.name for port in listed]}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
-    meanings = [
-        plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed
-    ]
+    meanings = [plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed]
     return {
-        "title": plain(content.title), "version": version(), "facts": [*source.lines, *content.tables], "flags": FLAGS,
-        "fmi": fmi, "helpers": helpers_text(printer.helpers, "double", printer.integer), "definitions": definitions,
-        "data": data, "step": number(step),
+        "title": plain(content.title),
+        "version": version(),
+        "facts": [*source.lines, *content.tables],
+        "flags": FLAGS,
+        "fmi": fmi,
+        "helpers": helpers_text(printer.helpers, "double", printer.integer),
+        "definitions": definitions,
+        "data": data,
+        "step": number(step),
         "ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)],
-        "roles": [port.role for port in listed], "lowest": [number(port.range[0]) for port in listed],
-        "highest": [number(port.range[1]) for port in listed], "memory": size,
+        "roles": [port.role for port in listed],
+        "lowest": [number(port.range[0]) for port in listed],
+        "highest": [number(port.range[1]) for port in listed],
+        "memory": size,
         "begin": [number(value) for value in content.begin] or ["0.0"],
         "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
         "most": [number(float(most)) for most in content.most] or ["0.0"],
-        "layout": f"0x{digest_of(layout.encode()):016X}", "plant": content.failures_at >= 0,
-        "failures_at": content.failures_at, "first_start": starts[0] if starts else 0, "output": content.output,
-        "output_at": ports.place(content.output), "shown": [(at, place) for place, at in enumerate(starts)],
-        "stepping": _called(content.entry, ports, handed), "absent": _absent(fmi, exchange is not None),
+        "layout": f"0x{digest_of(layout.encode()):016X}",
+        "plant": content.failures_at >= 0,
+        "failures_at": content.failures_at,
+        "first_start": starts[0] if starts else 0,
+        "output": content.output,
+        "output_at": ports.place(content.output),
+        "shown": [(at, place) for place, at in enumerate(starts)],
+        "stepping": _called(content.entry, ports, handed),
+        "absent": _absent(fmi, exchange is not None),
         "exchange": None if exchange is None else _exchanged(exchange, ports, handed),
-    }  # fmt: skip
+    }
 
 
 def _exchanged(exchange: Exchange, ports: Ports, handed: Mapping[str, str]) -> dict[str, object]:
     """Return what the source says of model exchange."""
     return {
-        "states": ports.states, "rates": ports.rates, "margins": ports.margins, "held": exchange.held,
+        "states": ports.states,
+        "rates": ports.rates,
+        "margins": ports.margins,
+        "held": exchange.held,
         "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
         "most": [number(float(most)) for most in exchange.held or (0,)],
         **{name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")},
-    }  # fmt: skip
+    }
 
 
 def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
@@ -129,9 +129,13 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
 
 # What kernels work on, as functions of the source have it.
 ARRAYS = {
-    "lasting": "now->lasting", "memory": "now->memory", "varying": "now->varying", "held": "now->held",
-    "slope": "slope", "dt": "STEP",
-}  # fmt: skip
+    "lasting": "now->lasting",
+    "memory": "now->memory",
+    "varying": "now->varying",
+    "held": "now->held",
+    "slope": "slope",
+    "dt": "STEP",
+}
 
 
 def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:

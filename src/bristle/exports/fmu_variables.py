@@ -17,9 +17,20 @@ from bristle.exports.fmu_exchange import Exchange
 from bristle.exports.tunable import Tunable, tunable_of
 
 __all__ = [
-    "CONSTANT", "INPUT", "MARGIN", "OUTPUT", "PARAMETER", "RATE", "START", "STATE", "TIME", "Port", "Ports",
-    "parameter_ports", "ports_of",
-]  # fmt: skip
+    "CONSTANT",
+    "INPUT",
+    "MARGIN",
+    "OUTPUT",
+    "PARAMETER",
+    "RATE",
+    "START",
+    "STATE",
+    "TIME",
+    "Port",
+    "Ports",
+    "parameter_ports",
+    "ports_of",
+]
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 LARGEST = 1.7976931348623157e308
@@ -27,23 +38,7 @@ LARGEST = 1.7976931348623157e308
 
 @dataclass(frozen=True)
 class Port:
-    """A variable of an FMU; its place among them is its value reference.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    role : int
-        ``TIME``, ``INPUT``, ``OUTPUT``, ``START`` (an output that can be set before the start), ``PARAMETER``,
-        which may be changed between two steps, or ``CONSTANT``; ``STATE`` (what varies of a contact), ``RATE`` of a
-        state, or ``MARGIN`` to an event.
-    variable : Variable
-        What it is, with its range.
-    value : float
-        Where it starts.
-    sure : str
-        What is known of how sure its value is.
-    """
+    """A variable of an FMU; its place among them is its value reference."""
 
     name: str
     role: int
@@ -62,19 +57,7 @@ class Port:
 
 @dataclass(frozen=True)
 class Ports:
-    """All variables, and for each model its parameters in the order in which they are among them.
-
-    Parameters
-    ----------
-    listed : tuple of Port
-        The variables.
-    tuned : dict of str to (Tunable, int)
-        For ``p`` and ``q``, where its parameters may be changed, which ones and the place of the first one.
-    fixed : tuple of str
-        Why parameters may not be changed, a sentence each.
-    states : tuple of int
-        The places of what an importer integrates, in the order in which the kernels have it.
-    """
+    """All variables, and for each model its parameters in the order in which they are among them."""
 
     listed: tuple[Port, ...]
     tuned: dict[str, tuple[Tunable, int]]
@@ -154,27 +137,19 @@ def port_rest(port: Port) -> tuple[Variable, float, str]:
 
 
 def _signals(core: Core) -> list[Port]:
-    force = Port(
-        "force", OUTPUT, Variable("force", "friction force; in co-simulation, the mean of the last internal step"), 0.0
-    )
+    force = Port("force", OUTPUT, Variable("force", "friction force; in co-simulation, the mean of the last internal step"), 0.0)
     if core.plant is not None:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
-        effort = Port(
-            "effort", INPUT, Variable("force", "effort that drives the mass, held over a step of co-simulation"), 0.0
-        )
+        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, held over a step of co-simulation"), 0.0)
         return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
     velocity = Variable("length/time", "velocity, held over a step of co-simulation; the sign of zero is a side")
-    position = Variable(
-        "length", "position, at the end of a step of co-simulation; only friction that depends on it looks at it"
-    )
+    position = Variable("length", "position, at the end of a step of co-simulation; only friction that depends on it looks at it")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
 
 
-def parameter_ports(
-    variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source
-) -> list[Port]:  # fmt: skip
+def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source) -> list[Port]:
     """Return a variable for each number of some parameters."""
     ports = []
     for name, value in values.items():

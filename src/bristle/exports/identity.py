@@ -28,16 +28,29 @@ if TYPE_CHECKING:
     from bristle.exports.law import Law
 
 __all__ = [
-    "LICENCE", "copyright_line", "hash_of_law", "hash_of_model", "hash_on_plant", "licence_text", "model_version",
-    "rights_lines", "with_rights",
-]  # fmt: skip
+    "LICENCE",
+    "copyright_line",
+    "hash_of_law",
+    "hash_of_model",
+    "hash_on_plant",
+    "licence_text",
+    "model_version",
+    "rights_lines",
+    "with_rights",
+]
 
 LICENCE = "BSD-3-Clause"
 """Of the text that bristle writes, as SPDX names it."""
 COMMENTS = {
-    ".c": ("/* ", " */"), ".h": ("/* ", " */"), ".cu": ("/* ", " */"), ".st": ("(* ", " *)"), ".mjs": ("// ", ""),
-    ".xml": ("<!-- ", " -->"), ".txt": ("# ", ""), ".md": ("<!-- ", " -->"),
-}  # fmt: skip
+    ".c": ("/* ", " */"),
+    ".h": ("/* ", " */"),
+    ".cu": ("/* ", " */"),
+    ".st": ("(* ", " *)"),
+    ".mjs": ("// ", ""),
+    ".xml": ("<!-- ", " -->"),
+    ".txt": ("# ", ""),
+    ".md": ("<!-- ", " -->"),
+}
 DIGITS = 12  # of a hash, where it tells versions apart
 
 
@@ -81,8 +94,11 @@ def copyright_line() -> str:
 def rights_lines(source: Source, ending: str) -> list[str]:
     """Return the licence of the text of a file and the hash of its model as comments of the language it ends in."""
     opening, closing = COMMENTS[ending]
-    lines = [f"SPDX-License-Identifier: {LICENCE}", f"{copyright_line()}: the text that bristle {version()} wrote.",
-             "The model and its numbers are yours."]  # fmt: skip
+    lines = [
+        f"SPDX-License-Identifier: {LICENCE}",
+        f"{copyright_line()}: the text that bristle {version()} wrote.",
+        "The model and its numbers are yours.",
+    ]
     lines += [f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []
     return [f"{opening}{line}{closing}" for line in lines]
 

@@ -16,14 +16,7 @@ import numpy as np
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.core.contracts import (
-    NOMINAL_LOAD,
-    NOMINAL_TEMPERATURE,
-    NOT_KNOWN,
-    Model,
-    Motion,
-    Reference,
-)
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
@@ -149,35 +142,7 @@ class Inputs(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """The law of a variant as a function of the tree, with what it lasts on.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop.
-    controller : Model
-        Its controller, as its drive limits it.
-    unit : Unit
-        All functions.
-    entry : Function
-        The one that is called.
-    written : callable
-        The same as plain Python.
-    arguments : tuple of str
-        What the law takes, before anything was left out: `inputs` are those that are told at each sample.
-    inputs : tuple of str
-        The inputs, by name; those that end in ``ahead`` hold `samples_ahead` numbers.
-    samples_ahead : int
-        Samples that follow the present one, as many as the delay of the loop and one more.
-    lasting, p : NamedTuple
-        What lasts before the first sample, and the parameters.
-    memory : ndarray
-        Memory of the compensator before the first sample.
-    tunable : bool
-        Whether its parameters may be changed at run time.
-    single : bool
-        Whether numbers are of single precision.
-    """
+    """The law of a variant as a function of the tree, with what it lasts on."""
 
     variant: Variant
     controller: Model
@@ -219,24 +184,7 @@ class Law:
 
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
-    """Return the control law of a variant: its controller with all that is fed forward, along either motion.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop.
-    tunable : bool
-        Whether parameters of its controller and of what it feeds forward may be changed at run time.
-    single : bool
-        Whether numbers are of single precision; what runs here stays as it is.
-
-    Raises
-    ------
-    InputError
-        If the variant has no law of its own, or one that depends on more than its inputs.
-    NotExportableError
-        If a kernel is outside the part of Python that can be exported.
-    """
+    """Return the control law of a variant: its controller with all that is fed forward, along either motion."""
     _check(variant)
     # A law begins by itself where the axis stands; the motion that a simulated loop takes over is none of it.
     variant = replace(variant, start=None)
@@ -265,19 +213,22 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     )
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
     compensator = NoCompensator() if friction is None else friction.parameters
-    p: Parameters | PlacedParameters = Parameters(
-        controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape
-    )
+    p: Parameters | PlacedParameters = Parameters(controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
     if fed.place or carried is not fed:
         p = PlacedParameters(
-            p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass,
-            carried.place or NoPlace(),
-        )  # fmt: skip
+            p.controller, p.limit, fed.mass, compensator, shape, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
+        )
     if single:
         refuse_parameters_beyond_single(p)
     written = _defined(text, component)
-    kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p),
-             "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}  # fmt: skip
+    kinds = {
+        "lasting": type_of(lasting),
+        "memory": Array(memory.size, writable=True),
+        "begun": TRUTH,
+        "p": type_of(p),
+        "place_ahead": Array(ahead),
+        "acceleration_ahead": Array(ahead),
+    }
     builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
     return Law(
@@ -340,10 +291,19 @@ def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) 
 
 def _defined(text: str, component: Any) -> Callable[..., Any]:
     scope: dict[str, Any] = {
-        "__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "led": led, "inertial": inertial,
-        "law": law, "start": component.start, "resume": component.resume, "NOT_KNOWN": NOT_KNOWN,
-        "effort_at": effort_at, "gravity_at": gravity_at,
-    }  # fmt: skip
+        "__name__": __name__,
+        "Fed": Fed,
+        "Lasting": Lasting,
+        "Reference": Reference,
+        "led": led,
+        "inertial": inertial,
+        "law": law,
+        "start": component.start,
+        "resume": component.resume,
+        "NOT_KNOWN": NOT_KNOWN,
+        "effort_at": effort_at,
+        "gravity_at": gravity_at,
+    }
     return defined("command", text, scope)
 
 

@@ -25,12 +25,13 @@ WITHOUT_FRICTION = 1e-5  # distance that the self-test of a law without a compen
 PER_VELOCITY = 100.0
 """Acceleration of the self-test over its velocity [1/s]."""
 INPUTS = {
-    "position": ("desired position", "length"), "velocity": ("desired velocity", "length/time"),
+    "position": ("desired position", "length"),
+    "velocity": ("desired velocity", "length/time"),
     "acceleration": ("desired acceleration", "length/time^2"),
     "measured": ("position as the sensor reads it", "length"),
     "place_ahead": ("desired positions of the samples that follow, the next one first", "length"),
     "acceleration_ahead": ("desired accelerations of the samples that follow, the next one first", "length/time^2"),
-}  # fmt: skip
+}
 
 
 def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
@@ -38,41 +39,55 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     variant = law.variant
     kind, friction = variant.controller.kind, variant.feedforward.friction
     return {
-        "name": name, "version": version(),
-        "title": plain(f"Control law of an axis: {variant.controller.name}"), "variant": plain(variant.name),
-        "description": plain(variant.controller.component.description), "facts": source.lines,
+        "name": name,
+        "version": version(),
+        "title": plain(f"Control law of an axis: {variant.controller.name}"),
+        "variant": plain(variant.name),
+        "description": plain(variant.controller.component.description),
+        "facts": source.lines,
         "along": "" if friction is None else variant.feedforward.along,
         "friction": "" if friction is None else plain(friction.name),
         "table": parameter_table(law.controller, source).rstrip(),
         "fed_table": "" if friction is None else parameter_table(friction, source).rstrip(),
-        "fed": _fed(law), "unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind),
-        "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}", "ahead": law.samples_ahead,
+        "fed": _fed(law),
+        "unit_force": unit_of("force", kind),
+        "unit_x": unit_of("length", kind),
+        "dt": repr(law.dt),
+        "rate": f"{1.0 / law.dt:g}",
+        "ahead": law.samples_ahead,
         "delay": variant.run.delay,
         "limit": f"{variant.run.effort_limit:g}" if np.isfinite(variant.run.effort_limit) else "",
         "inputs": [
-            {"name": name, "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
-             "told": INPUTS[name][0], "unit": unit_of(INPUTS[name][1], kind), "several": name.endswith("_ahead")}
+            {
+                "name": name,
+                "declared": name + (f"[{law.samples_ahead}]" if name.endswith("_ahead") else ""),
+                "told": INPUTS[name][0],
+                "unit": unit_of(INPUTS[name][1], kind),
+                "several": name.endswith("_ahead"),
+            }
             for name in law.inputs
         ],
         "drive": command_facts(command_units(variant.axis, kind), kind),
-        "loops": loops_of(law), "single": law.single, "tunable": law.tunable,
-    }  # fmt: skip
+        "loops": loops_of(law),
+        "single": law.single,
+        "tunable": law.tunable,
+    }
 
 
 def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
     """Return the walk of the self-test of a law, how many positions of it are told, and the efforts along it."""
     ahead, friction = law.samples_ahead, law.variant.feedforward.friction
     walk = (
-        Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt) if friction is None
+        Walk(tuple(scale * WITHOUT_FRICTION / 32768.0 for scale in SCALES), law.dt)
+        if friction is None
         else walk_of(subject_of(friction), law.dt)
-    )  # fmt: skip
+    )
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v
     at, speed, change = x.tolist(), v.tolist(), a.tolist()
     samples = [
-        Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead])
-        for k in range(steps)
+        Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead]) for k in range(steps)
     ]
     return walk, x.size, law.efforts(samples)
 
@@ -86,10 +101,7 @@ def _fed(law: Law) -> list[str]:
     if fed.place and feedforward.plant is not None:
         lines.append(f"what {feedforward.plant.name} takes by its place, along the desired motion")
     if feedforward.friction is not None:
-        shape = [
-            f", {name} {value:g}" for name, value in law.p.shape._asdict().items()
-            if value != Shape._field_defaults[name]
-        ]  # fmt: skip
+        shape = [f", {name} {value:g}" for name, value in law.p.shape._asdict().items() if value != Shape._field_defaults[name]]
         friction = f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
         lines.append(friction + "".join(shape))
         if rises_with_effort(feedforward.friction):

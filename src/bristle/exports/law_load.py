@@ -39,9 +39,7 @@ class Load(NamedTuple):
         """Return it as text between two samples, by their places among those ahead; the present one has none."""
         parts = []
         if self.mass:
-            parts.append(
-                f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)"
-            )
+            parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
         if self.place:
             kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
             middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
@@ -55,28 +53,18 @@ def _ahead(name: str, place: str) -> str:
 
 
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
-    """Return what is fed forward beside friction, and what passes through it: the same one where both are.
-
-    Parameters
-    ----------
-    feedforward : Feedforward
-        What is fed forward.
-    apart : bool
-        Whether they are two even if they are equal now: one of them may be changed.
-
-    Raises
-    ------
-    InputError
-        If what passes is more than inertia, gravity and cogging.
-    """
+    """Return what is fed forward beside friction, and what passes through it: the same one where both are."""
     fed = Load("", float(feedforward.mass), _place(feedforward.plant))
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
         return fed, fed
     if _base(carries) is not inertia:
-        raise InputError("carries more than inertia, gravity and cogging, which is not exported",
-                         path="feedforward.carries", value=carries.name,
-                         mend="Leave it out: what is fed forward passes on then")  # fmt: skip
+        raise InputError(
+            "carries more than inertia, gravity and cogging, which is not exported",
+            path="feedforward.carries",
+            value=carries.name,
+            mend="Leave it out: what is fed forward passes on then",
+        )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
     return fed, fed if carried.numbers == fed.numbers and not apart else carried
 

@@ -44,29 +44,10 @@ Take a step that is short beside what the bristles need, {time:.2g} s.
 
 
 def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
-    """Return a scene with one joint, its friction, and a motor for the effort.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters.
-    name : str
-        Name of the joint.
-    source : Source
-        Where the values come from.
-    mass : float
-        What the joint moves [kg or kg*m^2].
-
-    Raises
-    ------
-    InputError
-        If MuJoCo has no such friction.
-    """
+    """Return a scene with one joint, its friction, and a motor for the effort."""
     attributes, values = mjcf_attributes(model, mass), model.values
     linear = model.kind == "translational"
-    of_joint = "".join(
-        f' {key.removeprefix("joint.")}="{value}"' for key, value in attributes.items() if key.startswith("joint.")
-    )
+    of_joint = "".join(f' {key.removeprefix("joint.")}="{value}"' for key, value in attributes.items() if key.startswith("joint."))
     actuators, time = "", STEP
     if "dcmotor.lugre" in attributes:
         actuators = (
@@ -81,21 +62,25 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
         keyframe = f'  <keyframe>\n    <key name="offset" ctrl="{controls}"/>\n  </keyframe>\n'
     inertia = "1 1 1" if linear else f"{mass!r} {mass!r} {mass!r}"
     return TEXT.format(
-        model=plain(model.name), version=version(), facts=_in_comment("\n".join(source.lines)),
+        model=plain(model.name),
+        version=version(),
+        facts=_in_comment("\n".join(source.lines)),
         table=_in_comment(parameter_table(model, source)),
-        time=time, name=name, step=STEP, joint="slide" if linear else "hinge", axis="1 0 0" if linear else "0 0 1",
-        of_joint=of_joint, mass=repr(mass) if linear else "1", inertia=inertia, actuators=actuators, keyframe=keyframe,
-    )  # fmt: skip
+        time=time,
+        name=name,
+        step=STEP,
+        joint="slide" if linear else "hinge",
+        axis="1 0 0" if linear else "0 0 1",
+        of_joint=of_joint,
+        mass=repr(mass) if linear else "1",
+        inertia=inertia,
+        actuators=actuators,
+        keyframe=keyframe,
+    )
 
 
 def mjcf_attributes(model: Model, mass: float) -> dict[str, str]:
-    """Return what friction and mass are in a scene, by element and attribute, such as ``joint.frictionloss``.
-
-    Raises
-    ------
-    InputError
-        If MuJoCo has no such friction.
-    """
+    """Return what friction and mass are in a scene, by element and attribute, such as ``joint.frictionloss``."""
     _refuse_others(model)
     values = model.values
     inertial = {"inertial.mass" if model.kind == "translational" else "inertial.diaginertia": repr(mass)}
@@ -125,11 +110,20 @@ def _in_comment(text: str) -> str:
 def _refuse_others(model: Model) -> None:
     base = base_of(model.component).name
     if base not in MODELS_OF_MUJOCO:
-        raise InputError("MuJoCo has no such friction", path="mjcf", value=model.name,
-                         allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c")  # fmt: skip
+        raise InputError(
+            "MuJoCo has no such friction", path="mjcf", value=model.name, allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c"
+        )
     if directional(model.component) or variations_of(model.component):
-        raise InputError("MuJoCo has one friction for both directions that varies with nothing", path="mjcf",
-                         value=model.name, mend="Identify it without slots, or export it to c")  # fmt: skip
+        raise InputError(
+            "MuJoCo has one friction for both directions that varies with nothing",
+            path="mjcf",
+            value=model.name,
+            mend="Identify it without slots, or export it to c",
+        )
     if base == "lugre" and math.isfinite(model.values["v_d"]):
-        raise InputError("MuJoCo has a micro-damping that does not fade with speed", path="mjcf",
-                         value=model.values["v_d"], mend="Identify lugre without v_d")  # fmt: skip
+        raise InputError(
+            "MuJoCo has a micro-damping that does not fade with speed",
+            path="mjcf",
+            value=model.values["v_d"],
+            mend="Identify lugre without v_d",
+        )

@@ -40,15 +40,7 @@ RESERVED = frozenset((WORDS_OF_C + WORDS_OF_CPP + MACROS_BY_NAME + DEFINED).spli
 
 
 class Names:
-    """The names of the structures of a unit, each its own: that of its class, behind its module where there are two.
-
-    Parameters
-    ----------
-    structures : sequence of Struct
-        The structures.
-    functions : iterable of str
-        Names of functions of the unit, which no variable has.
-    """
+    """The names of the structures of a unit, each its own: that of its class, behind its module where there are two."""
 
     def __init__(self, structures: Sequence[Struct], functions: Iterable[str] = ()) -> None:
         counted = Counter(kind.cls.__name__ for kind in structures)

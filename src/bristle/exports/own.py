@@ -41,9 +41,11 @@ def load_target_file(path: Readable) -> Target:
         raise InputError("its target writes nothing", path=source, value=target.write, mend=MEND)
     if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
         raise InputError(
-            "gives its target a name that it cannot have", path=source, value=target.name,
+            "gives its target a name that it cannot have",
+            path=source,
+            value=target.name,
             allowed="small letters, digits and _, a letter first, and no name of a target of bristle",
-        )  # fmt: skip
+        )
     if not isinstance(target.description, str) or not target.description.strip():
         raise InputError("does not say what its target is", path=source, mend='Write description="..."')
     return target

@@ -24,8 +24,7 @@ def project_text(name: str, head: str, types: Sequence[Array | Record], pous: Se
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xhtml", XHTML)
     project = Element(_named("project"))
-    _add(project, "fileHeader", companyName="bristle", productName="bristle", productVersion=version(),
-         creationDateTime=NEVER)  # fmt: skip
+    _add(project, "fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER)
     content = _add(project, "contentHeader", name=name)
     _add(content, "Comment").text = head.strip().removeprefix("(*").removesuffix("*)").strip()
     coordinates = _add(content, "coordinateInfo")

@@ -8,20 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bristle.exports.tree import (
-    Assign,
-    Call,
-    Evaluate,
-    For,
-    Function,
-    If,
-    Node,
-    Statement,
-    Unit,
-    Variable,
-    While,
-    walk,
-)
+from bristle.exports.tree import Assign, Call, Evaluate, For, Function, If, Node, Statement, Unit, Variable, While, walk
 
 __all__ = ["pruned"]
 
@@ -102,9 +89,7 @@ def _without_arguments(functions: list[Function]) -> bool:
     return dropped
 
 
-def _spread(
-    functions: list[Function], calls: list[list[Call]], read: list[list[Variable]], used: dict[int, set[str]]
-) -> bool:
+def _spread(functions: list[Function], calls: list[list[Call]], read: list[list[Variable]], used: dict[int, set[str]]) -> bool:
     """Mark the arguments that are looked at, given those of the functions called that are; whether some are new."""
     news = False
     for function, called, variables in zip(functions, calls, read, strict=True):

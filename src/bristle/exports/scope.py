@@ -35,13 +35,7 @@ def defined(name: str, text: str, scope: dict[str, Any]) -> Callable[..., Any]:
 
 @cache
 def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
-    """Return the definition of a kernel as Python reads it.
-
-    Raises
-    ------
-    NotExportableError
-        If it has no source, or is not defined by ``def``.
-    """
+    """Return the definition of a kernel as Python reads it."""
     source = getattr(function, "source", None)
     try:
         tree = ast.parse(source or textwrap.dedent(inspect.getsource(function)))
@@ -57,13 +51,7 @@ def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
 
 
 def global_value(function: Callable[..., Any], name: str) -> Any:
-    """Return what a name outside of a kernel stands for.
-
-    Raises
-    ------
-    NotExportableError
-        If it stands for nothing.
-    """
+    """Return what a name outside of a kernel stands for."""
     around = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
     if name in around:
         return around[name].cell_contents

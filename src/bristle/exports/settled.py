@@ -51,16 +51,29 @@ __all__ = ["Fact", "fact_of", "settled"]
 Fact = Any
 """What is known of a value: None for nothing, a tuple for that of each field, a whole number, a real one as text."""
 COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
-    "==": lambda a, b: a == b, "!=": lambda a, b: a != b,
-}  # fmt: skip
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+}
 OF_REALS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
-}  # fmt: skip
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+}
 EXACT: dict[str, Callable[..., Any]] = {
-    "sqrt": math.sqrt, "copysign": math.copysign, "abs": abs, "floor": math.floor, "isinf": math.isinf,
-    "isnan": math.isnan, "min": lambda a, b: b if b < a else a, "max": lambda a, b: b if b > a else a,
-}  # fmt: skip
+    "sqrt": math.sqrt,
+    "copysign": math.copysign,
+    "abs": abs,
+    "floor": math.floor,
+    "isinf": math.isinf,
+    "isnan": math.isnan,
+    "min": lambda a, b: b if b < a else a,
+    "max": lambda a, b: b if b > a else a,
+}
 
 
 def fact_of(value: Any, kind: Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()) -> Fact:
@@ -75,9 +88,7 @@ def fact_of(value: Any, kind: Type, unknown: Iterable[tuple[str, ...]] = (), pat
     return int(value) if kind in (INTEGER, TRUTH) else None
 
 
-def settled(
-    unit: Unit, roots: Sequence[Function], facts: Mapping[str, Fact], *, single: bool = False
-) -> tuple[Unit, list[Function]]:
+def settled(unit: Unit, roots: Sequence[Function], facts: Mapping[str, Fact], *, single: bool = False) -> tuple[Unit, list[Function]]:
     """Return a unit, and its roots, for arguments of which something is known.
 
     Parameters

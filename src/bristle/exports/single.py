@@ -17,10 +17,7 @@ from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
 from bristle.hysteresis import everett
 
-__all__ = [
-    "CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "refuse_beyond_single",
-    "refuse_parameters_beyond_single", "single_note",
-]  # fmt: skip
+__all__ = ["CHECKPOINT", "CONSTANTS", "TOLERANCE", "checkpoints", "refuse_beyond_single", "refuse_parameters_beyond_single", "single_note"]
 
 TOLERANCE = 1e-3
 """How far the output may be off that of double precision, over the largest one, in the self-test."""
@@ -28,14 +25,24 @@ CHECKPOINT = 25
 """Steps between two outputs that single precision is compared with."""
 
 _OF_MATHEMATICS = {
-    "EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0,
+    "EXP_MAX": 88.0,
+    "EXP_OF_MAX": 1.6516362549940018e38,
+    "EXP_MIN": -87.0,
+    "ROUNDER": 12582912.0,
     # ln 2 and half pi in parts of a few bits, and what is left.
-    "LN2_HIGH": 0.693359375, "LN2_LOW": -2.1219444005469057e-04,
-    "HALF_PI_1": 1.5703125, "HALF_PI_2": 4.837512969970703e-04, "HALF_PI_3": 7.54978941586159635e-08,
+    "LN2_HIGH": 0.693359375,
+    "LN2_LOW": -2.1219444005469057e-04,
+    "HALF_PI_1": 1.5703125,
+    "HALF_PI_2": 4.837512969970703e-04,
+    "HALF_PI_3": 7.54978941586159635e-08,
     "HALF_PI_4": 5.390302529957764e-15,
-    "NORMAL_MIN": 1.1754943508222875e-38, "LOG_OF_MIN": -87.33654475055310, "LARGEST": 3.4028234663852886e38,
-    "ANGLE_MAX": 5e3, "ANGLE_WITHOUT_DIGITS": 1e6, "TANH_MAX": 10.0,
-}  # fmt: skip
+    "NORMAL_MIN": 1.1754943508222875e-38,
+    "LOG_OF_MIN": -87.33654475055310,
+    "LARGEST": 3.4028234663852886e38,
+    "ANGLE_MAX": 5e3,
+    "ANGLE_WITHOUT_DIGITS": 1e6,
+    "TANH_MAX": 10.0,
+}
 
 CONSTANTS: dict[tuple[str, float], float] = {
     **{(name, getattr(mathematics, name)): value for name, value in _OF_MATHEMATICS.items()},
@@ -56,25 +63,13 @@ def single_note(output: str) -> str:
 
 
 def refuse_beyond_single(model: Model) -> None:
-    """Refuse a model with a finite value that single precision does not hold.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse a model with a finite value that single precision does not hold."""
     for name, value in model.values.items():
         _refuse_beyond(name, value)
 
 
 def refuse_parameters_beyond_single(parameters: Any, path: str = "") -> None:
-    """Refuse parameters of a control law, tuples in one another, with a finite number that single precision lacks.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
+    """Refuse parameters of a control law, tuples in one another, with a finite number that single precision lacks."""
     for name, value in zip(parameters._fields, parameters, strict=True):
         if hasattr(value, "_fields"):
             refuse_parameters_beyond_single(value, f"{path}{name}.")
@@ -86,14 +81,20 @@ def _refuse_beyond(path: str, value: Any) -> None:
     largest = float(np.finfo(np.float32).max)
     numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
     if np.any(np.isfinite(numbers) & (numbers > largest)):
-        raise InputError("is larger than any number of single precision", path=path, value=float(np.max(numbers)),
-                         allowed=f"<= {largest:.3g}", mend="Leave float32 out")  # fmt: skip
+        raise InputError(
+            "is larger than any number of single precision",
+            path=path,
+            value=float(np.max(numbers)),
+            allowed=f"<= {largest:.3g}",
+            mend="Leave float32 out",
+        )
 
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
     """Return what a self-test in single precision compares with; nothing of it for double precision."""
     return {
-        "every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else "",
+        "every": CHECKPOINT,
+        "tolerance": repr(TOLERANCE) if single else "",
         "largest": repr(float(np.max(np.abs(outputs)))),
         "checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()],
-    }  # fmt: skip
+    }

@@ -43,27 +43,16 @@ START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 
 
 def start_values(axis: Axis | None, turns_by: float) -> tuple[float, float | None]:
-    """Return the pulse of velocity [m/s or rad/s], and its time constant [s]; None where the loop does not tell it.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its controller is that of the velocity loop.
-    turns_by : float
-        What friction turns by at a reversal [N or N*m].
-
-    Raises
-    ------
-    InputError
-        If the axis has no such controller.
-    """
+    """Return the pulse of velocity [m/s or rad/s], and its time constant [s]; None where the loop does not tell it."""
     controller = None if axis is None else axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
-            "needs the gain of the velocity loop: the amplitude is a pulse of its setpoint", path="sinumerik",
-            value=None if controller is None else controller.name, allowed=f"a {CONTROLLER} with k_v",
+            "needs the gain of the velocity loop: the amplitude is a pulse of its setpoint",
+            path="sinumerik",
+            value=None if controller is None else controller.name,
+            allowed=f"a {CONTROLLER} with k_v",
             mend=f'Write [controller], model = "{CONTROLLER}", k_p and k_v (T_n too) into the axis file',
-        )  # fmt: skip
+        )
     gains = controller.values
     return turns_by / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
 
@@ -91,16 +80,16 @@ def drive_of_data(text: str, axis: Axis, kind: Kind) -> Drive | None:
     return drive
 
 
-def sinumerik_text(
-    model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]
-) -> str:  # fmt: skip
+def sinumerik_text(model: Model, values: tuple[float, float | None], notes: tuple[str, ...], facts: list[str]) -> str:
     """Return the machine data, one a line, with what they mean and where that is written as comments."""
     pulse, lasts = values
     unit, si = UNIT[model.kind]
     head = [
-        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity "
-        "test.", *facts, *(plain(note) for note in notes),
-        f"Machine data: {FUNCTION_MANUAL}.", f"Units: {UNITS_MANUAL}.",
+        f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES, to be tuned by the circularity test.",
+        *facts,
+        *(plain(note) for note in notes),
+        f"Machine data: {FUNCTION_MANUAL}.",
+        f"Units: {UNITS_MANUAL}.",
         "Constant compensation value, without adaptation to the acceleration. MD32520 is the pulse of the velocity "
         "setpoint that commands at once, through the gain of the velocity loop, what friction turns by at a reversal.",
         f"Begin with a part of it ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
@@ -108,11 +97,13 @@ def sinumerik_text(
         _said_of_time(lasts),
         "Not written: MD32530 and MD32550 to MD32570, the adaptation, which section 4.6.4.3 takes from circles at "
         "several accelerations; MD32580, the share for short blocks, which section 4.6.5 finds by trial.",
-    ]  # fmt: skip
+    ]
     rows = [
-        ("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""),
-        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""), ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
-    ]  # fmt: skip
+        ("32490", "FRICT_COMP_MODE", "1", ""),
+        ("32500", "FRICT_COMP_ENABLE", "1", ""),
+        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
+        ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
+    ]
     rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
     lines = [f"; {line}" for line in head]
     lines += [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]

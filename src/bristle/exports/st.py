@@ -45,32 +45,32 @@ __all__ = ["st_files"]
 TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = (
-    "position", "period", "restart", "clear", "force", "refused", "overflow", "begun", "prepared", "usable", "done",
-    "last_position", "command", "place", "state", "memory", "motion", "parameters", "tried", "after",
-)  # fmt: skip
+    "position",
+    "period",
+    "restart",
+    "clear",
+    "force",
+    "refused",
+    "overflow",
+    "begun",
+    "prepared",
+    "usable",
+    "done",
+    "last_position",
+    "command",
+    "place",
+    "state",
+    "memory",
+    "motion",
+    "parameters",
+    "tried",
+    "after",
+)
 
 
 @dataclass(frozen=True)
 class StFiles:
-    """How a friction model or an operator is written in Structured Text.
-
-    Parameters
-    ----------
-    subject : Subject
-        The model.
-    name : str
-        What the block is called, and what every other name begins with.
-    source : Source
-        Where the values come from.
-    dt : float
-        Time step of the self-test [s].
-    tunable : bool
-        Whether the parameters may be changed at run time.
-    single : bool
-        Whether numbers inside are of single precision; the subject has its constants then.
-    units : CommandUnits or None
-        Those of the drive, where they are known.
-    """
+    """How a friction model or an operator is written in Structured Text."""
 
     subject: Subject
     name: str
@@ -101,15 +101,27 @@ class StFiles:
     def _facts(self) -> dict[str, Any]:
         model, operator = self.subject.model, self.subject.is_operator
         return {
-            "name": self.name, "version": version(), "title": plain(f"{TITLES[operator]}: {model.name}"),
-            "description": commented(plain(model.component.description)) + ".", "rest": rest_rule(model),
-            "facts": [commented(line) for line in self.source.lines], "count": COUNT, "operator": operator,
-            "table": commented(parameter_table(model, self.source).rstrip()), "loops": loops_of(self.subject),
-            "unit_in": self._units()[0], "unit_out": self._units()[1], "input": IN[operator], "output": OUT[operator],
-            "single": self.single, "tunable": self.tunable, "allowed": f"{TOLERANCE:g}", "result": OUT[operator],
+            "name": self.name,
+            "version": version(),
+            "title": plain(f"{TITLES[operator]}: {model.name}"),
+            "description": commented(plain(model.component.description)) + ".",
+            "rest": rest_rule(model),
+            "facts": [commented(line) for line in self.source.lines],
+            "count": COUNT,
+            "operator": operator,
+            "table": commented(parameter_table(model, self.source).rstrip()),
+            "loops": loops_of(self.subject),
+            "unit_in": self._units()[0],
+            "unit_out": self._units()[1],
+            "input": IN[operator],
+            "output": OUT[operator],
+            "single": self.single,
+            "tunable": self.tunable,
+            "allowed": f"{TOLERANCE:g}",
+            "result": OUT[operator],
             "several_places": False,
             **self._bounds,
-        }  # fmt: skip
+        }
 
     def _units(self) -> tuple[str, str]:
         model, operator = self.subject.model, self.subject.is_operator
@@ -128,26 +140,37 @@ class StFiles:
         commits = bool(subject.state.fields) or subject.commit.writes
         commit = arguments_left(subject.commit, COMMIT) if commits else []
         needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
-        handed = {"dt": printer.narrowed("period"), "p": "parameters", "move": f"tried.{printer.field(tried, '_1')}",
-                  "input": printer.narrowed(IN[True])}  # fmt: skip
+        handed = {
+            "dt": printer.narrowed("period"),
+            "p": "parameters",
+            "move": f"tried.{printer.field(tried, '_1')}",
+            "input": printer.narrowed(IN[True]),
+        }
         facts = {
-            "input": IN[operator], "output": OUT[operator], "operator": operator,
-            "start": self._start(printer, needed, tuned), "zero": printer.real(0.0),
+            "input": IN[operator],
+            "output": OUT[operator],
+            "operator": operator,
+            "start": self._start(printer, needed, tuned),
+            "zero": printer.real(0.0),
             "ranges": [*tuned.ranges(printer)] if tuned else [],
             "tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else [],
             "memory": subject.memory_size if "memory" in needed else 0,
             "motion": self._motion(printer, signals) if "motion" in trial else [],
             "trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried"),
-            "tried": printer.widened(f"tried.{printer.field(tried, '_0')}"), "within": printer.helper(WITHIN, LREAL),
-            "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after")
-            if commits else "",
-            "state": bool(subject.state.fields), "signals": list(signals.values()), **self._bounds,
+            "tried": printer.widened(f"tried.{printer.field(tried, '_0')}"),
+            "within": printer.helper(WITHIN, LREAL),
+            "commit": call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if commits else "",
+            "state": bool(subject.state.fields),
+            "signals": list(signals.values()),
+            **self._bounds,
             "drive": "" if self.units is None else real_literal(self.units.effort.si),
-        }  # fmt: skip
+        }
         held = {
-            "state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size)),
-            "motion": ("motion", subject.motion), "p": ("parameters", subject.parameters),
-        }  # fmt: skip
+            "state": ("state", subject.state),
+            "memory": ("memory", Array(subject.memory_size)),
+            "motion": ("motion", subject.motion),
+            "p": ("parameters", subject.parameters),
+        }
         own = [Variable(name, printer.type_name(kind)) for key, (name, kind) in held.items() if key in needed]
         own += [Variable("tried", printer.type_name(tried))]
         own += [Variable("after", printer.type_name(subject.state))] if commits else []
@@ -156,11 +179,7 @@ class StFiles:
         return Pou("FUNCTION_BLOCK", self.name, "", variables, body_lines("st/block.st", facts))
 
     def _interface(self, signals: dict[str, str], further: list[Variable]) -> list[Variable]:
-        kind, motion, operator = (
-            self.subject.model.kind,
-            variables_of(self.subject.motion.cls),
-            self.subject.is_operator,
-        )
+        kind, motion, operator = (self.subject.model.kind, variables_of(self.subject.motion.cls), self.subject.is_operator)
         unit_in, unit_out = self._units()
         if operator:
             first = [Variable("excitation", "LREAL", f"what drives the operator [{unit_in}]", "VAR_INPUT")]
@@ -173,12 +192,7 @@ class StFiles:
             usual = real_literal(self.subject.usual[signal])
             first.append(Variable(name, "LREAL", told(motion[signal], kind), "VAR_INPUT", usual))
         answer = f"its answer [{unit_out}]" if operator else f"mean friction force of the last step [{unit_out}]"
-        return [
-            *first,
-            *further,
-            *requests("a virgin contact, nothing came yet"),
-            *answers(OUT[operator], answer, self.units),
-        ]
+        return [*first, *further, *requests("a virgin contact, nothing came yet"), *answers(OUT[operator], answer, self.units)]
 
     def _flags(self, *, memory: bool) -> list[Variable]:
         flags = ["prepared", "usable", "done"] if self.subject.is_operator else ["prepared", "begun", "usable", "done"]
@@ -200,8 +214,7 @@ class StFiles:
             v = "(position - last_position) / period + 0.0"
         values = {"v": v, "x": printer.narrowed("position")}
         values |= {
-            name: printer.narrowed(signals[name]) if name in signals else printer.real(usual)
-            for name, usual in self.subject.usual.items()
+            name: printer.narrowed(signals[name]) if name in signals else printer.real(usual) for name, usual in self.subject.usual.items()
         }
         motion = self.subject.motion
         return [f"motion.{printer.field(motion, name)} := {values[name]};" for name, _ in motion.fields]
@@ -211,18 +224,30 @@ class StFiles:
     def _selftest(self, printer: Printer, walk: Walk, judged: Judged) -> Pou:
         operator = self.subject.is_operator
         too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
-        facts = walk_facts(walk, printer, "count") | judged.facts() | {
-            "input": IN[operator], "output": OUT[operator], "operator": operator,
-            "last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}",
-        }  # fmt: skip
+        facts = (
+            walk_facts(walk, printer, "count")
+            | judged.facts()
+            | {
+                "input": IN[operator],
+                "output": OUT[operator],
+                "operator": operator,
+                "last_call": too_far if operator else f"{too_far}, period := {real_literal(self.dt)}",
+            }
+        )
         variables, body = tuple(judged.variables()), body_lines("st/selftest.st", facts)
         return Pou("PROGRAM", f"{self.name}_selftest", "", variables, body)
 
 
 def st_files(
-    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False,
+    subject: Subject,
+    name: str,
+    source: Source,
+    dt: float,
+    *,
+    tunable: bool = False,
+    single: bool = False,
     units: CommandUnits | None = None,
-) -> dict[str, str]:  # fmt: skip
+) -> dict[str, str]:
     """Return the files of a model in Structured Text; in single precision, of a subject with its constants."""
     places = tunable_of(subject.model).places if tunable else ()
     left = settled_subject(subject, places, single=single)

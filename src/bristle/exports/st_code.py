@@ -38,19 +38,7 @@ __all__ = ["RESULT", "Printer"]
 
 
 class Printer:
-    """Prints the functions of one unit.
-
-    Parameters
-    ----------
-    unit : Unit
-        The functions.
-    name : str
-        What every name that the unit makes known begins with.
-    also : sequence of Type
-        Types that are used around the functions.
-    scalar : {"LREAL", "REAL"}
-        What a real number is in them.
-    """
+    """Prints the functions of one unit."""
 
     def __init__(self, unit: Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL) -> None:
         self.unit, self.scalar = unit, scalar
@@ -134,8 +122,7 @@ class Body(Values):
         if self.out and self.out[-1] == f"{INDENT}RETURN;":
             self.out.pop()
         returns = self.printer.type_name(function.result if isinstance(function.result, Scalar) else TRUTH)
-        return Pou("FUNCTION", own, returns, tuple(self._declared.values()), tuple(self.out),
-                   described(function.description))  # fmt: skip
+        return Pou("FUNCTION", own, returns, tuple(self._declared.values()), tuple(self.out), described(function.description))
 
     # --- statements -----------------------------------------------------------------------------------------------
 

@@ -63,9 +63,7 @@ class Values:
         self._indent = INDENT
         self._count = 0
         assigned = {part.variable.name for part in walk(function.body) if isinstance(part, (Assign, For))}
-        self.arguments = [
-            self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters
-        ]
+        self.arguments = [self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters]
 
     # --- variables ------------------------------------------------------------------------------------------------
 
@@ -252,10 +250,17 @@ class Values:
 
 
 ARGUMENTS = {
-    "copysign": ("number", "sign_of"), "abs": ("number",), "floor": ("number",), "isinf": ("number",),
-    "isnan": ("number",), "min": ("first", "second"), "max": ("first", "second"), "mantissa": ("number",),
-    "exponent": ("number",), "power_of_two": ("power",),
-}  # fmt: skip
+    "copysign": ("number", "sign_of"),
+    "abs": ("number",),
+    "floor": ("number",),
+    "isinf": ("number",),
+    "isnan": ("number",),
+    "min": ("first", "second"),
+    "max": ("first", "second"),
+    "mantissa": ("number",),
+    "exponent": ("number",),
+    "power_of_two": ("power",),
+}
 
 
 def _constant_of(kind: Type, value: int) -> Constant:

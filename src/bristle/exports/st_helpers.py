@@ -49,11 +49,18 @@ def _scaled(gives: str, scalar: str, own: str) -> str:
             lines.append("END_IF;")
         indent = "" if power <= USUAL_POWER else "    "
         up, down = real_literal(2.0**power), real_literal(2.0**-power)
-        lines += [indent + line for line in (
-            f"IF mantissa >= {up} THEN", f"    mantissa := mantissa * {down};",
-            f"    exponent := exponent + {power}.0;", f"ELSIF mantissa < {real_literal(2.0 ** (1 - power))} THEN",
-            f"    mantissa := mantissa * {up};", f"    exponent := exponent - {power}.0;", "END_IF;",
-        )]  # fmt: skip
+        lines += [
+            indent + line
+            for line in (
+                f"IF mantissa >= {up} THEN",
+                f"    mantissa := mantissa * {down};",
+                f"    exponent := exponent + {power}.0;",
+                f"ELSIF mantissa < {real_literal(2.0 ** (1 - power))} THEN",
+                f"    mantissa := mantissa * {up};",
+                f"    exponent := exponent - {power}.0;",
+                "END_IF;",
+            )
+        ]
         power //= 2
     return "\n".join([*lines, f"{own} := {gives};"])
 
@@ -61,54 +68,105 @@ def _scaled(gives: str, scalar: str, own: str) -> str:
 # For each its result, its arguments, further variables, what it is, and its body. `{own}` is what it gives, `{whole}`
 # the type of whole numbers, `{real}` that of real ones; another helper is named by its name.
 TEXTS: dict[str, tuple[str, str, str, str, str]] = {
-    "within": ("BOOL", "number most", "near:BOOL", "Whether this is a number, and no farther from 0 than another.", """
+    "within": (
+        "BOOL",
+        "number most",
+        "near:BOOL",
+        "Whether this is a number, and no farther from 0 than another.",
+        """
 near := number = number;
 IF near THEN
     near := (number >= -most) AND (number <= most);
 END_IF;
-{own} := near;"""),
-    "copysign": ("real", "number sign_of", "size", "Size of one number, sign of another; that of zero is positive.",
-                 SIZE.format(number="number", to="size") + """
+{own} := near;""",
+    ),
+    "copysign": (
+        "real",
+        "number sign_of",
+        "size",
+        "Size of one number, sign of another; that of zero is positive.",
+        SIZE.format(number="number", to="size")
+        + """
 IF sign_of < 0.0 THEN
     {own} := -size;
 ELSE
     {own} := size;
-END_IF;"""),
+END_IF;""",
+    ),
     "abs": ("real", "number", "", "Size of a number.", SIZE.format(number="number", to="{own}")),
-    "floor": ("whole", "number", "cut:whole", "The next whole number below, however a controller rounds.", """
+    "floor": (
+        "whole",
+        "number",
+        "cut:whole",
+        "The next whole number below, however a controller rounds.",
+        """
 cut := {real}_TO_{whole}(number);
 IF {whole}_TO_{real}(cut) > number THEN
     cut := cut - 1;
 END_IF;
-{own} := cut;"""),
-    "truncated": ("whole", "number", "", "What stands before the point.", """
+{own} := cut;""",
+    ),
+    "truncated": (
+        "whole",
+        "number",
+        "",
+        "What stands before the point.",
+        """
 IF number < 0.0 THEN
     {own} := -{floor}(number := -number);
 ELSE
     {own} := {floor}(number := number);
-END_IF;"""),
-    "isinf": ("BOOL", "number", "", "Whether a number stands for an infinite one.",
-              "{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});"),
+END_IF;""",
+    ),
+    "isinf": (
+        "BOOL",
+        "number",
+        "",
+        "Whether a number stands for an infinite one.",
+        "{own} := ((number >= {far}) AND (number < {none})) OR (number <= -{far});",
+    ),
     "isnan": ("BOOL", "number", "", "Whether a number stands for what is none.", "{own} := number = {none};"),
     "min": ("real", "first second", "", "The smaller one.", CHOICE.format(than="<")),
     "max": ("real", "first second", "", "The larger one.", CHOICE.format(than=">")),
     "whole_min": ("whole", WHOLE_PAIR, "", "The smaller one.", CHOICE.format(than="<")),
     "whole_max": ("whole", WHOLE_PAIR, "", "The larger one.", CHOICE.format(than=">")),
-    "whole_abs": ("whole", "number:whole", "", "Size of a whole number.", """
+    "whole_abs": (
+        "whole",
+        "number:whole",
+        "",
+        "Size of a whole number.",
+        """
 IF number < 0 THEN
     {own} := -number;
 ELSE
     {own} := number;
-END_IF;"""),
-    "floor_divided": ("whole", WHOLE_PAIR, "cut:whole", "The quotient, rounded down.", """
+END_IF;""",
+    ),
+    "floor_divided": (
+        "whole",
+        WHOLE_PAIR,
+        "cut:whole",
+        "The quotient, rounded down.",
+        """
 cut := first / second;
 IF (cut * second <> first) AND ((first < 0) <> (second < 0)) THEN
     cut := cut - 1;
 END_IF;
-{own} := cut;"""),
-    "floor_rest": ("whole", WHOLE_PAIR, "", "What a quotient that is rounded down leaves.",
-                   "{own} := first - {floor_divided}(first := first, second := second) * second;"),
-    "power_of_two": ("real", "power", "remaining:whole factor grown", "2 to a whole power, by squaring: exact.", """
+{own} := cut;""",
+    ),
+    "floor_rest": (
+        "whole",
+        WHOLE_PAIR,
+        "",
+        "What a quotient that is rounded down leaves.",
+        "{own} := first - {floor_divided}(first := first, second := second) * second;",
+    ),
+    "power_of_two": (
+        "real",
+        "power",
+        "remaining:whole factor grown",
+        "2 to a whole power, by squaring: exact.",
+        """
 grown := 0.0;
 IF (power >= {least}.0) AND (power <= {most}.0) THEN
     remaining := {real}_TO_{whole}(power);
@@ -128,12 +186,11 @@ IF (power >= {least}.0) AND (power <= {most}.0) THEN
         END_IF;
     END_WHILE;
 END_IF;
-{own} := grown;"""),
-    "mantissa": ("real", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.",
-                 "{of_mantissa}"),
-    "exponent": ("real", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.",
-                 "{of_exponent}"),
-}  # fmt: skip
+{own} := grown;""",
+    ),
+    "mantissa": ("real", "number", "mantissa exponent", "m of m 2^k, m from 1 to 2, of a positive number.", "{of_mantissa}"),
+    "exponent": ("real", "number", "mantissa exponent", "k of m 2^k, m from 1 to 2, of a positive number.", "{of_exponent}"),
+}
 NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 
@@ -148,8 +205,7 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
     for name, own in called.items():
         gives, arguments, variables, meaning, body = TEXTS[name]
         declared = [*_declared(arguments, "VAR_INPUT", types), *_declared(variables, "VAR", types)]
-        text = body.format(**facts, own=own, of_mantissa=_scaled("mantissa", scalar, own),
-                           of_exponent=_scaled("exponent", scalar, own))  # fmt: skip
+        text = body.format(**facts, own=own, of_mantissa=_scaled("mantissa", scalar, own), of_exponent=_scaled("exponent", scalar, own))
         lines = [f"    {line}" for line in _typed(text, scalar).strip().split("\n")]
         pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))
     return pous

@@ -36,25 +36,30 @@ from bristle.prediction.drive_units import command_units
 __all__ = ["st_law_files"]
 
 OWN = (
-    *INPUTS, *(f"narrowed_{name}" for name in INPUTS), "restart", "clear", "effort", "command", "refused", "overflow",
-    "parameters", "lasting", "now", "memory", "prepared", "begun", "usable", "done", "place",
-)  # fmt: skip
+    *INPUTS,
+    *(f"narrowed_{name}" for name in INPUTS),
+    "restart",
+    "clear",
+    "effort",
+    "command",
+    "refused",
+    "overflow",
+    "parameters",
+    "lasting",
+    "now",
+    "memory",
+    "prepared",
+    "begun",
+    "usable",
+    "done",
+    "place",
+)
 ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
 
 
 @dataclass(frozen=True)
 class StLawFiles:
-    """How a control law is written in Structured Text.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    name : str
-        What the block is called, and what every other name begins with.
-    source : Source
-        Where it comes from.
-    """
+    """How a control law is written in Structured Text."""
 
     law: Law
     name: str
@@ -89,54 +94,70 @@ class StLawFiles:
         start = [*set_lines("parameters", law.p, p, printer, skipped)]
         start += set_lines("lasting", law.lasting, lasting, printer)
         remembered = enumerate(law.memory.tolist()) if memory else ()
-        body = body_lines("st/law.st", facts | {
-            "divisor": "" if units is None else real_literal(units.effort.si),
-            "start": start, "memory": memory, "within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0),
-            "ranges": [*tuned.ranges(printer)] if tuned else [],
-            "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
-            "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
-            "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],
-            "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
-            "commanded": printer.widened(f"now.{printer.field(now, '_0')}"), "after": f"now.{printer.field(now, '_1')}",
-        })  # fmt: skip
+        body = body_lines(
+            "st/law.st",
+            facts
+            | {
+                "divisor": "" if units is None else real_literal(units.effort.si),
+                "start": start,
+                "memory": memory,
+                "within": printer.helper(WITHIN, LREAL),
+                "zero": printer.real(0.0),
+                "ranges": [*tuned.ranges(printer)] if tuned else [],
+                "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
+                "narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays],
+                "remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number],
+                "command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now"),
+                "commanded": printer.widened(f"now.{printer.field(now, '_0')}"),
+                "after": f"now.{printer.field(now, '_1')}",
+            },
+        )
         own = [("parameters", p), ("lasting", lasting), ("now", now)]
         own += [("memory", Array(memory))] if memory else []
         own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
         places = memory or any(fed["several"] for fed in facts["inputs"])
         variables = [
-            *self._inputs(printer, facts), *(tuned.inputs(printer) if tuned else []),
+            *self._inputs(printer, facts),
+            *(tuned.inputs(printer) if tuned else []),
             *requests("the law takes over the desired motion"),
             *answers("effort", f"what the drive is to give [{facts['unit_force']}]", units),
             *(Variable(name, printer.type_name(kind)) for name, kind in own),
             *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
             *([Variable("place", "DINT")] if places else []),
-        ]  # fmt: skip
+        ]
         return Pou("FUNCTION_BLOCK", self.name, "", tuple(variables), body)
 
     def _inputs(self, printer: Printer, facts: dict[str, Any]) -> list[Variable]:
         ahead = printer.array(self.law.samples_ahead, LREAL)
         return [
-            Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"),
-                     "VAR_INPUT")
+            Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"), "VAR_INPUT")
             for fed in facts["inputs"]
-        ]  # fmt: skip
+        ]
 
     def _selftest(self, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
         walk, positions, efforts = law_walk(self.law, COUNT)
         inputs = [fed["name"] for fed in facts["inputs"]]
         judged = Judged(self.name, efforts, self.law.single)
-        body = body_lines("st/law_selftest.st", facts | walk_facts(walk, printer, "each") | judged.facts() | {
-            "positions": positions, "per_velocity": real_literal(PER_VELOCITY),
-            "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in inputs),
-            "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
-        })  # fmt: skip
+        body = body_lines(
+            "st/law_selftest.st",
+            facts
+            | walk_facts(walk, printer, "each")
+            | judged.facts()
+            | {
+                "positions": positions,
+                "per_velocity": real_literal(PER_VELOCITY),
+                "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in inputs),
+                "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
+            },
+        )
         arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
         variables = [
-            *judged.variables(), *([Variable("ahead", "DINT")] if arrays_ahead else []),
+            *judged.variables(),
+            *([Variable("ahead", "DINT")] if arrays_ahead else []),
             *(Variable(name, "LREAL") for name in ("speed", "measured")),
             *(Variable(name, printer.array(self.law.samples_ahead, LREAL)) for name in arrays_ahead),
             Variable("places", f"{self.name}_Places"),
-        ]  # fmt: skip
+        ]
         arrays = (
             ArrayPart(f"{self.name}_Scales", len(walk.scales), LREAL),
             ArrayPart(f"{self.name}_Places", positions, LREAL),

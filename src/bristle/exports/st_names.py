@@ -12,17 +12,7 @@ from bristle.core.errors import InputError
 from bristle.exports.names import ascii_name
 from bristle.exports.types import Struct
 
-__all__ = [
-    "BELOW_ZERO",
-    "LREAL",
-    "REAL",
-    "RESERVED",
-    "Names",
-    "checked",
-    "real_literal",
-    "structure_name",
-    "whole_literal",
-]
+__all__ = ["BELOW_ZERO", "LREAL", "REAL", "RESERVED", "Names", "checked", "real_literal", "structure_name", "whole_literal"]
 
 # Keywords and operators of IEC 61131-3, its standard functions and blocks, those of its annex F, which libraries of
 # compilers have, and words that TwinCAT, CODESYS, TIA Portal or MATIEC keep for themselves.
@@ -61,9 +51,12 @@ def checked(name: str) -> None:
         If it is a word of the language, or has an underscore at its end or two in a row.
     """
     if name in RESERVED or len(name) <= SHORT or name.endswith("_") or "__" in name:
-        raise InputError("cannot be the name of a function block", path="name", value=name,
-                         allowed="three letters or more, no word of Structured Text, no two underscores in a row, "
-                         "none at the end")  # fmt: skip
+        raise InputError(
+            "cannot be the name of a function block",
+            path="name",
+            value=name,
+            allowed="three letters or more, no word of Structured Text, no two underscores in a row, none at the end",
+        )
 
 
 class Names:

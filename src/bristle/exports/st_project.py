@@ -41,7 +41,7 @@ __all__ = [
     "set_lines",
     "total_of",
     "walk_facts",
-]  # fmt: skip
+]
 
 FARTHEST = 1e30
 """What goes out beyond it, or comes in, is taken for no number."""
@@ -56,21 +56,7 @@ PER_CYCLE = 20
 
 @dataclass(frozen=True)
 class Project:
-    """A function block with what it needs, and its self-test.
-
-    Parameters
-    ----------
-    name : str
-        What the block is called.
-    printer : Printer
-        What printed their calls.
-    facts : dict
-        What the comments at the head of the files say.
-    block, test : Pou
-        The function block, and the program that tests it.
-    arrays : tuple of Array
-        Data types of the test.
-    """
+    """A function block with what it needs, and its self-test."""
 
     name: str
     printer: Printer
@@ -90,9 +76,7 @@ class Project:
         files = {
             f"{self.name}.st": "\n".join([comment, *map(part_text, parts)]),
             f"{self.name}_selftest.st": "\n".join([test_head, *map(part_text, of_test)]),
-            f"{self.name}_plcopen.xml": project_text(
-                self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]
-            ),
+            f"{self.name}_plcopen.xml": project_text(self.name, comment, [*types, *self.arrays], [*functions, self.block, self.test]),
         }
         return with_rights(files, source) | twincat_files([*parts, *of_test], source)
 
@@ -114,9 +98,11 @@ def requests(anew: str) -> list[Variable]:
 
 def answers(output: str, meaning: str, units: CommandUnits | None = None) -> list[Variable]:
     """Return what a block gives, in the units of the drive too where they are known, and whether it was held."""
-    command = [] if units is None else [
-        Variable("command", "LREAL", f"the same in the units of the drive [{plain(units.effort.name)}]", "VAR_OUTPUT")
-    ]  # fmt: skip
+    command = (
+        []
+        if units is None
+        else [Variable("command", "LREAL", f"the same in the units of the drive [{plain(units.effort.name)}]", "VAR_OUTPUT")]
+    )
     return [
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
         *command,
@@ -127,17 +113,7 @@ def answers(output: str, meaning: str, units: CommandUnits | None = None) -> lis
 
 @dataclass(frozen=True)
 class Judged:
-    """What a self-test compares the numbers that it gets with: their sum to the bit, or some of them nearly.
-
-    Parameters
-    ----------
-    name : str
-        What the block is called.
-    outputs : ndarray
-        What bristle gives along the walk, in double precision.
-    single : bool
-        Whether the block computes in single precision.
-    """
+    """What a self-test compares the numbers that it gets with: their sum to the bit, or some of them nearly."""
 
     name: str
     outputs: np.ndarray
@@ -148,11 +124,16 @@ class Judged:
         total, lost = total_of(self.outputs.tolist())
         near = checkpoints(self.outputs, single=self.single)
         return {
-            "total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(self.outputs[-1])),
-            "every": near["every"], "expected": [real_literal(float(text)) for text in near["checkpoints"]],
-            "single": self.single, "allowed": f"{TOLERANCE:g}",
-            "tolerance": real_literal(TOLERANCE * float(near["largest"])), "count": self.outputs.size,
-        }  # fmt: skip
+            "total": real_literal(total),
+            "lost": real_literal(lost),
+            "last": real_literal(float(self.outputs[-1])),
+            "every": near["every"],
+            "expected": [real_literal(float(text)) for text in near["checkpoints"]],
+            "single": self.single,
+            "allowed": f"{TOLERANCE:g}",
+            "tolerance": real_literal(TOLERANCE * float(near["largest"])),
+            "count": self.outputs.size,
+        }
 
     def variables(self) -> list[Variable]:
         """Return the variables of a self-test, whatever the block."""
@@ -163,11 +144,14 @@ class Judged:
             Variable("done", "BOOL", "whether the walk has come to its end", "VAR_OUTPUT"),
             Variable("passed", "BOOL", f"whether it gave the numbers of bristle, {gave}", "VAR_OUTPUT"),
             *(worst if self.single else []),
-            Variable("axis", name), Variable("prepared", "BOOL"), Variable("count", "DINT"), Variable("each", "DINT"),
+            Variable("axis", name),
+            Variable("prepared", "BOOL"),
+            Variable("count", "DINT"),
+            Variable("each", "DINT"),
             *(Variable(number, "LREAL") for number in [*numbers, *([] if self.single else ["total", "lost", "added"])]),
             Variable("scales", f"{name}_Scales"),
             *([Variable("expected", f"{name}_Expected")] if self.single else []),
-        ]  # fmt: skip
+        ]
 
     def arrays(self) -> tuple[Array, ...]:
         """Return the data types of these variables, beside that of the scales of the walk."""
@@ -185,15 +169,15 @@ def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
     """Return between what the numbers that come in and go out are held; in single precision, inputs by `farthest`."""
     shortest, longest = PERIODS[single]
     return {
-        "farthest": real_literal(farthest if single else FARTHEST), "beyond": real_literal(FARTHEST),
-        "shortest": real_literal(shortest), "longest": real_literal(longest),
+        "farthest": real_literal(farthest if single else FARTHEST),
+        "beyond": real_literal(FARTHEST),
+        "shortest": real_literal(shortest),
+        "longest": real_literal(longest),
         "fastest": real_literal(FASTEST) if single else "",
-    }  # fmt: skip
+    }
 
 
-def set_lines(
-    place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()
-) -> Iterator[str]:
+def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()) -> Iterator[str]:
     """Give the lines that set a structure, but for what stands at the paths that are skipped."""
     for (name, part), field in zip(kind.fields, value, strict=True):
         at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
@@ -218,8 +202,10 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     integer, floor = printer.integer, printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     return {
-        "seed": real_literal(SEED), "scales": [real_literal(scale) for scale in walk.scales],
-        "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE,
+        "seed": real_literal(SEED),
+        "scales": [real_literal(scale) for scale in walk.scales],
+        "dt": real_literal(walk.dt),
+        "per_cycle": PER_CYCLE,
         "step": [
             f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
             f"bits := bits - {integer}_TO_LREAL({floor}(number := bits / {TURN})) * {TURN};",
@@ -227,7 +213,7 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
             f"{INDENT}walked := walked + ({integer}_TO_LREAL({floor}(number := bits / 65536.0)) - 32768.0) * {scale};",
             "END_IF;",
         ],
-    }  # fmt: skip
+    }
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:

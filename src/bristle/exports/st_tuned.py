@@ -19,15 +19,7 @@ Key = tuple[str, int | None]
 
 @dataclass(frozen=True)
 class Tuned:
-    """The inputs of a block that are its parameters; each number of an array is an input of its own.
-
-    Parameters
-    ----------
-    tunable : Tunable
-        What may be changed.
-    names : dict
-        What the input is called, by the name of the parameter and its place in it.
-    """
+    """The inputs of a block that are its parameters; each number of an array is an input of its own."""
 
     tunable: Tunable
     names: dict[Key, str]
@@ -35,10 +27,13 @@ class Tuned:
     @classmethod
     def of(cls, tunable: Tunable, names: Names) -> Tuned:
         """Return the inputs, whose names nothing else of the block has."""
-        return cls(tunable, {
-            (name, place): names.of(("parameter", name, place), name if place is None else f"{name}_{place + 1}")
-            for name, place, _ in tunable.numbers()
-        })  # fmt: skip
+        return cls(
+            tunable,
+            {
+                (name, place): names.of(("parameter", name, place), name if place is None else f"{name}_{place + 1}")
+                for name, place, _ in tunable.numbers()
+            },
+        )
 
     def inputs(self, printer: Printer) -> list[Variable]:
         """Return the declarations."""
@@ -47,17 +42,17 @@ class Tuned:
             variable, kind = self.tunable.variables[name], self.tunable.kind
             allowed = plain(variable.allowed(kind))
             meaning = told(variable, kind) + (f", {allowed}" if allowed else "")
-            declared.append(
-                Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value))
-            )
+            declared.append(Variable(self.names[name, place], printer.scalar, meaning, "VAR_INPUT", printer.real(value)))
         return declared
 
     def ranges(self, printer: Printer) -> Iterator[str]:
         """Give a condition for each number: that it is in its range."""
         farthest = {LREAL: 1e30, REAL: 1e15}[printer.scalar]
         for name, place, compared in bounds_of(self.tunable):
-            tests = [f"({self.names[name, place]} {operator} {printer.real(min(max(bound, -farthest), farthest))})"
-                     for operator, bound in compared]  # fmt: skip
+            tests = [
+                f"({self.names[name, place]} {operator} {printer.real(min(max(bound, -farthest), farthest))})"
+                for operator, bound in compared
+            ]
             yield " AND ".join(tests)
 
     def lines(self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()) -> Iterator[str]:

@@ -60,9 +60,7 @@ class Translation(Expressions):
         if result != VOID and not _ends(definition.body):
             raise self.refuse(definition.body[-1], "does not return a value on every way through it")
         parameters = [Variable(self.types[name], name) for name in names]
-        writes = any(
-            isinstance(part, Store) or (isinstance(part, Call) and part.function.writes) for part in walk(body)
-        )
+        writes = any(isinstance(part, Store) or (isinstance(part, Call) and part.function.writes) for part in walk(body))
         return Function(name, self.kernel, parameters, result, body, _described(definition), writes)
 
     # --- statements -----------------------------------------------------------------------------------------------
@@ -131,9 +129,8 @@ class Translation(Expressions):
     def _do_augassign(self, node: ast.AugAssign) -> list[Statement]:
         before: Any = node.target
         loaded = ast.copy_location(
-            ast.Name(before.id, ast.Load()) if isinstance(before, ast.Name)
-            else ast.Subscript(before.value, before.slice, ast.Load()), node,
-        )  # fmt: skip
+            ast.Name(before.id, ast.Load()) if isinstance(before, ast.Name) else ast.Subscript(before.value, before.slice, ast.Load()), node
+        )
         return self._stored(node.target, self.combined(node.op, self.value(loaded), self.value(node.value), node), node)
 
     def _assigned(self, target: ast.expr, value: ast.expr, node: ast.stmt) -> list[Statement]:
@@ -170,9 +167,7 @@ class Translation(Expressions):
             through = self._held(value.type, node)
             statements.append(Assign(through, value))
             held.append(Variable(through.type, through.name))
-        return statements + [
-            step for target, value in zip(targets, held, strict=True) for step in self._stored(target, value, node)
-        ]
+        return statements + [step for target, value in zip(targets, held, strict=True) for step in self._stored(target, value, node)]
 
     def _stored(self, target: ast.expr, value: Expression, node: ast.stmt) -> list[Statement]:
         if isinstance(target, ast.Name):
@@ -203,9 +198,7 @@ class Translation(Expressions):
 
     def _refuse_loops_left(self, definition: ast.FunctionDef) -> None:
         """Refuse to look at the name of a loop after the loop: targets count one farther, or less far."""
-        loops = [
-            node for node in ast.walk(definition) if isinstance(node, ast.For) and isinstance(node.target, ast.Name)
-        ]
+        loops = [node for node in ast.walk(definition) if isinstance(node, ast.For) and isinstance(node.target, ast.Name)]
         inside = {id(node) for loop in loops for node in ast.walk(loop) if isinstance(node, ast.Name)}
         counted: set[str] = {loop.target.id for loop in loops if isinstance(loop.target, ast.Name)}
         for node in ast.walk(definition):

@@ -29,21 +29,7 @@ COMMIT = ("state", "memory", "move", "p")
 
 @dataclass(frozen=True)
 class Subject:
-    """A friction model, its step in two functions, and what they are handed.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    unit : Unit
-        All functions.
-    trial, commit : Function
-        The two that are called.
-    state, motion, move, parameters : Struct
-        Types of what they take and give.
-    memory_size : int
-        Numbers in the memory.
-    """
+    """A friction model, its step in two functions, and what they are handed."""
 
     model: Model
     unit: Unit
@@ -105,20 +91,7 @@ class Subject:
 
 
 def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:
-    """Return a friction model, or a hysteresis operator, as functions of the tree.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model or a hysteresis operator, with parameters.
-    constants : mapping, optional
-        Constants of modules that another arithmetic needs in place of others (`Builder`).
-
-    Raises
-    ------
-    NotExportableError
-        If a kernel is outside the part of Python that can be exported.
-    """
+    """Return a friction model, or a hysteresis operator, as functions of the tree."""
     component = model.component
     for function in (component.trial, component.commit):
         if not is_kernel(function):
@@ -177,13 +150,7 @@ def _move_of(result: Type, trial: Callable[..., Any]) -> Struct:
 
 
 def kernels_of(model: Model) -> list[Function]:
-    """Return every function of the tree that the kernels of a friction model become, those in continuous time too.
-
-    Raises
-    ------
-    NotExportableError
-        If a kernel is outside the part of Python that can be exported.
-    """
+    """Return every function of the tree that the kernels of a friction model become, those in continuous time too."""
     subject, component = subject_of(model), model.component
     builder = Builder()
     state, motion, p, memory = subject.state, subject.motion, subject.parameters, Array(subject.memory_size)
@@ -199,13 +166,7 @@ def kernels_of(model: Model) -> list[Function]:
 
 
 def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
-    """Return the types of what varies of a contact, and of what holds from event to event.
-
-    Raises
-    ------
-    NotExportableError
-        If the kernel ``piece`` gives anything else.
-    """
+    """Return the types of what varies of a contact, and of what holds from event to event."""
     kernel = subject.model.component.piece
     memory = Array(subject.memory_size)
     begun = builder.function(kernel, [subject.state, memory, subject.motion, subject.parameters]).result

@@ -34,21 +34,17 @@ PER_MILLE = "0.1 % of rated"
 
 
 def current_unit(axis: Axis | None, effort: DriveUnit) -> DriveUnit:
-    """Return the unit of the currents, 0.1 % of rated.
-
-    Raises
-    ------
-    InputError
-        If neither the axis file nor a column in percent tells what 100 % are.
-    """
+    """Return the unit of the currents, 0.1 % of rated."""
     if axis is not None and axis.rated:
         return DriveUnit(PER_MILLE, 1e-3 * axis.rated)
     if effort.name != "%":
         raise InputError(
-            f"takes whole numbers in {PER_MILLE}, and the rated effort is not known", path="tf5200", value=effort.name,
+            f"takes whole numbers in {PER_MILLE}, and the rated effort is not known",
+            path="tf5200",
+            value=effort.name,
             allowed="an effort column in %, or rated in the axis file",
             mend='Write rated = "2.4 N*m", the rated torque of the drive, under [effort] of the axis file; pass --axis',
-        )  # fmt: skip
+        )
     return DriveUnit(PER_MILLE, 0.1 * effort.si)
 
 
@@ -91,10 +87,7 @@ def merged(side: Side, current: DriveUnit, kind: str) -> Side:
     written = [(_whole(v, unit), _out(f, current)) for v, f in side.entries.tolist()]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
-    numbers = [
-        k for k, low, high in neighbours
-        if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]
-    ]  # fmt: skip
+    numbers = [k for k, low, high in neighbours if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]]
     return replace(side, entries=side.entries[numbers])
 
 
@@ -117,44 +110,30 @@ def as_written(entries: np.ndarray, current: DriveUnit, kind: str) -> np.ndarray
     return np.array([[_whole(v, unit) * unit, float(_out(f, current)) * current.si] for v, f in entries.tolist()])
 
 
-def tf5200_text(
-    model: Model, side: Side, current: DriveUnit, ahead: int, notes: tuple[str, ...], facts: list[str]
-) -> str:  # fmt: skip
-    """Return the list of compensation values, with what it loses and where it comes from as comments.
-
-    Parameters
-    ----------
-    model : Model
-        The friction model.
-    side : Side
-        The mean of both directions.
-    current : DriveUnit
-        Of the currents.
-    ahead : int
-        Cycles by which the change of the current must lead a reversal.
-    notes, facts : list of str
-        Comments.
-    """
+def tf5200_text(model: Model, side: Side, current: DriveUnit, ahead: int, notes: tuple[str, ...], facts: list[str]) -> str:
+    """Return the list of compensation values, with what it loses and where it comes from as comments."""
     if len(side.entries) > MOST:
-        raise InputError("are more entries than the list takes", path="points", value=len(side.entries),
-                         allowed=f"{MOST} or fewer")  # fmt: skip
+        raise InputError("are more entries than the list takes", path="points", value=len(side.entries), allowed=f"{MOST} or fewer")
     unit, unit_si = SPEED_UNIT[model.kind]
     delay = _delay(model, side)
     head = [
-        f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.", *facts, *notes,
-        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your "
-        "drive reports.",
+        f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
+        *facts,
+        *notes,
+        f"in: {unit}; out: {PER_MILLE}, as CANopen drives report their torque. Check it against the torque that your drive reports.",
         "Also set lr_param.frict_comp 1 in the axis machine data (P-AXIS-00522).",
         f"position_delay: 95 % of the force has turned after {delay} of its units ({_unit_of_delay(model.kind)}); its "
         f"range ends at {LONGEST_DELAY}.",
-        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at "
-        f"{MOST_AHEAD}.",
-    ]  # fmt: skip
+        f"reversal_lookahead: cycles by which the current leads a reversal; {ahead} are needed, and its range ends at {MOST_AHEAD}.",
+    ]
     rows = [
-        ("mode", "3"), ("table_entries", str(len(side.entries))), ("position_delay", str(min(delay, LONGEST_DELAY))),
-        ("reversal_lookahead", str(min(ahead, MOST_AHEAD))), ("scaling_factor", str(SCALE_OF_ONE)),
+        ("mode", "3"),
+        ("table_entries", str(len(side.entries))),
+        ("position_delay", str(min(delay, LONGEST_DELAY))),
+        ("reversal_lookahead", str(min(ahead, MOST_AHEAD))),
+        ("scaling_factor", str(SCALE_OF_ONE)),
         ("delay_cycles", "0"),
-    ]  # fmt: skip
+    ]
     for i, (v, f) in enumerate(side.entries.tolist()):
         rows += [(f"table[{i}].in", f"{_whole(v, unit_si)}"), (f"table[{i}].out", _out(f, current))]
     lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows]

@@ -10,10 +10,37 @@ from typing import Any
 from bristle.exports.types import Type
 
 __all__ = [
-    "Assign", "Binary", "Break", "Call", "Compare", "Constant", "Continue", "Convert", "Evaluate", "Expression",
-    "Field", "For", "Function", "If", "Index", "Intrinsic", "Logic", "Make", "Negative", "Node", "Not", "Return",
-    "Select", "Statement", "Store", "Unit", "Variable", "While", "blocks_of", "walk",
-]  # fmt: skip
+    "Assign",
+    "Binary",
+    "Break",
+    "Call",
+    "Compare",
+    "Constant",
+    "Continue",
+    "Convert",
+    "Evaluate",
+    "Expression",
+    "Field",
+    "For",
+    "Function",
+    "If",
+    "Index",
+    "Intrinsic",
+    "Logic",
+    "Make",
+    "Negative",
+    "Node",
+    "Not",
+    "Return",
+    "Select",
+    "Statement",
+    "Store",
+    "Unit",
+    "Variable",
+    "While",
+    "blocks_of",
+    "walk",
+]
 
 
 @dataclass

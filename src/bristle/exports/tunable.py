@@ -26,21 +26,7 @@ FED = "feedforward"
 
 @dataclass(frozen=True)
 class Tunable:
-    """Which parameters may be changed, with their values, and where each of them goes.
-
-    Parameters
-    ----------
-    kind : {"translational", "rotational"}
-        Of the axis, which tells the units.
-    variables : mapping
-        What each parameter means.
-    values : dict
-        A number or an array for each parameter.
-    places : dict
-        For a path inside what kernels receive, the parameter that stands there.
-    fixed : dict
-        What stands at the other paths.
-    """
+    """Which parameters may be changed, with their values, and where each of them goes."""
 
     kind: Kind
     variables: Mapping[str, Variable]
@@ -73,17 +59,13 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     """Return the parameters of a model that may be changed: its real numbers; whole numbers and choices are fixed.
 
     So are those of these names.
-
-    Raises
-    ------
-    InputError
-        If a model makes something else of its parameters before its kernels see them.
     """
     component = model.component
     values = {
-        name: value for name, value in model.values.items()
+        name: value
+        for name, value in model.values.items()
         if not component.is_integer(name) and not component.variables[name].choices and name not in fixed_names
-    }  # fmt: skip
+    }
     marked: dict[str, Any] = {}
     names: dict[Any, str] = {}
     count = MARK
@@ -100,8 +82,12 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     usual = dict(_leaves(component.assemble(dict(model.values)), ()))
     lost += [".".join(path) for path in fixed if _bits(leaves[path]) != _bits(usual[path])]
     if lost:
-        raise InputError("makes something else of a parameter, so that it cannot be changed at run time",
-                         path=model.name, value=", ".join(lost), mend="Leave --tunable out")  # fmt: skip
+        raise InputError(
+            "makes something else of a parameter, so that it cannot be changed at run time",
+            path=model.name,
+            value=", ".join(lost),
+            mend="Leave --tunable out",
+        )
     values = {name: v if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
     return Tunable(model.kind, component.variables, values, places, fixed)
 
@@ -111,11 +97,6 @@ def tunable_law(law: Law) -> Tunable:
 
     Each is called by what it belongs to and its own name, ``controller_k_p``. The limit of the drive, and the gravity
     and the cogging of a plant, are fixed.
-
-    Raises
-    ------
-    InputError
-        If the controller or the friction model makes something else of its parameters before its kernels see them.
     """
     friction = law.variant.feedforward.friction
     parts = {"controller": law.controller} | ({} if friction is None else {"friction": friction})

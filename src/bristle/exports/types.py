@@ -64,19 +64,11 @@ def struct_of(cls: type, parts: typing.Sequence[Type]) -> Struct:
     """
     declared = _annotations(cls)
     fields: typing.Any = cls
-    return Struct(
-        cls, tuple((name, declared.get(name) or part) for name, part in zip(fields._fields, parts, strict=True))
-    )
+    return Struct(cls, tuple((name, declared.get(name) or part) for name, part in zip(fields._fields, parts, strict=True)))
 
 
 def type_of(value: Any, *, writable: bool = False) -> Type:
-    """Return the type of a value that a component has: a number, an array, a NamedTuple of such.
-
-    Raises
-    ------
-    InputError
-        If it is nothing of this kind.
-    """
+    """Return the type of a value that a component has: a number, an array, a NamedTuple of such."""
     if hasattr(value, "_fields"):
         return struct_of(type(value), [type_of(field) for field in value])
     if isinstance(value, np.ndarray) and value.ndim == 1:
@@ -88,9 +80,8 @@ def type_of(value: Any, *, writable: bool = False) -> Type:
     if isinstance(value, (float, np.floating)):
         return REAL
     raise InputError(
-        "cannot be exported", path="model", value=type(value).__name__,
-        allowed="numbers, 1-D arrays of numbers and NamedTuples of them",
-    )  # fmt: skip
+        "cannot be exported", path="model", value=type(value).__name__, allowed="numbers, 1-D arrays of numbers and NamedTuples of them"
+    )
 
 
 @cache

@@ -43,15 +43,7 @@ USUAL, SLOW = 1e-6, 1e6  # distance of a model without pre-sliding [m or rad]; d
 
 @dataclass(frozen=True)
 class Walk:
-    """Positions at equal time steps.
-
-    Parameters
-    ----------
-    scales : tuple of float
-        For each part, a step over its whole number [m or rad].
-    dt : float
-        Time step [s].
-    """
+    """Positions at equal time steps."""
 
     scales: tuple[float, ...]
     dt: float

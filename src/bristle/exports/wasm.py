@@ -34,22 +34,7 @@ from bristle.exports.tree import Call, Function, Unit, walk
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import INTEGER, REAL, Array, Struct, Type, type_of
 from bristle.exports.walk import FNV_OFFSET, FNV_PRIME, digest_of
-from bristle.exports.wasm_binary import (
-    CALL,
-    END,
-    F64,
-    GET,
-    I32,
-    I64,
-    LOAD,
-    TRUNCATE_32,
-    TRUNCATE_64,
-    Types,
-    flat,
-    leb,
-    signed_leb,
-    vector,
-)
+from bristle.exports.wasm_binary import CALL, END, F64, GET, I32, I64, LOAD, TRUNCATE_32, TRUNCATE_64, Types, flat, leb, signed_leb, vector
 from bristle.exports.wasm_code import Code
 from bristle.friction import unvaried
 from bristle.friction.resting import rest_rule
@@ -64,25 +49,7 @@ TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
 @dataclass(frozen=True)
 class Module:
-    """A model as a module.
-
-    Parameters
-    ----------
-    binary : bytes
-        The module.
-    lasting : int
-        Address of what lasts from call to call.
-    places : dict
-        For each parameter that may be changed, the addresses of its numbers; one list for each place it stands at.
-    contact : int
-        Address of the memory of the contact.
-    body : int
-        Address of what lasts of the plant; 0 without one.
-    parameters : int
-        Address of the first parameter: what lies before it changes from step to step.
-    still : list of (int, float)
-        What to put where, so that nothing varies with the place, the load and so on.
-    """
+    """A model as a module."""
 
     binary: bytes
     lasting: int
@@ -115,9 +82,7 @@ class _Memory:
         self.addresses[argument] = {}
         self.pushed[argument] = self._pushed(model.parameters, kind, self.addresses[argument], (), named)
 
-    def _pushed(
-        self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]
-    ) -> bytes:
+    def _pushed(self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]) -> bytes:
         code = b""
         for (name, part), leaf in zip(kind.fields, value, strict=True):
             if isinstance(part, Struct):
@@ -140,25 +105,14 @@ class _Memory:
 
 
 def module_of(
-    subject: Subject, plant: Model | None = None, *, choices: bool = False, added: int = PACKED,
+    subject: Subject,
+    plant: Model | None = None,
+    *,
+    choices: bool = False,
+    added: int = PACKED,
     others: Mapping[str, Callable[[Builder], Function]] | None = None,
-) -> Module:  # fmt: skip
-    """Return a friction model as a module of WebAssembly.
-
-    Parameters
-    ----------
-    subject : Subject
-        The friction model.
-    plant : Model, optional
-        A plant that a second function, ``step``, moves against this friction.
-    choices : bool
-        Whether what is one of several names may be changed as numbers may: to its place among the names.
-    added : int
-        How many parts of the tree a function may add that runs where it is called: that saves the calls and makes the
-        module larger. Modules that are packed together are small by the functions that they share.
-    others : mapping of str to callable, optional
-        By name, what builds further functions of the contact: their numbers are called ``x`` and ``dt``.
-    """
+) -> Module:
+    """Return a friction model as a module of WebAssembly."""
     builder = Builder()
     cycle, core = cycle_of(subject, builder), None if plant is None else core_of(subject, plant, builder)
     roots = {"advance": cycle.entry} if core is None else {"advance": cycle.entry, "step": core.entry}
@@ -192,15 +146,7 @@ class Part(NamedTuple):
 
 
 def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
-    """Return a module with an exported function for each part, and the addresses of what lasts and of parameters.
-
-    Parameters
-    ----------
-    builder : Builder
-        What built the functions, whose arguments are among ``lasting``, ``x``, ``dt`` and ``p``.
-    parts : mapping of str to Part
-        By the name that is exported.
-    """
+    """Return a module with an exported function for each part, and the addresses of what lasts and of parameters."""
     roots = [part.entry for part in parts.values()]
     unit = pruned(builder.unit, roots)
     layout = _Memory(unit, _called(unit, roots, PACKED))
@@ -218,10 +164,7 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
 def _still(model: Model, addresses: dict[tuple[str, ...], int]) -> list[tuple[int, float]]:
     """Return where the coefficients of what varies are, and their values where nothing does."""
     values = unvaried(model).parameters
-    return [
-        (address, float(reduce(getattr, path, values)))
-        for path, address in addresses.items() if not VARYING.isdisjoint(path)
-    ]  # fmt: skip
+    return [(address, float(reduce(getattr, path, values))) for path, address in addresses.items() if not VARYING.isdisjoint(path)]
 
 
 def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
@@ -245,39 +188,52 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     numbers = {id(function): number for number, function in enumerate(functions)}
     bodies = [Code(function, numbers, types, integer).body() for function in functions]
     bodies += entries.values()
-    kinds = [
-        types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer))
-        for f in functions
-    ] + [types.index([F64, F64], [F64])] * len(entries)
+    kinds = [types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer)) for f in functions] + [
+        types.index([F64, F64], [F64])
+    ] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
     names = zip(entries, range(len(functions), len(kinds)), strict=True)
     exports = [_export("memory", 2, 0), *(_export(name, 0, number) for name, number in names)]
-    return b"".join([
-        b"\0asm\1\0\0\0",
-        _section(TYPE, [b"\x60" + vector([bytes([n]) for n in t]) + vector([bytes([n]) for n in g])
-                        for t, g in types.listed]),
-        _section(FUNCTION, [leb(kind) for kind in kinds]),
-        _section(MEMORY, [b"\0" + leb(pages)]),
-        _section(EXPORT, exports),
-        _section(CODE, bodies),
-        _section(DATA, [b"\0\x41" + signed_leb(0) + bytes([END]) + leb(len(image)) + image]),
-    ])  # fmt: skip
+    return b"".join(
+        [
+            b"\0asm\1\0\0\0",
+            _section(TYPE, [b"\x60" + vector([bytes([n]) for n in t]) + vector([bytes([n]) for n in g]) for t, g in types.listed]),
+            _section(FUNCTION, [leb(kind) for kind in kinds]),
+            _section(MEMORY, [b"\0" + leb(pages)]),
+            _section(EXPORT, exports),
+            _section(CODE, bodies),
+            _section(DATA, [b"\0\x41" + signed_leb(0) + bytes([END]) + leb(len(image)) + image]),
+        ]
+    )
 
 
 def wasm_files(subject: Subject, name: str, source: Source) -> dict[str, str | bytes]:
     """Return the module of a friction model, and the script that loads it."""
     module, state = module_of(subject, added=ALONE), subject.state.fields
     facts = {
-        "name": name, "model": subject.model.name, "version": version(), "lasting": module.lasting,
-        "places": json.dumps(module.places), "table": parameter_table(subject.model, source), "POSITION": POSITION,
-        "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
-        "facts": source.lines, "rest": rest_rule(subject.model), "ranges": json.dumps(_ranges(subject.model)),
-        "contact": module.contact, "memory": subject.memory_size, "STATE": STATE,
+        "name": name,
+        "model": subject.model.name,
+        "version": version(),
+        "lasting": module.lasting,
+        "places": json.dumps(module.places),
+        "table": parameter_table(subject.model, source),
+        "POSITION": POSITION,
+        "FORCE": FORCE,
+        "BEGUN": BEGUN,
+        "REFUSED": REFUSED,
+        "OVERFLOW": OVERFLOW,
+        "facts": source.lines,
+        "rest": rest_rule(subject.model),
+        "ranges": json.dumps(_ranges(subject.model)),
+        "contact": module.contact,
+        "memory": subject.memory_size,
+        "STATE": STATE,
         "values": [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in state],
-        "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}", "FNV_OFFSET": FNV_OFFSET,
+        "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}",
+        "FNV_OFFSET": FNV_OFFSET,
         "FNV_PRIME": FNV_PRIME,
-    }  # fmt: skip
+    }
     script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
     return {f"{name}.wasm": module.binary, **script}
 
@@ -292,9 +248,7 @@ def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
     return leb(len(content)) + content
 
 
-def _places(
-    model: Model, addresses: dict[tuple[str, ...], int], *, choices: bool = False
-) -> dict[str, list[list[int]]]:
+def _places(model: Model, addresses: dict[tuple[str, ...], int], *, choices: bool = False) -> dict[str, list[list[int]]]:
     try:
         tuned = tunable_of(model)
     except InputError:

@@ -64,12 +64,35 @@ BLOCK, LOOP, IF, ELSE, END, BR, BR_IF, RETURN, CALL, SELECT = 0x02, 0x03, 0x04, 
 UNREACHABLE, DROP, EMPTY, GET, SET, TEE, LOAD, STORE = 0x00, 0x1A, 0x40, 0x20, 0x21, 0x22, 0x2B, 0x39
 EQZ, WRAP, REINTERPRET_TO_I64, REINTERPRET_TO_F64 = 0x45, 0xA7, 0xBD, 0xBF
 SHIFT_LEFT, SHIFT_RIGHT, AND, OR = 0x86, 0x88, 0x83, 0x84
-REALS = {"+": 0xA0, "-": 0xA1, "*": 0xA2, "/": 0xA3, "==": 0x61, "!=": 0x62, "<": 0x63, ">": 0x64, "<=": 0x65,
-         ">=": 0x66}  # fmt: skip
-INTEGERS_32 = {"+": 0x6A, "-": 0x6B, "*": 0x6C, "&": 0x71, "^": 0x73, ">>": 0x75, "==": 0x46, "!=": 0x47, "<": 0x48,
-            ">": 0x4A, "<=": 0x4C, ">=": 0x4E}  # fmt: skip
-INTEGERS_64 = {"+": 0x7C, "-": 0x7D, "*": 0x7E, "&": 0x83, "^": 0x85, ">>": 0x87, "==": 0x51, "!=": 0x52, "<": 0x53,
-            ">": 0x55, "<=": 0x57, ">=": 0x59}  # fmt: skip
+REALS = {"+": 0xA0, "-": 0xA1, "*": 0xA2, "/": 0xA3, "==": 0x61, "!=": 0x62, "<": 0x63, ">": 0x64, "<=": 0x65, ">=": 0x66}
+INTEGERS_32 = {
+    "+": 0x6A,
+    "-": 0x6B,
+    "*": 0x6C,
+    "&": 0x71,
+    "^": 0x73,
+    ">>": 0x75,
+    "==": 0x46,
+    "!=": 0x47,
+    "<": 0x48,
+    ">": 0x4A,
+    "<=": 0x4C,
+    ">=": 0x4E,
+}
+INTEGERS_64 = {
+    "+": 0x7C,
+    "-": 0x7D,
+    "*": 0x7E,
+    "&": 0x83,
+    "^": 0x85,
+    ">>": 0x87,
+    "==": 0x51,
+    "!=": 0x52,
+    "<": 0x53,
+    ">": 0x55,
+    "<=": 0x57,
+    ">=": 0x59,
+}
 ONE_NUMBER = {"abs": 0x99, "sqrt": 0x9F}
 FLOOR, NEGATE, COPYSIGN = 0x9C, 0x9A, 0xA6
 TRUNCATE_32, TRUNCATE_64 = (0xFC, 0x02), (0xFC, 0x06)
@@ -142,7 +165,6 @@ _CONSTANT, _BITS = b"\x44" + struct.pack("<d", INTEGER_IN_LAST_BITS), b"\x42"
 IN_BITS = {
     "power_of_two": _CONSTANT + bytes([REALS["+"]]) + _bits_and(_BITS + signed_leb(52), SHIFT_LEFT),
     "mantissa": _bits_and(_BITS + signed_leb(OF_MANTISSA), AND, _BITS + signed_leb(BITS_OF_ONE), OR),
-    "exponent": _bits_and(_BITS + signed_leb(52), SHIFT_RIGHT, _BITS + signed_leb(BITS_OF_ROUNDER), OR)
-    + _CONSTANT + bytes([REALS["-"]]),
-}  # fmt: skip
+    "exponent": _bits_and(_BITS + signed_leb(52), SHIFT_RIGHT, _BITS + signed_leb(BITS_OF_ROUNDER), OR) + _CONSTANT + bytes([REALS["-"]]),
+}
 """Instructions for the parts of a number, as `bristle.core.exponent` reads them."""

@@ -256,9 +256,7 @@ class Code:
     def _binary(self, e: Binary) -> None:
         table = REALS if e.type == REAL else self.integers
         if e.operator not in table:
-            raise NotExportableError(
-                self.function.source, None, f"{e.operator} of whole numbers that are not known here"
-            )
+            raise NotExportableError(self.function.source, None, f"{e.operator} of whole numbers that are not known here")
         self._of(e.left)
         self._of(e.right)
         self._emit(table[e.operator])

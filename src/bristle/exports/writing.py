@@ -29,42 +29,36 @@ NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
 def target_named(name: str | Target) -> Target:
-    """Return the target of bristle with this name; one of a user's own is handed in itself.
-
-    Raises
-    ------
-    InputError
-        If there is no such target.
-    """
+    """Return the target of bristle with this name; one of a user's own is handed in itself."""
     if isinstance(name, Target):
         return name
     if name not in TARGETS:
-        raise InputError("no such target", path="to", value=name, mend=did_you_mean(name, TARGETS),
-                         allowed=f"{', '.join(TARGETS)}, or a file my_target.py with one of your own")  # fmt: skip
+        raise InputError(
+            "no such target",
+            path="to",
+            value=name,
+            mend=did_you_mean(name, TARGETS),
+            allowed=f"{', '.join(TARGETS)}, or a file my_target.py with one of your own",
+        )
     return TARGETS[name]
 
 
 def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
-    """Return the files of a model for a target.
-
-    Raises
-    ------
-    InputError
-        If there is no such target, it does not hold what is asked for, or its files make the following error larger and
-        `accept_harm` is not set.
-    """
+    """Return the files of a model for a target."""
     from bristle.exports.identity import hash_of_model
 
     target = target_named(to)
     _refuse_arithmetic(target, request.model, tunable=request.tunable, single=request.single)
-    _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples",
-            "Leave rest out")  # fmt: skip
-    _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log",
-            "Leave the log out")  # fmt: skip
-    _refuse(target, request.draws > 0, lambda able: able.takes_draws, "holds one model, not draws of it",
-            "Leave draws out")  # fmt: skip
-    _refuse(target, request.model.component.family == "hysteresis", lambda able: able.operators,
-            "holds no hysteresis operator", value=request.model.name)  # fmt: skip
+    _refuse(target, bool(request.rest), lambda able: bool(able.rest), "evaluates no model along samples", "Leave rest out")
+    _refuse(target, request.log is not None, lambda able: able.compares, "is no table that could be compared on a log", "Leave the log out")
+    _refuse(target, request.draws > 0, lambda able: able.takes_draws, "holds one model, not draws of it", "Leave draws out")
+    _refuse(
+        target,
+        request.model.component.family == "hysteresis",
+        lambda able: able.operators,
+        "holds no hysteresis operator",
+        value=request.model.name,
+    )
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
@@ -105,10 +99,11 @@ def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
         with_memory = "Lower the integral gain of the controller, or feed 90 % of it: write it all the same"
         without = "Export a model with memory (--to c, --law), or write it all the same"
         raise InputError(
-            f"makes an error larger: {'; '.join(effect.lines()[:2])}", path=name,
+            f"makes an error larger: {'; '.join(effect.lines()[:2])}",
+            path=name,
             allowed=f"no larger than without it from {SERIOUS:g} times the pre-sliding distance on and along the log",
             mend=f"{with_memory if has_memory else without}: --accept-harm",
-        )  # fmt: skip
+        )
 
 
 def _unseen(request: Request) -> tuple[str, ...]:
@@ -149,16 +144,13 @@ def _said_of_rest(request: Request) -> tuple[str, ...]:
 def _refuse_arithmetic(target: Target, model: Model, *, tunable: bool, single: bool) -> None:
     from bristle.exports.single import refuse_beyond_single
 
-    _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time",
-            "Leave tunable out")  # fmt: skip
+    _refuse(target, tunable, lambda able: able.tunable, "has no parameters that may be changed at run time", "Leave tunable out")
     _refuse(target, single, lambda able: able.single, "is not written in single precision", "Leave float32 out")
     if single:
         refuse_beyond_single(model)
 
 
-def _refuse(
-    target: Target, wanted: bool, able: Callable[[Target], bool], message: str, mend: str = "", value: str | None = None
-) -> None:  # fmt: skip
+def _refuse(target: Target, wanted: bool, able: Callable[[Target], bool], message: str, mend: str = "", value: str | None = None) -> None:
     """Refuse what is wanted of a target that is not able to do it, and name those of bristle that are."""
     if wanted and not able(target):
         allowed = ", ".join(name for name, candidate in TARGETS.items() if able(candidate))
@@ -166,43 +158,34 @@ def _refuse(
 
 
 def checked_product(product: Product, target: Target) -> Product:
-    """Return what a target wrote, if it can become a result: files with plain names, text or bytes, notes in words.
-
-    Raises
-    ------
-    InputError
-        If it cannot.
-    """
+    """Return what a target wrote, if it can become a result: files with plain names, text or bytes, notes in words."""
     if not isinstance(product, Product) or not isinstance(product.files, dict):
-        raise InputError("returned no files", path=target.name, value=type(product).__name__,
-                         mend='Return Product({"name.txt": text}, ("a note",))')  # fmt: skip
+        raise InputError(
+            "returned no files", path=target.name, value=type(product).__name__, mend='Return Product({"name.txt": text}, ("a note",))'
+        )
     if not product.files:
         raise InputError("wrote no file", path=target.name, mend="Refuse with an InputError what it cannot hold")
     for name, content in product.files.items():
         if not isinstance(name, str) or not (is_plain(name) and name.isprintable()) or name == SUMMARY:
-            raise InputError("gives a file a name that it cannot have", path=target.name, value=name,
-                             allowed=f"the plain name of a file in the folder, not {SUMMARY}")  # fmt: skip
+            raise InputError(
+                "gives a file a name that it cannot have",
+                path=target.name,
+                value=name,
+                allowed=f"the plain name of a file in the folder, not {SUMMARY}",
+            )
         if not isinstance(content, (str, bytes)):
-            raise InputError(f"wrote no content for {name}", path=target.name, value=type(content).__name__,
-                             allowed="text or bytes")  # fmt: skip
+            raise InputError(f"wrote no content for {name}", path=target.name, value=type(content).__name__, allowed="text or bytes")
     if not isinstance(product.notes, tuple) or not all(isinstance(note, str) for note in product.notes):
-        raise InputError("has notes that are no text", path=target.name, value=product.notes,
-                         mend='Write ("a note",), with a comma behind it')  # fmt: skip
+        raise InputError(
+            "has notes that are no text", path=target.name, value=product.notes, mend='Write ("a note",), with a comma behind it'
+        )
     return product
 
 
 def law_for(
-    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False,
-    accept_harm: bool = False,
-) -> Product:  # fmt: skip
-    """Return the files of the control law of a variant for a target; its options are those of a `Request`.
-
-    Raises
-    ------
-    InputError
-        If the target holds no law, the variant has none that can be exported, or its friction feedforward makes the
-        following error larger and `accept_harm` is not set.
-    """
+    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False, accept_harm: bool = False
+) -> Product:
+    """Return the files of the control law of a variant for a target; its options are those of a `Request`."""
     import numpy as np
 
     from bristle.exports.effect_of import effect_of_law
@@ -233,32 +216,22 @@ def law_for(
 
 
 def variant_of(experiment: Experiment, name: str | None) -> Variant:
-    """Return the variant of this name; the only one where none is named.
-
-    Raises
-    ------
-    InputError
-        If there is no such variant, or several and none is named.
-    """
+    """Return the variant of this name; the only one where none is named."""
     variants = {variant.name: variant for variant in experiment.variants}
     if name is None and len(variants) == 1:
         return experiment.variants[0]
     if name not in variants:
         reason = "must be named: the experiment has several" if name is None else "is not in the experiment"
-        raise InputError(reason, path="variant", value=name or "", allowed=", ".join(variants),
-                         mend=did_you_mean(name, variants) if name else "")  # fmt: skip
+        raise InputError(
+            reason, path="variant", value=name or "", allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else ""
+        )
     return variants[name]
 
 
 def name_for(text: str) -> str:
-    """Return a name that files, types and functions can have.
-
-    Raises
-    ------
-    InputError
-        If they cannot.
-    """
+    """Return a name that files, types and functions can have."""
     if not NAME.fullmatch(text) or text in RESERVED:
-        raise InputError("cannot be the name of a function", path="name", value=text,
-                         allowed="small letters, digits and _, a letter first, no word of C")  # fmt: skip
+        raise InputError(
+            "cannot be the name of a function", path="name", value=text, allowed="small letters, digits and _, a letter first, no word of C"
+        )
     return text

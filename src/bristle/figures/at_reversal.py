@@ -36,6 +36,10 @@ def _caption(simulation: SimulationResult, at_reversal: Loops) -> str:
 
 
 FIGURE = ReportFigure(
-    name="reversal", takes=("simulation", "at_reversal"), draw=_draw, alternative=_alternative, caption=_caption,
+    name="reversal",
+    takes=("simulation", "at_reversal"),
+    draw=_draw,
+    alternative=_alternative,
+    caption=_caption,
     applies=lambda simulation, at_reversal: has_completed(simulation),
-)  # fmt: skip
+)

@@ -20,9 +20,12 @@ COLUMNS, HANDLE = 3, 1.8  # of the legend
 
 @style.styled
 def break_away(
-    traces: Mapping[str, tuple[np.ndarray, np.ndarray]], reached: Mapping[str, float], published: float,
-    kind: Kind = "translational", effort: Kind | None = None,
-) -> Figure:  # fmt: skip
+    traces: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    reached: Mapping[str, float],
+    published: float,
+    kind: Kind = "translational",
+    effort: Kind | None = None,
+) -> Figure:
     """Return force over position with the place marked where each contact has nearly reached its largest force.
 
     Parameters
@@ -48,9 +51,13 @@ def break_away(
         if np.isnan(at):
             continue
         axes.plot(
-            at * length.factor, float(np.interp(at, x, f)) * force.factor, look["marker"], color=look["color"],
-            markersize=5.0, label="_reached",
-        )  # fmt: skip
+            at * length.factor,
+            float(np.interp(at, x, f)) * force.factor,
+            look["marker"],
+            color=look["color"],
+            markersize=5.0,
+            label="_reached",
+        )
     axes.set_ylim(0.0, None)
     axes.set_xlabel(length.label(position_word(kind)))
     axes.set_ylabel(force.label(f"Friction {word.lower()}"))

@@ -70,7 +70,15 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     handles, labels = round_.get_legend_handles_labels()
     space = style.WIDTH * unrolled.get_position().width - HANDLE
     unrolled.legend(
-        handles, shortened_apart(labels, space), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False,
-        handlelength=2.2, borderpad=0.1, borderaxespad=0.2, labelspacing=0.5 if len(labels) < FULL else 0.3,
-    )  # fmt: skip
+        handles,
+        shortened_apart(labels, space),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=1,
+        frameon=False,
+        handlelength=2.2,
+        borderpad=0.1,
+        borderaxespad=0.2,
+        labelspacing=0.5 if len(labels) < FULL else 0.3,
+    )
     return figure

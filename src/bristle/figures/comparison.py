@@ -50,9 +50,14 @@ def comparison(compared: Comparison) -> Figure:
     heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.18 + 0.145 * len(changes_told)] * bool(changes_told))]
     rows = len(heights)
     figure, grid = style.panels(
-        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights), rows=rows, columns=max(small, 1), heights=heights,
-        undivided=[row for row in range(rows) if not (small and row == 2)], left=1.2, between=0.68,
-    )  # fmt: skip
+        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
+        rows=rows,
+        columns=max(small, 1),
+        heights=heights,
+        undivided=[row for row in range(rows) if not (small and row == 2)],
+        left=1.2,
+        between=0.68,
+    )
     _draw_course(grid[0][0], grid[1][0], compared)
     if small:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
@@ -78,10 +83,15 @@ def comparison_in_short(compared: Comparison) -> Figure:
     rows = len(heights)
     # Above the titles of the panels there is a line for the names.
     figure, grid = style.panels(
-        0.5 + LINE + 0.66 * (rows - 1) + 1.25 * sum(heights), rows=rows, columns=max(len(compared.turns), 1),
-        heights=heights, undivided=[row for row in range(rows) if not compared.turns or row > 0], left=1.2,
-        between=0.68, top=0.32 + LINE,
-    )  # fmt: skip
+        0.5 + LINE + 0.66 * (rows - 1) + 1.25 * sum(heights),
+        rows=rows,
+        columns=max(len(compared.turns), 1),
+        heights=heights,
+        undivided=[row for row in range(rows) if not compared.turns or row > 0],
+        left=1.2,
+        between=0.68,
+        top=0.32 + LINE,
+    )
     if compared.turns:
         _draw_turns(grid[0], compared.turns, compared.window, compared.kind)
     else:

@@ -54,18 +54,14 @@ def control_effort(
     scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
     averaged = {name: _averaged(arm * result.effort, result.time, mean_over) for name, result in results.items()}
     peaks = [
-        1.06 * scale.factor * max(float(np.max(np.abs(effort[result.time >= settle])))
-                                  for effort, result in zip(efforts, results.values(), strict=True))
+        1.06
+        * scale.factor
+        * max(float(np.max(np.abs(effort[result.time >= settle]))) for effort, result in zip(efforts, results.values(), strict=True))
         for efforts in (averaged.values(), [arm * result.effort for result in results.values()])
-    ]  # fmt: skip
+    ]
     top = 0.56 if friction else 0.32
     figure, grid = style.panels(
-        top - 0.22 + 2.0 * len(results),
-        rows=len(results),
-        columns=2,
-        widths=(2.0, 1.0),
-        between=0.6 if mean_over else 0.3,
-        top=top,
+        top - 0.22 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.6 if mean_over else 0.3, top=top
     )
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
         inside = (result.time >= close[0]) & (result.time <= close[1])

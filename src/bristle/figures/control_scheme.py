@@ -161,17 +161,33 @@ def _friction(model: Model) -> list[str]:
 
 def _frame(axes: Axes, x: float, y: float, width: float, height: float, title: str) -> None:
     axes.add_patch(
-        FancyBboxPatch((x, y), width, height, boxstyle="round,pad=0,rounding_size=1.5", facecolor="#f4f6f8",
-                       edgecolor=style.GREY, linewidth=0.8, linestyle="--", zorder=0)
-    )  # fmt: skip
+        FancyBboxPatch(
+            (x, y),
+            width,
+            height,
+            boxstyle="round,pad=0,rounding_size=1.5",
+            facecolor="#f4f6f8",
+            edgecolor=style.GREY,
+            linewidth=0.8,
+            linestyle="--",
+            zorder=0,
+        )
+    )
     axes.text(x + 1.0, y + height + 0.7, title, fontsize=LINE, color=style.INK)
 
 
 def _draw(axes: Axes, block: Block) -> None:
     axes.add_patch(
-        FancyBboxPatch((block.x, block.y), block.width, block.height, boxstyle="round,pad=0,rounding_size=1.0",
-                       facecolor="white", edgecolor=style.PREDICTED["color"], linewidth=1.2)
-    )  # fmt: skip
+        FancyBboxPatch(
+            (block.x, block.y),
+            block.width,
+            block.height,
+            boxstyle="round,pad=0,rounding_size=1.0",
+            facecolor="white",
+            edgecolor=style.PREDICTED["color"],
+            linewidth=1.2,
+        )
+    )
     lines = [line for line in block.lines if line]
     step = min(2.7, (block.height - 1.5) / (len(lines) + 1.0))
     middle = block.x + 0.5 * block.width
@@ -190,13 +206,19 @@ def _arrow(axes: Axes, path: list[tuple[float, float]], label: str = "", *, firs
     corners = [*begin, last]
     axes.plot(*zip(*corners, strict=True), color=style.INK, linewidth=1.0, zorder=0.5)
     axes.add_patch(
-        FancyArrowPatch(last, end, arrowstyle="-|>", mutation_scale=9.0, shrinkA=0.0, shrinkB=0.0, color=style.INK,
-                        linewidth=1.0, zorder=0.5)
-    )  # fmt: skip
+        FancyArrowPatch(
+            last, end, arrowstyle="-|>", mutation_scale=9.0, shrinkA=0.0, shrinkB=0.0, color=style.INK, linewidth=1.0, zorder=0.5
+        )
+    )
     if label:
         a, b = (path[0], path[1]) if first else (last, end)
         beside = 1.5 if a[0] == b[0] else 0.0
         axes.text(
-            0.5 * (a[0] + b[0]) + beside, 0.5 * (a[1] + b[1]) + (0.9 if not beside else 0.0), label, fontsize=LINE,
-            style="italic", ha="center", va="bottom" if not beside else "center",
-        )  # fmt: skip
+            0.5 * (a[0] + b[0]) + beside,
+            0.5 * (a[1] + b[1]) + (0.9 if not beside else 0.0),
+            label,
+            fontsize=LINE,
+            style="italic",
+            ha="center",
+            va="bottom" if not beside else "center",
+        )

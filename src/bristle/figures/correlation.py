@@ -42,12 +42,8 @@ def correlation(fit: Fit) -> Figure:
     slanted = label_width > cell
     bottom = 0.38 + (label_width * SLOPE if slanted else 0.2)
     tall = min(0.36, cell) * count
-    figure, ((axes,),) = style.panels(
-        tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15
-    )
-    axes.pcolormesh(
-        np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8
-    )
+    figure, ((axes,),) = style.panels(tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15)
+    axes.pcolormesh(np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8)
     for row in range(count):
         for column in range(count):
             value = matrix[row, column]
@@ -73,8 +69,11 @@ def _signed(value: float) -> str:
 
 
 FIGURE = ReportFigure(
-    name="correlation", takes="fit", draw=correlation, applies=lambda fit: len(fit.correlation_names) > 1,
+    name="correlation",
+    takes="fit",
+    draw=correlation,
+    applies=lambda fit: len(fit.correlation_names) > 1,
     alternative="Correlation between the estimates of the parameters",
     caption="Correlation of the estimates; darker is stronger. Near ± 1 the log knows a combination of two parameters "
     "better than either of them.",
-)  # fmt: skip
+)

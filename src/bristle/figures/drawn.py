@@ -19,19 +19,7 @@ __all__ = ["Drawn", "drawn_in"]
 
 
 class Drawn(NamedTuple):
-    """Something drawn in a panel.
-
-    Parameters
-    ----------
-    artist : Artist
-        What draws it.
-    mark : str
-        ``line``, ``points``, ``bars``, ``steps``, ``area``, ``cells`` or ``contour``.
-    strokes : list of ndarray, shape (point, 2)
-        Points in the units of the axes; those of one stroke are joined.
-    values : list of float or ndarray
-        What colour or height stands for, by stroke or by point; empty for nothing.
-    """
+    """Something drawn in a panel."""
 
     artist: Any
     mark: str
@@ -43,9 +31,7 @@ def drawn_in(axes: Axes) -> Iterator[Drawn]:
     """Yield what is drawn in a panel in its units; not what stands at a place of the panel itself."""
     bars = [container for container in axes.containers if isinstance(container, BarContainer)]
     in_bars = {id(bar) for container in bars for bar in container}
-    artists = [
-        artist for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images) if id(artist) not in in_bars
-    ]
+    artists = [artist for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images) if id(artist) not in in_bars]
     for artist in (*artists, *bars):
         if isinstance(artist, BarContainer) or artist.get_visible():
             drawn = _read(artist, axes)

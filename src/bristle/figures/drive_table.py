@@ -16,9 +16,7 @@ __all__ = ["FIGURE", "drive_table"]
 
 
 @style.styled
-def drive_table(
-    table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]] = (), kind: Kind = "translational"
-) -> Figure:
+def drive_table(table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]] = (), kind: Kind = "translational") -> Figure:
     """Return the entries of a table, joined as a drive interpolates them, over the steady friction.
 
     Parameters
@@ -36,10 +34,7 @@ def drive_table(
     figure, ((axes,),) = style.panels(3.1)
     factors = (speed.factor, scale.factor)
     style.plot_by_side(axes, fine * factors, "model, steady sliding", style.MEASURED | {"linewidth": 3.4})
-    style.plot_by_side(
-        axes, entries * factors, f"table, {len(entries)} entries",
-        style.PREDICTED | {"marker": "o", "markersize": 3.6},
-    )  # fmt: skip
+    style.plot_by_side(axes, entries * factors, f"table, {len(entries)} entries", style.PREDICTED | {"marker": "o", "markersize": 3.6})
     axes.axhline(0.0, color=style.GREY, linewidth=0.7)
     axes.set_xlabel(speed.label("Velocity"))
     axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
@@ -48,8 +43,11 @@ def drive_table(
 
 
 FIGURE = ReportFigure(
-    name="drive", takes=("table", "curve", "kind"), draw=drive_table, applies=lambda table, curve, kind: bool(table),
+    name="drive",
+    takes=("table", "curve", "kind"),
+    draw=drive_table,
+    applies=lambda table, curve, kind: bool(table),
     alternative="Entries of the drive table over the friction curve",
     caption="The entries of the table, joined by straight lines as a drive joins them, over the steady friction of the "
     "model. Where the two part, the drive would need more entries.",
-)  # fmt: skip
+)

@@ -36,9 +36,14 @@ def effort_over_time(fit: Fit) -> Figure:
 
 
 def draw_pair(
-    full: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind,
+    full: style.Axes,
+    close: style.Axes,
+    time: np.ndarray,
+    measured: np.ndarray,
+    predicted: np.ndarray,
+    kind: Kind,
     half_width: np.ndarray | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Draw measured and predicted effort into two panels, the second one close up where they differ most.
 
     With a `half_width` [N or N*m] the 95 % band around what is predicted is shaded.
@@ -49,9 +54,7 @@ def draw_pair(
         span = time_scale(time[part])
         if half_width is not None:
             draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
-        for signal, look, name in (
-            (measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted"),
-        ):  # fmt: skip
+        for signal, look, name in ((measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted")):
             x, y = line(time[part], signal[part])
             axes.plot(x * span.factor, y * scale.factor, label=name, **look)
         axes.set_xlabel(span.label("Time"))
@@ -72,15 +75,7 @@ def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: n
 
 
 def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:
-    """Return the samples around the largest absolute error: `share` of all, at least 40.
-
-    Parameters
-    ----------
-    time, error : ndarray, shape (sample,)
-        Where and what; a value that is not finite counts as none.
-    share : float
-        Of the samples.
-    """
+    """Return the samples around the largest absolute error: `share` of all, at least 40."""
     count = min(max(round(share * time.size), 40), time.size)
     worst = int(np.argmax(np.nan_to_num(np.abs(error), nan=0.0, posinf=0.0)))
     start = min(max(worst - count // 2, 0), time.size - count)
@@ -88,7 +83,10 @@ def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:
 
 
 FIGURE = ReportFigure(
-    name="time", takes="fit", draw=effort_over_time, alternative="Measured and predicted effort over time",
+    name="time",
+    takes="fit",
+    draw=effort_over_time,
+    alternative="Measured and predicted effort over time",
     caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
     "Where the light line looks out from under the dark one, the model misses something.",
-)  # fmt: skip
+)

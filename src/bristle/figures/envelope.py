@@ -17,20 +17,7 @@ COLUMNS = 480  # about one a point of a figure as wide as a page
 
 
 def envelope(y: np.ndarray, columns: int = COLUMNS) -> np.ndarray:
-    """Return which samples of a signal to keep: first, smallest, largest and last of each column.
-
-    Parameters
-    ----------
-    y : ndarray, shape (sample,)
-        Finite values.
-    columns : int
-        Into how many columns of equal sample count the signal is cut.
-
-    Returns
-    -------
-    ndarray of int, shape (kept,), kept <= 4 * columns
-        Indices in order; all of them where that is no more.
-    """
+    """Return which samples of a signal to keep: first, smallest, largest and last of each column."""
     if y.size <= 4 * columns:
         return np.arange(y.size)
     width = -(-y.size // columns)
@@ -56,20 +43,7 @@ def runs(x: np.ndarray, y: np.ndarray) -> list[slice]:
 
 
 def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
-    """Return a signal over time as a short line that looks the same, broken where there is a gap.
-
-    Parameters
-    ----------
-    x, y : ndarray, shape (sample,)
-        Time and signal; a value that is not finite is a gap.
-    columns : int
-        How many columns the line is wide.
-
-    Returns
-    -------
-    x, y : ndarray, shape (kept,)
-        Samples of the signal, with a NaN between stretches.
-    """
+    """Return a signal over time as a short line that looks the same, broken where there is a gap."""
     parts = runs(x, y)
     total = sum(part.stop - part.start for part in parts)
     kept_x, kept_y = [], []
@@ -84,26 +58,10 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
 
 
 def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) -> np.ndarray:
-    """Return which points of a cloud to draw: one for each cell of a grid that holds any, and the extremes.
-
-    Parameters
-    ----------
-    x, y : ndarray, shape (point,)
-        Finite coordinates.
-    cells : tuple of int
-        Cells across and up.
-
-    Returns
-    -------
-    ndarray of int, shape (kept,)
-        Indices in order.
-    """
+    """Return which points of a cloud to draw: one for each cell of a grid that holds any, and the extremes."""
     if x.size == 0:
         return np.arange(0)
-    across, up = (
-        np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1)
-        for v, n in zip((x, y), cells, strict=True)
-    )
+    across, up = (np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1) for v, n in zip((x, y), cells, strict=True))
     _, first = np.unique(across * cells[1] + up, return_index=True)
     extremes = [x.argmin(), x.argmax(), y.argmin(), y.argmax()]
     return np.unique(np.concatenate([first, extremes]))

@@ -38,13 +38,17 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     left = max(0.4 + style.room_for([entry.cause for entry in entries]), 1.0)
     figure, ((axes,),) = style.panels(0.95 + 0.42 * len(entries), left=left)
     rows = np.arange(len(entries))
+    axes.barh(rows - 0.5 * BAR, alone * scale.factor, BAR, color=style.PREDICTED["color"], label="this cause alone")
     axes.barh(
-        rows - 0.5 * BAR, alone * scale.factor, BAR, color=style.PREDICTED["color"], label="this cause alone"
-    )  # fmt: skip
-    axes.barh(
-        rows + 0.5 * BAR, without * scale.factor, BAR, color=style.MEASURED["color"], hatch="////", edgecolor="white",
-        linewidth=0.0, label="all but this cause",
-    )  # fmt: skip
+        rows + 0.5 * BAR,
+        without * scale.factor,
+        BAR,
+        color=style.MEASURED["color"],
+        hatch="////",
+        edgecolor="white",
+        linewidth=0.0,
+        label="all but this cause",
+    )
     axes.axvline(total * scale.factor, color=style.INK, linewidth=1.0, linestyle="--", label="all causes")
     axes.set_yticks(rows, [entry.cause for entry in entries])
     axes.set_ylim(len(entries) - 0.4, -0.6)

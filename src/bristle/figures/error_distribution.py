@@ -22,9 +22,12 @@ RANGE = "range in the paper"
 
 @style.styled
 def error_distribution(
-    results: Mapping[str, VariantResult], settle: float, resolution: float,
-    published: Mapping[str, tuple[float, float]] | None = None, kind: Kind = "translational",
-) -> Figure:  # fmt: skip
+    results: Mapping[str, VariantResult],
+    settle: float,
+    resolution: float,
+    published: Mapping[str, tuple[float, float]] | None = None,
+    kind: Kind = "translational",
+) -> Figure:
     """Return the distribution of the following error, a panel for each loop.
 
     Parameters
@@ -41,17 +44,12 @@ def error_distribution(
         The kind of axis.
     """
     errors = {name: (result.reference - result.measured)[result.time >= settle] for name, result in results.items()}
-    low, high = (
-        min(float(error.min()) for error in errors.values()),
-        max(float(error.max()) for error in errors.values()),
-    )
+    low, high = (min(float(error.min()) for error in errors.values()), max(float(error.max()) for error in errors.values()))
     length = scale_for("length", kind, *(result.reference for result in results.values()))
     width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
     edges = np.arange(np.floor(low / width), np.ceil(high / width) + 1.0) * width * length.factor
     figure, (row,) = style.panels(3.0, columns=len(results), between=0.3, top=0.56)
-    shares = {
-        name: np.histogram(error * length.factor, edges)[0] * (100.0 / error.size) for name, error in errors.items()
-    }
+    shares = {name: np.histogram(error * length.factor, edges)[0] * (100.0 / error.size) for name, error in errors.items()}
     top = 1.08 * max(float(share.max()) for share in shares.values())
     for column, (axes, (name, error)) in enumerate(zip(row, errors.items(), strict=True)):
         mean, std = float(error.mean()) * length.factor, float(error.std()) * length.factor

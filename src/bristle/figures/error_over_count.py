@@ -19,9 +19,7 @@ ASIDE = (0.96, 1.0, 1.04, 0.92, 1.08)  # factors on the counts, so that ranges s
 
 
 @style.styled
-def error_over_count(
-    counts: Sequence[int], errors: Mapping[str, np.ndarray], floor: float, count_name: str, error_name: str
-) -> Figure:
+def error_over_count(counts: Sequence[int], errors: Mapping[str, np.ndarray], floor: float, count_name: str, error_name: str) -> Figure:
     """Return errors over the number of loops that were measured.
 
     Parameters

@@ -17,9 +17,13 @@ COMPUTED = "found"
 
 @style.styled
 def error_over_level(
-    levels: Sequence[float], errors: Sequence[float], spreads: Sequence[float], compared: Mapping[str, float],
-    level_name: str, error_name: str,
-) -> Figure:  # fmt: skip
+    levels: Sequence[float],
+    errors: Sequence[float],
+    spreads: Sequence[float],
+    compared: Mapping[str, float],
+    level_name: str,
+    error_name: str,
+) -> Figure:
     """Return errors over what was assumed.
 
     Parameters

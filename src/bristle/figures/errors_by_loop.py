@@ -16,9 +16,7 @@ HERE, PUBLISHED = "here, mean ± standard deviation", "as published"
 
 
 @style.styled
-def errors_by_loop(
-    errors: Mapping[str, float], spreads: Mapping[str, float], published: Mapping[str, float], error_name: str
-) -> Figure:  # fmt: skip
+def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], published: Mapping[str, float], error_name: str) -> Figure:
     """Return the error of each loop, and what others published, one a row.
 
     Parameters

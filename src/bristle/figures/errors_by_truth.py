@@ -33,9 +33,7 @@ class Spread(NamedTuple):
 
 
 @style.styled
-def errors_by_truth(
-    errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], limit: float, error_name: str, limit_name: str
-) -> Figure:
+def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], limit: float, error_name: str, limit_name: str) -> Figure:
     """Return a panel for each set: a row for each truth, in it a mark for each loop.
 
     Parameters
@@ -51,9 +49,7 @@ def errors_by_truth(
     names = shortened_apart(truths, LONGEST, style.AT_AXES)
     left = max(0.45 + min(style.room_for(names), LONGEST), 1.0)
     top = 0.62
-    figure, (row,) = style.panels(
-        top + HEAD + ROW * len(truths), columns=len(errors), left=left, top=top, between=0.25
-    )  # fmt: skip
+    figure, (row,) = style.panels(top + HEAD + ROW * len(truths), columns=len(errors), left=left, top=top, between=0.25)
     for place, (axes, (head, rows)) in enumerate(zip(row, errors.items(), strict=True)):
         _panel(axes, rows)
         axes.set_xlim(*_reach(errors, limit))
@@ -74,8 +70,15 @@ def _panel(axes: Axes, rows: Mapping[str, Mapping[str, Spread]]) -> None:
             at, color = place + APART * (number - 0.5 * (len(loops) - 1)), look["color"]
             axes.hlines(at, spread.least, spread.most, color=color, linewidth=0.8, label="_conditions")
             axes.hlines(at, spread.low, spread.high, color=color, linewidth=3.0, label="_interval")
-            axes.plot(spread.error, at, linestyle="none", marker=look["marker"], color=color, markersize=4.5,
-                      label=name if place == 0 else "_loop")  # fmt: skip
+            axes.plot(
+                spread.error,
+                at,
+                linestyle="none",
+                marker=look["marker"],
+                color=color,
+                markersize=4.5,
+                label=name if place == 0 else "_loop",
+            )
     axes.set_xscale("log")
     axes.set_xticks(MARKS, [f"{mark:g}" for mark in MARKS])
     axes.xaxis.set_minor_formatter(NullFormatter())

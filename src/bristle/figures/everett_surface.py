@@ -57,9 +57,7 @@ def everett_surface(operator: Model, extent: float) -> Figure:
         d = np.linspace(0.0, 2.0 * extent * (1.0 - abs(share)), NODES)
         heights = [everett(share * extent + 0.5 * width, share * extent - 0.5 * width, q) for width in d.tolist()]
         name = f"{share * extent * length.factor:g}".replace("-", "−")
-        section.plot(
-            d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=3.5, **look
-        )
+        section.plot(d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=3.5, **look)
     section.set_xlabel(length.label("α − β"))
     section.set_ylabel(scale.label("E"))
     section.set_title(length.label("(α + β)/2"))

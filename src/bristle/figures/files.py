@@ -71,5 +71,6 @@ def _one_remark_on_letters() -> Iterator[None]:
     if lacking:
         warnings.warn(
             "letters of a name are not in the fonts of the figures and stand as boxes in pdf and png; svg has them",
-            InputWarning, stacklevel=2,
-        )  # fmt: skip
+            InputWarning,
+            stacklevel=2,
+        )

@@ -25,9 +25,8 @@ HEIGHT, ALONE = 2.3, 3.4  # inch, of each of two panels and of one
 
 @style.styled
 def first_page(
-    fit: Fit, curve: Sequence[tuple[float, float]] = (), simulation: SimulationResult | None = None,
-    measured: np.ndarray | None = None,
-) -> Figure:  # fmt: skip
+    fit: Fit, curve: Sequence[tuple[float, float]] = (), simulation: SimulationResult | None = None, measured: np.ndarray | None = None
+) -> Figure:
     """Return friction over velocity, and below it the following error at the worst reversal where there is a loop.
 
     Parameters
@@ -52,22 +51,16 @@ def first_page(
     return figure
 
 
-def _draw(
-    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
-) -> Figure:  # fmt: skip
+def _draw(fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None) -> Figure:
     return first_page(fit, curve, simulation, None if following is None else following.error)
 
 
-def _alternative(
-    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
-) -> str:  # fmt: skip
+def _alternative(fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None) -> str:
     behind = "" if simulation is None else ", and the following error at its worst reversal"
     return f"Friction over velocity{behind}"
 
 
-def _caption(
-    fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None
-) -> str:  # fmt: skip
+def _caption(fit: Fit, curve: Sequence[tuple[float, float]], simulation: SimulationResult | None, following: Following | None) -> str:
     if simulation is None:
         return "Friction over velocity, measured and modelled."
     return (
@@ -77,6 +70,5 @@ def _caption(
 
 
 FIGURE = ReportFigure(
-    name="first", takes=("fit", "curve"), may_take=("simulation", "following"), draw=_draw, alternative=_alternative,
-    caption=_caption,
-)  # fmt: skip
+    name="first", takes=("fit", "curve"), may_take=("simulation", "following"), draw=_draw, alternative=_alternative, caption=_caption
+)

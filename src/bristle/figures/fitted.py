@@ -29,9 +29,7 @@ def fitted(fit: Fit) -> Figure:
     figure, ((effort,), (rest,)) = style.panels(3.9, rows=2, heights=(2.0, 1.0))
     span = time_scale(traces.time)
     scale, word = effort_scale(kind, traces.measured, traces.predicted)
-    for signal, look, name in (
-        (traces.measured, style.MEASURED, "measured"), (traces.predicted, style.PREDICTED, "predicted"),
-    ):  # fmt: skip
+    for signal, look, name in ((traces.measured, style.MEASURED, "measured"), (traces.predicted, style.PREDICTED, "predicted")):
         x, y = line(traces.time, signal)
         effort.plot(x * span.factor, y * scale.factor, label=name, **look)
     small, _ = effort_scale(kind, traces.residual)

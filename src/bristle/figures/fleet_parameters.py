@@ -69,24 +69,47 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     size = 3.4 if runs.count <= FEW else 2.0
     axes.axhline(float(np.median(value[tells])), color=style.GREY, linewidth=0.9, linestyle="--", label="median")
     inside = (value >= bottom) & (value <= top)
-    for chosen, fill, word in ((tells & ~strange & inside, "full", "log, 95 % interval"),
-                               (tells & strange & inside, "none", "stands apart")):  # fmt: skip
+    for chosen, fill, word in (
+        (tells & ~strange & inside, "full", "log, 95 % interval"),
+        (tells & strange & inside, "none", "stands apart"),
+    ):
         if chosen.any():
             ends = np.nan_to_num(np.abs([value - low, high - value]))[:, chosen]
             axes.errorbar(
-                number[chosen], value[chosen], ends, fmt="o", markersize=size, fillstyle=fill, linewidth=0.8,
-                color=style.PREDICTED["color"] if fill == "full" else APART, label=word,
-            )  # fmt: skip
+                number[chosen],
+                value[chosen],
+                ends,
+                fmt="o",
+                markersize=size,
+                fillstyle=fill,
+                linewidth=0.8,
+                color=style.PREDICTED["color"] if fill == "full" else APART,
+                label=word,
+            )
     above, below = tells & (value > top), tells & (value < bottom)
     ends = np.concatenate([end[tells & inside & np.isfinite(end)] for end in (low, high)])
     bottom, top = min([bottom, *ends]), max([top, *ends])  # every interval lies inside
     for chosen, marker, height in ((above, "^", 0.97), (below, "v", 0.03)):
         axes.scatter(
-            number[chosen], np.full(chosen.sum(), height), marker=marker, s=16, facecolors="none", edgecolors=APART,
-            transform=axes.get_xaxis_transform(), label="_beyond",
-        )  # fmt: skip
-    axes.scatter(number[~tells], np.zeros((~tells).sum()), marker="|", s=49, color=style.INK, clip_on=False,
-                 transform=axes.get_xaxis_transform(), label="no value")  # fmt: skip
+            number[chosen],
+            np.full(chosen.sum(), height),
+            marker=marker,
+            s=16,
+            facecolors="none",
+            edgecolors=APART,
+            transform=axes.get_xaxis_transform(),
+            label="_beyond",
+        )
+    axes.scatter(
+        number[~tells],
+        np.zeros((~tells).sum()),
+        marker="|",
+        s=49,
+        color=style.INK,
+        clip_on=False,
+        transform=axes.get_xaxis_transform(),
+        label="no value",
+    )
     room = EDGE * (top - bottom)
     axes.set_ylim(bottom - room, top + room)
     axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)
@@ -98,6 +121,4 @@ def _reach(values: np.ndarray) -> tuple[float, float]:
     """Return from where to where a panel reaches: past what most logs span, and to all of them if they are near."""
     low, high = np.quantile(values, (0.05, 0.95))
     margin = MARGIN * float(high - low) or 0.1 * abs(float(high)) or 1.0
-    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(
-        float(high) + margin, float(values.max()) + 0.3 * margin
-    )
+    return max(float(low) - margin, float(values.min()) - 0.3 * margin), min(float(high) + margin, float(values.max()) + 0.3 * margin)

@@ -40,9 +40,7 @@ def fleet_tracks(verdicts: Sequence[Verdict], names: Sequence[str], first: str) 
         Name of the first day; empty where logs are numbered only.
     """
     rows = len(verdicts)
-    figure, grid = style.panels(
-        0.95 + (ROW + 0.42) * rows, rows, 2, widths=(2.2, 1.0), top=0.52, gap=0.42, between=0.75
-    )
+    figure, grid = style.panels(0.95 + (ROW + 0.42) * rows, rows, 2, widths=(2.2, 1.0), top=0.52, gap=0.42, between=0.75)
     start = min(float(verdict.track.time[0]) for verdict in verdicts)
     begin = np.floor(start) if verdicts[0].track.is_dated else 0.0
     end = max(float(verdict.track.time[-1]) for verdict in verdicts) - begin

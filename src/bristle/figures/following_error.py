@@ -58,9 +58,7 @@ class _Loop(NamedTuple):
 
 
 @style.styled
-def following_error(
-    result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None
-) -> Figure:  # fmt: skip
+def following_error(result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None) -> Figure:
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
     Parameters
@@ -84,9 +82,15 @@ def following_error(
     name_rows = lines([loop.name for loop in loops])
     above = LINE * name_rows if name_rows > 1 else 0.0
     figure, grid = style.panels(
-        1.7 * rows + above, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0),
-        undivided=undivided, between=0.2, top=0.32 + above,
-    )  # fmt: skip
+        1.7 * rows + above,
+        rows=rows,
+        columns=2,
+        heights=(0.6, *(1.2,) * (rows - 2), 1.0),
+        widths=(3.2, 1.0),
+        undivided=undivided,
+        between=0.2,
+        top=0.32 + above,
+    )
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
     _draw_signals(motion, effort, simulated, result.experiment.kind)
@@ -207,15 +211,11 @@ def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
         if measured is not None and not loops:
             own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
             loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), is_measured=True))
-        loops.append(
-            _Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part])
-        )
+        loops.append(_Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part]))
     return loops
 
 
-def _plot(
-    axes: style.Axes, time: np.ndarray, signal: np.ndarray, scale: Scale, look: style.Look, name: str = "_"
-) -> None:
+def _plot(axes: style.Axes, time: np.ndarray, signal: np.ndarray, scale: Scale, look: style.Look, name: str = "_") -> None:
     span = time_scale(time)
     x, y = line(time, signal)
     axes.plot(x * span.factor, y * scale.factor, label=name, **look)
@@ -254,7 +254,11 @@ def _caption(simulation: SimulationResult, focus: Sequence[str], following: Foll
 
 
 FIGURE = ReportFigure(
-    name="following", takes=("simulation", "focus"), may_take=("following",), draw=_draw,
+    name="following",
+    takes=("simulation", "focus"),
+    may_take=("following",),
+    draw=_draw,
     applies=lambda simulation, focus, following: has_completed(simulation),
-    alternative="Following error and effort of each variant over time", caption=_caption,
-)  # fmt: skip
+    alternative="Following error and effort of each variant over time",
+    caption=_caption,
+)

@@ -53,9 +53,8 @@ def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float
         chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
         drawn = chosen[spread(traces.velocity[chosen], friction[chosen])]
         axes.plot(
-            traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor, linestyle="none",
-            markeredgewidth=0.7, label=name, **look,
-        )  # fmt: skip
+            traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor, linestyle="none", markeredgewidth=0.7, label=name, **look
+        )
     look = {"color": style.INK, "linewidth": 2.0}
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", look)
     axes.axhline(0.0, color=style.GREY, linewidth=0.7)
@@ -65,9 +64,11 @@ def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float
 
 
 FIGURE = ReportFigure(
-    name="velocity", takes=("fit", "curve"), draw=friction_over_velocity,
+    name="velocity",
+    takes=("fit", "curve"),
+    draw=friction_over_velocity,
     alternative="Friction over velocity, measured and modelled",
     caption="Effort less inertia, over velocity. Points of speeding up and slowing down that lie apart at one velocity "
     "are friction that depends on more than velocity. Near standstill the filter smears the step between the two "
     "directions.",
-)  # fmt: skip
+)

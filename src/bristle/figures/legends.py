@@ -24,19 +24,7 @@ LINE = 0.18  # inches
 
 
 def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE, top: bool = False) -> None:
-    """Put the legend above the panel, with names shortened to the width of the figure.
-
-    Parameters
-    ----------
-    axes : Axes
-        The panel.
-    columns : int
-        Names in a line, where they have to be shortened.
-    handle : float
-        Length of the lines in it [size of the letters].
-    top : bool
-        At the top of the figure instead.
-    """
+    """Put the legend above the panel, with names shortened to the width of the figure."""
     handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
@@ -47,9 +35,14 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE, top: bool = 
     # A panel far to the right, behind long names at its axis, begins later than its legend may have to.
     begin = left if left + wide <= WIDTH - EDGE else WIDTH - EDGE - PIXELS * wide
     look = {
-        "ncols": columns, "frameon": False, "borderpad": PAD, "borderaxespad": 0.2, "handlelength": handle,
-        "handletextpad": BEHIND_HANDLE, "columnspacing": BETWEEN,
-    }  # fmt: skip
+        "ncols": columns,
+        "frameon": False,
+        "borderpad": PAD,
+        "borderaxespad": 0.2,
+        "handlelength": handle,
+        "handletextpad": BEHIND_HANDLE,
+        "columnspacing": BETWEEN,
+    }
     if top:
         axes.figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(begin / WIDTH, 1.0), **look)
     else:
@@ -61,9 +54,7 @@ def legend_in_corner(figure: Figure, axes: Axes) -> float:
     """Put the legend of a panel, in one line, into the upper left corner; return how far it reaches over it [inch]."""
     handles, labels = axes.get_legend_handles_labels()
     columns = len(labels)
-    figure.legend(
-        handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN
-    )
+    figure.legend(handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
     end = CORNER * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
     return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
 

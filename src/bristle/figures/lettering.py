@@ -50,9 +50,8 @@ class Lettering:
         return self.renderer.get_text_width_height_descent(_drawable(printable(s), font), own, ismath)
 
     def draw_text(
-        self, gc: Any, x: float, y: float, s: str, prop: FontProperties, angle: float, ismath: Any = False,
-        mtext: Any = None,
-    ) -> None:  # fmt: skip
+        self, gc: Any, x: float, y: float, s: str, prop: FontProperties, angle: float, ismath: Any = False, mtext: Any = None
+    ) -> None:
         """Draw a text, without the characters that a page must not hold."""
         self.renderer.draw_text(gc, x, y, printable(s), _own(prop)[0], angle, ismath=ismath, mtext=mtext)
 

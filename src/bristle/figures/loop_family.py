@@ -24,9 +24,7 @@ LOOKS: tuple[style.Look, ...] = (MEASURED, style.PREDICTED)
 
 
 @style.styled
-def loop_family(
-    panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None
-) -> Figure:
+def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None) -> Figure:
     """Return force over position, loops upon loops.
 
     Parameters

@@ -20,17 +20,18 @@ __all__ = ["loops_proposed"]
 
 BAR, ROW = 0.55, 0.5
 NAMES = 1.5  # inch
-LOOKS = (
-    {"color": style.PREDICTED["color"]},
-    {"color": style.MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0},
-)
+LOOKS = ({"color": style.PREDICTED["color"]}, {"color": style.MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0})
 
 
 @style.styled
 def loops_proposed(
-    names: Sequence[str], errors: Sequence[float | None], efforts: Sequence[float | None],
-    phases: Sequence[float | None], enough: float, kind: Kind = "translational",
-) -> Figure:  # fmt: skip
+    names: Sequence[str],
+    errors: Sequence[float | None],
+    efforts: Sequence[float | None],
+    phases: Sequence[float | None],
+    enough: float,
+    kind: Kind = "translational",
+) -> Figure:
     """Return bars of what each loop errs by, which effort it takes, and how large its least phase margin is.
 
     Parameters
@@ -51,9 +52,12 @@ def loops_proposed(
     force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
     places = np.arange(len(names), dtype=float)
     panels = zip(
-        row, columns, (length.factor, force.factor, 1.0),
-        (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"), strict=True,
-    )  # fmt: skip
+        row,
+        columns,
+        (length.factor, force.factor, 1.0),
+        (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"),
+        strict=True,
+    )
     for number, (axes, values, factor, label) in enumerate(panels):
         for place, value in zip(places, values * factor, strict=True):
             if np.isfinite(value):

@@ -43,10 +43,7 @@ def margins(assessment: Assessment) -> Figure:
     _draw_circle(poles)
     for look, point in zip(style.SERIES[1:], points, strict=False):
         at = point.loop.poles
-        poles.plot(
-            np.real(at), np.imag(at), linestyle="none", marker=look["marker"], color=look["color"], fillstyle="none",
-            markersize=6,
-        )  # fmt: skip
+        poles.plot(np.real(at), np.imag(at), linestyle="none", marker=look["marker"], color=look["color"], fillstyle="none", markersize=6)
     gain.axhline(1.0, color=style.GREY, linewidth=0.8)
     phase.axhline(-180.0, color=style.GREY, linewidth=0.8)
     gain.set_ylabel("Open loop, gain")

@@ -58,9 +58,7 @@ def marked_path(
         if not beneath:
             axes.plot(x[: first + 1], force[: first + 1], label=names[0], **FIRST)
         axes.plot(x[first:], force[first:], label=names[1], **LAST)
-        axes.plot(
-            x[samples], force[samples], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns",
-        )  # fmt: skip
+        axes.plot(x[samples], force[samples], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns")
         low, high = axes.get_ylim()
         axes.set_ylim(low - BELOW * (high - low), high + ABOVE * (high - low))
         _write_letters(axes, x[samples], force[samples], letters)
@@ -80,7 +78,12 @@ def _write_letters(axes: style.Axes, x: np.ndarray, force: np.ndarray, letters: 
             left, below = position < middle, min(apart, default=1.0) < LETTER
             shift = (-5 if left else 5, -9 if left or below else 2)
             axes.annotate(
-                letter, (position, height), xytext=shift, textcoords="offset points",
-                ha="right" if left else "left", fontsize=8.5, color=style.INK,
-            )  # fmt: skip
+                letter,
+                (position, height),
+                xytext=shift,
+                textcoords="offset points",
+                ha="right" if left else "left",
+                fontsize=8.5,
+                color=style.INK,
+            )
             written.append((letter, position, height))

@@ -43,15 +43,7 @@ class Mechanics(NamedTuple):
 
 
 def draw_layout(axes: Axes, mechanics: Mechanics) -> None:
-    """Draw motor with encoder, couplings, torque sensor, screw with its nut, and table on its guide.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where it is drawn; what else is in it must allow for `LAYOUT_WIDTH` and `LAYOUT_HEIGHT`.
-    mechanics : Mechanics
-        The numbers.
-    """
+    """Draw motor with encoder, couplings, torque sensor, screw with its nut, and table on its guide."""
     axes.set_xlim(0.0, LAYOUT_WIDTH)
     axes.set_ylim(0.0, LAYOUT_HEIGHT)
     axes.set_axis_off()
@@ -65,9 +57,7 @@ def draw_layout(axes: Axes, mechanics: Mechanics) -> None:
 
 
 def _box(axes: Axes, x: float, y: float, width: float, height: float, color: str = METAL, zorder: float = 2.0) -> None:
-    axes.add_patch(
-        Rectangle((x, y), width, height, facecolor=color, edgecolor=style.INK, linewidth=0.9, zorder=zorder)
-    )  # fmt: skip
+    axes.add_patch(Rectangle((x, y), width, height, facecolor=color, edgecolor=style.INK, linewidth=0.9, zorder=zorder))
 
 
 def _around(axes: Axes, x: float, width: float, height: float, color: str = METAL, zorder: float = 2.0) -> None:
@@ -76,9 +66,7 @@ def _around(axes: Axes, x: float, width: float, height: float, color: str = META
 
 
 def _draw_base(axes: Axes) -> None:
-    axes.add_patch(
-        Rectangle((2.0, BASE - 1.8), 96.0, 1.8, facecolor=LIGHT, edgecolor=style.GREY, hatch="////", linewidth=0.8)
-    )  # fmt: skip
+    axes.add_patch(Rectangle((2.0, BASE - 1.8), 96.0, 1.8, facecolor=LIGHT, edgecolor=style.GREY, hatch="////", linewidth=0.8))
 
 
 def _draw_drive(axes: Axes) -> None:
@@ -125,9 +113,19 @@ def _draw_table(axes: Axes) -> None:
 def _draw_arrows(axes: Axes) -> None:
     """Draw what turns, what moves, and what holds it back."""
     axes.add_patch(
-        FancyArrowPatch((27.6, AXIS - 4.2), (27.6, AXIS + 4.2), connectionstyle="arc3,rad=0.4", arrowstyle="-|>",
-                        mutation_scale=9.0, shrinkA=0.0, shrinkB=0.0, color=style.INK, linewidth=1.0, zorder=3.0)
-    )  # fmt: skip
+        FancyArrowPatch(
+            (27.6, AXIS - 4.2),
+            (27.6, AXIS + 4.2),
+            connectionstyle="arc3,rad=0.4",
+            arrowstyle="-|>",
+            mutation_scale=9.0,
+            shrinkA=0.0,
+            shrinkB=0.0,
+            color=style.INK,
+            linewidth=1.0,
+            zorder=3.0,
+        )
+    )
     axes.text(28.6, AXIS + 5.0, "u, θ", fontsize=LINE, style="italic", ha="center", va="bottom")
     _arrow(axes, (89.0, AXIS + 6.8), (95.5, AXIS + 6.8))
     axes.text(92.2, AXIS + 7.4, "x", fontsize=LINE, style="italic", ha="center", va="bottom")
@@ -137,9 +135,10 @@ def _draw_arrows(axes: Axes) -> None:
 
 def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
     axes.add_patch(
-        FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=9.0, shrinkA=0.0, shrinkB=0.0, color=style.INK,
-                        linewidth=1.0, zorder=3.0)
-    )  # fmt: skip
+        FancyArrowPatch(
+            start, end, arrowstyle="-|>", mutation_scale=9.0, shrinkA=0.0, shrinkB=0.0, color=style.INK, linewidth=1.0, zorder=3.0
+        )
+    )
 
 
 def _tell(axes: Axes, mechanics: Mechanics) -> None:
@@ -152,9 +151,7 @@ def _tell(axes: Axes, mechanics: Mechanics) -> None:
     filtered = [f"filter {with_unit(mechanics.cutoff, 'Hz')}"] if math.isfinite(mechanics.cutoff) else []
     _label(axes, 43.0, True, 43.0, AXIS + 4.2, "torque sensor", ["T = F_p + (J − J_m) dω/dt", *filtered])
     behind = f"J − J_m = {_inertia(mechanics.J - mechanics.J_m)}"
-    moved = (
-        f"J = {_inertia(mechanics.J)}, as {with_unit(mechanics.J * (2.0 * math.pi / mechanics.lead) ** 2, 'kg')} there"
-    )
+    moved = f"J = {_inertia(mechanics.J)}, as {with_unit(mechanics.J * (2.0 * math.pi / mechanics.lead) ** 2, 'kg')} there"
     _label(axes, 77.0, True, 77.0, AXIS + 8.2, "table", [f"with coupling and screw {behind}", moved])
     _label(axes, 17.5, False, 17.5, BASE + 4.0, "DC motor", [f"J_m = {_inertia(mechanics.J_m)}"])
     _label(axes, 43.0, False, 33.3, AXIS - 2.8, "couplings", [], also=(52.4, AXIS - 2.8))
@@ -167,16 +164,28 @@ def _inertia(value: float) -> str:
 
 
 def _label(
-    axes: Axes, x: float, above: bool, at: float, height: float, title: str, lines: list[str], align: str = "center",
+    axes: Axes,
+    x: float,
+    above: bool,
+    at: float,
+    height: float,
+    title: str,
+    lines: list[str],
+    align: str = "center",
     also: tuple[float, float] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write above or below the drawing, with a line to the part that is meant."""
     step, edge = 3.0, LAYOUT_HEIGHT - 1.5 if above else 8.5
     for index, text in enumerate([title, *lines]):
         axes.text(
-            x, edge - step * index, text, fontsize=LINE if index == 0 else LINE - 1.0, ha=align, va="center",
+            x,
+            edge - step * index,
+            text,
+            fontsize=LINE if index == 0 else LINE - 1.0,
+            ha=align,
+            va="center",
             fontweight="bold" if index == 0 else "normal",
-        )  # fmt: skip
+        )
     near = edge - step * len(lines) - 1.6 if above else edge + 1.5
     for end in ((at, height), *([also] if also else [])):
         start = at if align == "left" else x

@@ -42,17 +42,19 @@ def model_comparison(identification: Identification) -> Figure:
         if fit.held_out is not None:
             blocks = fit.held_out.block_errors_percent
             axes.plot(
-                blocks, np.full(len(blocks), row), linestyle="none", marker="|", markersize=11, markeredgewidth=1.3,
-                color=style.MEASURED["color"], label=names.pop("blocks", "_"),
-            )  # fmt: skip
+                blocks,
+                np.full(len(blocks), row),
+                linestyle="none",
+                marker="|",
+                markersize=11,
+                markeredgewidth=1.3,
+                color=style.MEASURED["color"],
+                label=names.pop("blocks", "_"),
+            )
             axes.plot(
-                fit.held_out.mean_percent, row, linestyle="none", marker="o", color=style.PREDICTED["color"],
-                label=names.pop("mean", "_"),
-            )  # fmt: skip
-        axes.plot(
-            fit.error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK,
-            label=names.pop("fitted", "_"),
-        )  # fmt: skip
+                fit.held_out.mean_percent, row, linestyle="none", marker="o", color=style.PREDICTED["color"], label=names.pop("mean", "_")
+            )
+        axes.plot(fit.error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK, label=names.pop("fitted", "_"))
     axes.set_yticks(range(len(fits)), models)
     axes.set_ylim(len(fits) - 0.5, -0.5)
     scale = _scale(axes)
@@ -79,9 +81,11 @@ def _scale(axes: Axes) -> str:
 
 
 FIGURE = ReportFigure(
-    name="comparison", takes="identification", draw=model_comparison,
+    name="comparison",
+    takes="identification",
+    draw=model_comparison,
     applies=lambda identification: len(identification.fits) > 1,
     alternative="Error of each model on what was held out",
     caption="Each stroke is one time block, or of several logs one, that the model was not fitted to. Models whose "
     "strokes overlap are about equally good here: then the simpler one is the safer choice.",
-)  # fmt: skip
+)

@@ -72,9 +72,13 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         points = _steady(planned, friction, fast)
         scale = scale_for("length/time", planned.kind, points[:, 0])
         row[0].semilogx(
-            np.abs(points[:, 0]) * scale.factor, np.abs(points[:, 1]) * force.factor, linestyle="none",
-            marker=".", markersize=3.0, color=style.PREDICTED["color"],
-        )  # fmt: skip
+            np.abs(points[:, 0]) * scale.factor,
+            np.abs(points[:, 1]) * force.factor,
+            linestyle="none",
+            marker=".",
+            markersize=3.0,
+            color=style.PREDICTED["color"],
+        )
         # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
         row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))

@@ -15,17 +15,7 @@ CUT = "…"
 
 
 def shortened(name: str, available: float, size: float = LETTERS) -> str:
-    """Return a name as one line, without its middle where it is too long: names differ at their beginnings and ends.
-
-    Parameters
-    ----------
-    name : str
-        As it was written.
-    available : float
-        How wide it may be [inch].
-    size : float
-        Of its letters [points].
-    """
+    """Return a name as one line, without its middle where it is too long: names differ at their beginnings and ends."""
     text = one_line(name[:LONGEST] + name[-LONGEST:] if len(name) > 2 * LONGEST else name)
     if width(text, size) <= available:
         return text

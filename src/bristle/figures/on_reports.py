@@ -31,17 +31,7 @@ def _has_curve(facts: Facts) -> bool:
 
 
 class Place(NamedTuple):
-    """Where a figure stands.
-
-    Parameters
-    ----------
-    section : str
-        Part of the page.
-    module : str
-        The module of this folder that defines it.
-    condition : callable
-        Whether it stands there, by what the report rests on.
-    """
+    """Where a figure stands."""
 
     section: str
     module: str
@@ -74,11 +64,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("log", "passages"),
     ),
     "prediction": (Place("front", "prediction"),),
-    "simulation": (
-        Place("front", "open_loop"),
-        Place("front", "at_reversal"),
-        Place("variants", "following_error"),
-    ),
+    "simulation": (Place("front", "open_loop"), Place("front", "at_reversal"), Place("variants", "following_error")),
     "log": (Place("front", "passages"),),
 }
 """The figures of a report, by the name of its template."""

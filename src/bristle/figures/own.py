@@ -50,9 +50,11 @@ def load_figure_file(path: Readable) -> ReportFigure:
     figure, source = declared_in(content, "FIGURE", ReportFigure, title="figure", mend=MEND), str(content.source)
     if not isinstance(figure.name, str) or not NAME.fullmatch(figure.name) or figure.name in names_on_reports():
         raise InputError(
-            "gives its figure a name that it cannot have", path=source, value=figure.name,
+            "gives its figure a name that it cannot have",
+            path=source,
+            value=figure.name,
             allowed="small letters, digits and _, a letter first, and no name of a figure of bristle",
-        )  # fmt: skip
+        )
     for part in ("title", "caption", "alternative"):
         text = getattr(figure, part)
         if not isinstance(text, str) or not text.strip():
@@ -61,50 +63,34 @@ def load_figure_file(path: Readable) -> ReportFigure:
         raise InputError("its figure is drawn by nothing", path=source, value=figure.draw, mend=MEND)
     unknown = [str(name) for name in figure.needs if name not in RESULTS]
     if unknown or not figure.needs:
-        raise InputError("its figure is drawn from what no report has", path=source, value=", ".join(unknown),
-                         allowed=", ".join(RESULTS), mend='Write takes="identification" or the like')  # fmt: skip
+        raise InputError(
+            "its figure is drawn from what no report has",
+            path=source,
+            value=", ".join(unknown),
+            allowed=", ".join(RESULTS),
+            mend='Write takes="identification" or the like',
+        )
     return figure
 
 
 def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFigure], path: str) -> None:
-    """Refuse a figure that a report can never have.
-
-    Parameters
-    ----------
-    figure : ReportFigure
-        The figure.
-    command : str
-        The command that writes the report.
-    figures : sequence of ReportFigure
-        All of a user's own that are wanted on it.
-    path : str
-        Where it comes from, for messages.
-
-    Raises
-    ------
-    InputError
-        If the report never has what it takes, or another figure has its name.
-    """
+    """Refuse a figure that a report can never have."""
     strange = [name for name in figure.needs if name not in FACTS[command]]
     if strange:
         able = [f"bristle {name}" for name, facts in FACTS.items() if set(figure.needs) <= set(facts)]
-        raise InputError(f"its figure is drawn from what the report of {command} has not", path=path,
-                         value=", ".join(strange), allowed=", ".join(FACTS[command]),
-                         mend=f"Use it with {' or '.join(able)}" if able else "")  # fmt: skip
+        raise InputError(
+            f"its figure is drawn from what the report of {command} has not",
+            path=path,
+            value=", ".join(strange),
+            allowed=", ".join(FACTS[command]),
+            mend=f"Use it with {' or '.join(able)}" if able else "",
+        )
     if [candidate.name for candidate in figures].count(figure.name) > 1:
         raise InputError("another figure has this name, too", path=path, value=figure.name, mend="Write another name")
 
 
-def figures_named(
-    figures: Sequence[ReportFigure | str | os.PathLike[str]], command: str
-) -> tuple[ReportFigure, ...]:  # fmt: skip
-    """Return figures for the report of a command; of files, those that they define.
-
-    Raises
-    ------
-    InputError
-        If one is none, or none for that report.
-    """
+def figures_named(figures: Sequence[ReportFigure | str | os.PathLike[str]], command: str) -> tuple[ReportFigure, ...]:
+    """Return figures for the report of a command; of files, those that they define."""
     loaded = [figure if isinstance(figure, ReportFigure) else load_figure_file(figure) for figure in figures]
     for figure in loaded:
         refuse_unfit(figure, command, loaded, figure.name)
@@ -113,19 +99,16 @@ def figures_named(
 
 @style.styled
 def draw_own(figure: ReportFigure, facts: Facts) -> Figure:
-    """Return a figure of a user's own, drawn in the style of the others; the results stay as they are.
-
-    Raises
-    ------
-    InputError
-        If what draws it returns no figure.
-    """
+    """Return a figure of a user's own, drawn in the style of the others; the results stay as they are."""
     arguments = figure.arguments(facts)
     with untouched(*arguments):
         drawing = figure.draw(*arguments)
     if not isinstance(drawing, Figure):
-        raise InputError(f"returned a {type(drawing).__name__} and no Figure", path=figure.name,
-                         mend="Return the figure that bristle.figures.style.panels made")  # fmt: skip
+        raise InputError(
+            f"returned a {type(drawing).__name__} and no Figure",
+            path=figure.name,
+            mend="Return the figure that bristle.figures.style.panels made",
+        )
     pyplot = sys.modules.get("matplotlib.pyplot")
     if pyplot is not None:
         pyplot.close(drawing)  # it would keep the figure for ever

@@ -47,9 +47,14 @@ def parameters(fit: Fit) -> Figure:
     for row, estimate in enumerate(estimates):
         _draw(axes, row, estimate, edge)
         axes.annotate(
-            _in_words(estimate), (1.0, row), xycoords=("axes fraction", "data"), xytext=(8, 0),
-            textcoords="offset points", va="center", fontsize=8,
-        )  # fmt: skip
+            _in_words(estimate),
+            (1.0, row),
+            xycoords=("axes fraction", "data"),
+            xytext=(8, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+        )
     axes.set_yticks(range(len(estimates)), names)
     axes.set_xticks([tick for tick in TICKS if abs(tick) <= edge])
     axes.xaxis.set_minor_locator(NullLocator())
@@ -106,8 +111,10 @@ def _in_words(estimate: Estimate) -> str:
 
 
 FIGURE = ReportFigure(
-    name="parameters", takes="fit", draw=parameters,
+    name="parameters",
+    takes="fit",
+    draw=parameters,
     alternative="95 % interval of each parameter in percent of its value",
     caption="95 % intervals in percent of each value, on a scale that is linear within ± 1 % and logarithmic beyond. "
     "Dashed: not identified by this log. Hollow square: held.",
-)  # fmt: skip
+)

@@ -42,9 +42,7 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     segments : sequence of Passage
         What it contains.
     """
-    loops = (
-        [segment for segment in segments if segment.kind in ("loops", "break_away")] if log.effort is not None else []
-    )
+    loops = [segment for segment in segments if segment.kind in ("loops", "break_away")] if log.effort is not None else []
     figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
     _draw_time(rows[0][0], log, segments)
     if loops:
@@ -61,9 +59,15 @@ def _draw_time(axes: Axes, log: Log, segments: Sequence[Passage]) -> None:
             shade, hatch = SHADES[segment.kind]
             label = segment.kind.replace("_", " ")
             axes.axvspan(
-                segment.begin * span.factor, segment.end * span.factor, facecolor=shade, hatch=hatch, edgecolor="white",
-                linewidth=0, zorder=0, label=f"_{label}" if label in named else label,
-            )  # fmt: skip
+                segment.begin * span.factor,
+                segment.end * span.factor,
+                facecolor=shade,
+                hatch=hatch,
+                edgecolor="white",
+                linewidth=0,
+                zorder=0,
+                label=f"_{label}" if label in named else label,
+            )
             named.add(label)
     x, y = line(time, position)
     axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
@@ -104,6 +108,4 @@ def _caption(log: Log, passages: Sequence[Passage]) -> str:
     return shaded + loops * _has_loops(log, passages)
 
 
-FIGURE = ReportFigure(
-    name="passages", takes=("log", "passages"), draw=passages, alternative=_alternative, caption=_caption
-)
+FIGURE = ReportFigure(name="passages", takes=("log", "passages"), draw=passages, alternative=_alternative, caption=_caption)

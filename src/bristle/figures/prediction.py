@@ -45,9 +45,7 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     return figure
 
 
-def _draw_position(
-    course: style.Axes, off: style.Axes, log: Prediction, position_predicted: np.ndarray, kind: Kind
-) -> None:
+def _draw_position(course: style.Axes, off: style.Axes, log: Prediction, position_predicted: np.ndarray, kind: Kind) -> None:
     error = log.position - position_predicted
     span = time_scale(log.time)
     scale = scale_for("length", kind, log.position, position_predicted)
@@ -56,10 +54,7 @@ def _draw_position(
         x = log.time * span.factor
         draw_band(course, x, position_predicted * scale.factor, half_width * scale.factor)
         draw_band(off, x, np.zeros(x.size), half_width * error_scale.factor)
-    for signal, look, name in (
-        (log.position, style.MEASURED, "measured"),
-        (position_predicted, style.PREDICTED, "predicted"),
-    ):
+    for signal, look, name in ((log.position, style.MEASURED, "measured"), (position_predicted, style.PREDICTED, "predicted")):
         x, y = line(log.time, signal)
         course.plot(x * span.factor, y * scale.factor, label=name, **look)
     x, y = line(log.time, error)
@@ -85,6 +80,10 @@ def _caption(predicted: Prediction, kind: Kind) -> str:
 
 
 FIGURE = ReportFigure(
-    name="prediction", takes=("prediction", "kind"), draw=prediction, alternative=_alternative, caption=_caption,
+    name="prediction",
+    takes=("prediction", "kind"),
+    draw=prediction,
+    alternative=_alternative,
+    caption=_caption,
     applies=lambda predicted, kind: predicted.effort_predicted is not None or predicted.position_predicted is not None,
-)  # fmt: skip
+)

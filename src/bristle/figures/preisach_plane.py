@@ -60,20 +60,7 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
 
 
 def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
-    """Return the corners (beta, alpha) of the line below which relays are up, from that of the demagnetised state on.
-
-    Parameters
-    ----------
-    turning_points : sequence of float
-        Inputs where the operator turned and that it remembers, oldest first [m or rad].
-    u : float
-        Input now [m or rad].
-
-    Returns
-    -------
-    ndarray, shape (corner, 2)
-        The corners; the last one is the input, on the diagonal.
-    """
+    """Return the corners (beta, alpha) of the line below which relays are up, from that of the demagnetised state on."""
     first, *later = [*turning_points, u]
     beta, alpha = -abs(first), abs(first)
     corners, rising = [(beta, alpha)], first > 0.0
@@ -84,30 +71,12 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
     return np.array([*corners, (u, u)])
 
 
-def draw_plane(
-    axes: Axes, corners: np.ndarray, extent: float, length: Scale, name: str = "relays up", hatch: str | None = None
-) -> None:
-    """Draw the plane up to a threshold of `extent` [m or rad], with the corners of the staircase in it.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where it is drawn.
-    corners : ndarray, shape (corner, 2)
-        What `staircase` returns.
-    extent : float
-        Largest threshold shown [m or rad].
-    length : Scale
-        The unit of thresholds.
-    name, hatch : str
-        What the set of relays that are up is called, and how it is hatched.
-    """
+def draw_plane(axes: Axes, corners: np.ndarray, extent: float, length: Scale, name: str = "relays up", hatch: str | None = None) -> None:
+    """Draw the plane up to a threshold of `extent` [m or rad], with the corners of the staircase in it."""
     edge = extent * length.factor
     line = np.vstack(([-edge, edge], corners * length.factor))
     up = np.vstack((line, [-edge, -edge]))
-    axes.fill(
-        up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name
-    )  # fmt: skip
+    axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
     axes.plot([-edge, edge], [-edge, edge], color=style.GREY, linewidth=0.9, label="_diagonal")
     axes.plot(line[:, 0], line[:, 1], color="#0b3c6f", linewidth=1.6, label="memory")
     axes.plot(*line[-1], "o", color="#e0a83c", markersize=5.0, label="input now")

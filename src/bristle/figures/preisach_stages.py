@@ -26,9 +26,7 @@ HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
 
 
 @style.styled
-def preisach_stages(
-    operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None
-) -> Figure:
+def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None) -> Figure:
     """Return the planes at the turns of a history that begins in saturation, and the force along it.
 
     Parameters
@@ -47,9 +45,7 @@ def preisach_stages(
     path = [saturated, *turns]
     length = scale_for("length", operator.kind, np.array(path))
     extent = 1.1 * max(map(abs, path))
-    figure, (above, (below,)) = style.panels(
-        5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7
-    )
+    figure, (above, (below,)) = style.panels(5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7)
     for index, axes in enumerate(above):
         state, memory = after(operator, [0.0, *path[: index + 2]])
         corners = staircase(memory[: state.depth].tolist(), state.z)
@@ -61,9 +57,15 @@ def preisach_stages(
             axes.tick_params(labelleft=False)
     handles = above[0].get_legend_handles_labels()
     figure.legend(
-        *handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, handlelength=1.2,
-        columnspacing=1.4, borderaxespad=0.1,
-    )  # fmt: skip
+        *handles,
+        loc="upper right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=4,
+        frameon=False,
+        handlelength=1.2,
+        columnspacing=1.4,
+        borderaxespad=0.1,
+    )
     _draw_force(below, operator, path, arm, effort or operator.kind)
     return figure
 
@@ -73,17 +75,11 @@ def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
 
     Between one minimum and the next relays are up to the maximum before: a trapezoid on the diagonal. While the input
     rises the last one is still a triangle, with the input at its tip.
-
-    Parameters
-    ----------
-    path : sequence of float
-        Saturation far down first, then maxima and minima each inside the ones before, the input now last [m or rad].
     """
     minima, maxima = list(path[::2]), list(path[1::2])
     ends = minima[1:] if len(minima) > len(maxima) else [*minima[1:], maxima[-1]]
     return [
-        np.array([(left, left), (left, top), (right, top), (right, right)])
-        for left, right, top in zip(minima, ends, maxima, strict=False)
+        np.array([(left, left), (left, top), (right, top), (right, right)]) for left, right, top in zip(minima, ends, maxima, strict=False)
     ]
 
 
@@ -92,16 +88,27 @@ def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     for index, corners in enumerate(trapezoids(path)):
         scaled = corners * length.factor
         axes.fill(
-            scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=HATCH, hatch=HATCHES[index % len(HATCHES)],
-            linewidth=0.8, label="trapezoids Qₖ" if index == 0 else "_trapezoid",
-        )  # fmt: skip
+            scaled[:, 0],
+            scaled[:, 1],
+            facecolor="none",
+            edgecolor=HATCH,
+            hatch=HATCHES[index % len(HATCHES)],
+            linewidth=0.8,
+            label="trapezoids Qₖ" if index == 0 else "_trapezoid",
+        )
         (left, _), (_, top), (right, _), _ = scaled
         # The middle of a trapezoid over a slanted base.
         x = 0.5 * (left + right) - 0.08 * (right - left)
         axes.text(
-            x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK,
+            x,
+            0.5 * (top + x),
+            f"Q{INDICES[index]}",
+            ha="center",
+            va="center",
+            fontsize=8.0,
+            color=style.INK,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-        )  # fmt: skip
+        )
 
 
 def _draw_force(axes: Axes, operator: Model, path: Sequence[float], arm: float, effort: Kind) -> None:
@@ -116,9 +123,13 @@ def _draw_force(axes: Axes, operator: Model, path: Sequence[float], arm: float, 
         axes.plot(x[end], y[end], "o", color="#e0a83c", markersize=5.0)
         side = -1 if path[i + 1] < path[i] else 1
         axes.annotate(
-            f"({LETTERS[i]})", (x[end], y[end]), xytext=(6 * side, 1), textcoords="offset points", color=style.INK,
+            f"({LETTERS[i]})",
+            (x[end], y[end]),
+            xytext=(6 * side, 1),
+            textcoords="offset points",
+            color=style.INK,
             ha="left" if side > 0 else "right",
-        )  # fmt: skip
+        )
     axes.margins(x=0.05, y=0.1)
     axes.set_xlabel(length.label(position_word(operator.kind)))
     axes.set_ylabel(force.label(f"Friction {word.lower()}"))

@@ -18,9 +18,7 @@ CURVES_SHOWN = 24  # curves
 
 
 @style.styled
-def recorded_curves(
-    curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind
-) -> Figure:
+def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
     """Return output over input, recorded and predicted, and the difference of both.
 
     Parameters

@@ -33,9 +33,7 @@ def residuals(fit: Fit) -> Figure:
     """
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
-    figure, ((over_time, spread), (white,)) = style.panels(
-        4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26
-    )
+    figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)
     span = time_scale(time)
     x, y = line(time, residual)
     over_time.plot(x * span.factor, y * scale.factor, color=style.PREDICTED["color"], linewidth=0.7)
@@ -80,38 +78,20 @@ def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarr
 
 
 def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) -> tuple[np.ndarray, int]:
-    """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used.
-
-    Parameters
-    ----------
-    time, residual : ndarray, shape (sample,)
-        When and what.
-    lags : int
-        Largest lag, in samples.
-
-    Returns
-    -------
-    correlation : ndarray, shape (lag + 1,)
-        1 at lag 0.
-    count : int
-        Samples that it was taken from.
-    """
+    """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used."""
     parts = [residual[part] - residual.mean() for part in runs(time, residual)]
     longest = max((part.size for part in parts), default=1)
     reach = min(lags, longest - 1)
-    products = np.array(
-        [
-            sum(float(part[: part.size - lag] @ part[lag:]) for part in parts if part.size > lag)
-            for lag in range(reach + 1)
-        ]
-    )
+    products = np.array([sum(float(part[: part.size - lag] @ part[lag:]) for part in parts if part.size > lag) for lag in range(reach + 1)])
     return (products / products[0] if products[0] > 0.0 else products), sum(part.size for part in parts)
 
 
 FIGURE = ReportFigure(
-    name="residuals", takes="fit", draw=residuals,
+    name="residuals",
+    takes="fit",
+    draw=residuals,
     alternative="Residuals over time, their distribution and autocorrelation",
     caption="What the model leaves over. Bursts at reversals point to friction before sliding, a drift to temperature "
     "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are alike: then standard "
     "errors, which take them for independent, are too small.",
-)  # fmt: skip
+)

@@ -89,9 +89,14 @@ def _panels(count: int, close_up: bool) -> tuple[Figure, Axes, list[Axes]]:
     columns = min(count, COLUMNS)
     rows = -(-count // columns)
     figure, (above, *below) = style.panels(
-        4.7 + ROW * (rows - 1), rows=1 + rows, columns=columns, heights=(0.75, *([1.0] * rows)), undivided=(0,),
-        between=APART if close_up else BETWEEN, top=0.4,
-    )  # fmt: skip
+        4.7 + ROW * (rows - 1),
+        rows=1 + rows,
+        columns=columns,
+        heights=(0.75, *([1.0] * rows)),
+        undivided=(0,),
+        between=APART if close_up else BETWEEN,
+        top=0.4,
+    )
     panels = [axes for row in below for axes in row]
     for unused in panels[count:]:
         unused.remove()

@@ -21,17 +21,7 @@ _UNNAMED = re.compile(r"_?(child\d+|nolegend_|)")
 
 
 def series_names(drawn: Sequence[Drawn], figure_wide: Sequence[Drawn], y: str) -> list[str]:
-    """Return what each thing of a panel is called: by its label, else by what looks like it, else by what it is.
-
-    Parameters
-    ----------
-    drawn : sequence of Drawn
-        What is drawn in the panel.
-    figure_wide : sequence of Drawn
-        What is drawn in the figure.
-    y : str
-        What stands at the axis of the panel.
-    """
+    """Return what each thing of a panel is called: by its label, else by what looks like it, else by what it is."""
     names = [_label(graphic) or _called_alike(graphic, drawn, figure_wide) for graphic in drawn]
     _name_by_colour(names, drawn, figure_wide)
     words = [name or _word(graphic, drawn, y) for graphic, name in zip(drawn, names, strict=True)]
@@ -71,11 +61,7 @@ def _name_by_colour(names: list[str], drawn: Sequence[Drawn], figure_wide: Seque
     """Name what has the colour of something named in the panel; or, where several have, in the figure."""
     by_colour = {_colour(graphic.artist): name for graphic, name in zip(drawn, names, strict=True) if name}
     figure = {_colour(graphic.artist): _label(graphic) for graphic in figure_wide if _label(graphic)}
-    rest = (
-        {_colour(graphic.artist) for graphic, name in zip(drawn, names, strict=True) if not name}
-        - by_colour.keys()
-        - AIDS
-    )
+    rest = {_colour(graphic.artist) for graphic, name in zip(drawn, names, strict=True) if not name} - by_colour.keys() - AIDS
     # A colour alone, of a panel with one thing in it, is a colour and no name.
     by_colour |= {colour: figure[colour] for colour in rest} if len(rest) > 1 and rest <= figure.keys() else {}
     for index, graphic in enumerate(drawn):

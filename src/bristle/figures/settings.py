@@ -67,9 +67,7 @@ class _Turn:
 _turn = _Turn()
 if hasattr(os, "register_at_fork"):
     # A child that is forked while another thread draws would find its settings changed and nobody to put them back.
-    os.register_at_fork(
-        before=_turn.lock.acquire, after_in_parent=_turn.lock.release, after_in_child=_turn.lock.release
-    )
+    os.register_at_fork(before=_turn.lock.acquire, after_in_parent=_turn.lock.release, after_in_child=_turn.lock.release)
 
 
 @contextmanager

@@ -32,42 +32,13 @@ def force_over_position(
     top: float = 0.32,
     beneath: tuple[str, Traces] | None = None,
 ) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
-    """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions.
-
-    Parameters
-    ----------
-    traces : mapping of str to (x, force)
-        Positions [m or rad] and forces [N or N*m], by the name of the model.
-    titles : mapping of str to str
-        What stands above each panel.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    effort : {"translational", "rotational"}, optional
-        Where a torque is shown over a travel: the kind that the forces are of.
-    columns : int
-        Panels in a row.
-    top : float
-        Room above the first row [inch].
-    beneath : (str, mapping of str to (x, force)), optional
-        What is drawn in the panels first, wide and light: what it is called, and by the same names what it is.
-
-    Returns
-    -------
-    figure : Figure
-        The figure.
-    panels : iterator of (name, axes, x, force)
-        Panels in order, with positions and forces in the units of their axes.
-    length : Scale
-        The unit of the positions.
-    """
+    """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions."""
     under, first = beneath or ("", {})
     loops = [*traces.values(), *first.values()]
     length = scale_for("length", kind, *(x for x, _ in loops))
     force, word = effort_scale(effort or kind, *(f for _, f in loops))
     rows = -(-len(traces) // columns)
-    figure, grid = style.panels(
-        0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top
-    )
+    figure, grid = style.panels(0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top)
     panels = [axes for row in grid for axes in row]
     low = min(float(np.min(f)) for _, f in loops) * force.factor
     high = max(float(np.max(f)) for _, f in loops) * force.factor
@@ -86,8 +57,5 @@ def force_over_position(
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(force.label(f"Friction {word.lower()}"))
-    drawn = (
-        (name, axes, x * length.factor, f * force.factor)
-        for axes, (name, (x, f)) in zip(panels, traces.items(), strict=False)
-    )
+    drawn = ((name, axes, x * length.factor, f * force.factor) for axes, (name, (x, f)) in zip(panels, traces.items(), strict=False))
     return figure, drawn, length

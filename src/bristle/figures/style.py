@@ -75,29 +75,22 @@ def panels(
     gap: float = 0.66,
     between: float = 0.62,
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure as wide as a page and its axes by row and column.
-
-    Parameters
-    ----------
-    height : float
-        Of the figure [inch].
-    rows, columns : int
-        How many panels.
-    heights, widths : sequence of float, optional
-        How the room is shared between rows and between columns.
-    undivided : sequence of int
-        Rows that are one panel.
-    left, right, top, bottom, gap, between : float
-        Margins, and the room between rows and between columns [inch]: set, not solved for, because solving takes
-        longer than drawing.
-    """
+    """Return a figure as wide as a page and its axes by row and column."""
     figure = Drawing(figsize=(WIDTH, height))
     tall = (height - top - bottom - gap * (rows - 1)) / rows
     wide = panel_width(columns, between, left, right)
     grid = figure.add_gridspec(
-        rows, columns, height_ratios=heights, width_ratios=widths, hspace=gap / tall, wspace=between / wide,
-        left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height,
-    )  # fmt: skip
+        rows,
+        columns,
+        height_ratios=heights,
+        width_ratios=widths,
+        hspace=gap / tall,
+        wspace=between / wide,
+        left=left / WIDTH,
+        right=1 - right / WIDTH,
+        bottom=bottom / height,
+        top=1 - top / height,
+    )
     shares = [[slice(None)] if row in undivided else range(columns) for row in range(rows)]
     return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
 
@@ -113,19 +106,7 @@ def room_for(names: Sequence[str]) -> float:
 
 
 def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -> None:
-    """Put a title above the panel, shortened to its width.
-
-    Parameters
-    ----------
-    axes : Axes
-        The panel.
-    text : str
-        The title.
-    name : str, optional
-        What it begins with: that alone is shortened, as a number that is cut would be another number.
-    beside : float
-        Room that something else takes beside it [inch].
-    """
+    """Put a title above the panel, shortened to its width."""
     name = text if name is None or not text.startswith(name) else name
     behind = text[len(name) :]
     available = WIDTH * axes.get_position().width - beside - width(behind, LETTERS)

@@ -20,9 +20,7 @@ __all__ = ["tracking"]
 
 
 @style.styled
-def tracking(
-    results: Mapping[str, VariantResult], settle: float, close: tuple[float, float], kind: Kind = "translational"
-) -> Figure:
+def tracking(results: Mapping[str, VariantResult], settle: float, close: tuple[float, float], kind: Kind = "translational") -> Figure:
     """Return reference and encoder reading over time, a row for each loop.
 
     Parameters
@@ -36,17 +34,13 @@ def tracking(
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    figure, grid = style.panels(
-        0.4 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.55, top=0.4
-    )
+    figure, grid = style.panels(0.4 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.55, top=0.4)
     for (full, near), result in zip(grid, results.values(), strict=True):
         inside = (result.time >= close[0]) & (result.time <= close[1])
         for axes, part in ((full, result.time >= settle), (near, inside)):
             span = time_scale(result.time[part])
             length = scale_for("length", kind, result.reference[part])
-            for signal, look, label in (
-                (result.reference, style.MEASURED, "command"), (result.measured, style.PREDICTED, "encoder"),
-            ):  # fmt: skip
+            for signal, look, label in ((result.reference, style.MEASURED, "command"), (result.measured, style.PREDICTED, "encoder")):
                 x, y = line(result.time[part], signal[part])
                 axes.plot(x * span.factor, y * length.factor, label=label, **look)
             axes.set_xlabel(span.label("Time"))

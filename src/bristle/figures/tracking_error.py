@@ -44,8 +44,7 @@ def tracking_error(results: Mapping[str, VariantResult], settle: float, kind: Ki
     for (axes,), (name, result) in zip(grid, results.items(), strict=True):
         forward = np.gradient(result.reference) > 0.0
         span = time_scale(result.time)
-        for moving, look, label in ((forward, FORWARD, "moving forward"),
-                                    (~forward, style.PREDICTED, "moving backward")):  # fmt: skip
+        for moving, look, label in ((forward, FORWARD, "moving forward"), (~forward, style.PREDICTED, "moving backward")):
             x, y = line(result.time[judged[name]], np.where(moving, errors[name], np.nan)[judged[name]], columns=960)
             axes.plot(x * span.factor, y * length.factor, label=label, **look)
         axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))

@@ -15,13 +15,7 @@ DEEPEST = 8
 
 @contextmanager
 def untouched(*values: Any) -> Iterator[None]:
-    """Let no array in these values be written to while this lasts.
-
-    Parameters
-    ----------
-    *values : object
-        Results: dataclasses, mappings and sequences of them, arrays.
-    """
+    """Let no array in these values be written to while this lasts."""
     held = [array for array in _arrays_in(values, set(), DEEPEST) if array.flags.writeable]
     for array in held:
         array.flags.writeable = False

@@ -36,13 +36,7 @@ LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 
 def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
-    """Return a log and what is known of its axis; a path of either is read, and so is a table of columns.
-
-    Raises
-    ------
-    InputError
-        If one is neither, or its file cannot be used.
-    """
+    """Return a log and what is known of its axis; a path of either is read, and so is a table of columns."""
     from bristle.files.log import read_log
 
     axis = looked_at(optional(AXIS), axis, "axis", None)
@@ -53,30 +47,22 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
 
 
 def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
-    """Return an axis for each of `count` logs: the only one there is for all of them, or each its own.
-
-    Raises
-    ------
-    InputError
-        If there is another number of them.
-    """
+    """Return an axis for each of `count` logs: the only one there is for all of them, or each its own."""
     described = list(axes) or [None]
     if len(described) == 1:
         return described * count
     if len(described) != count:
-        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}",
-                         mend="Give one axis file for all logs, or one for each, in their order")  # fmt: skip
+        raise InputError(
+            f"{len(described)} for {count} logs",
+            path="axis",
+            allowed=f"1, or {count}",
+            mend="Give one axis file for all logs, or one for each, in their order",
+        )
     return described
 
 
 def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
-    """Return one log or several, each with what is known of its axis: one axis for all, or as many as logs.
-
-    Raises
-    ------
-    InputError
-        If one is neither a log nor its file, or the axes do not match the logs.
-    """
+    """Return one log or several, each with what is known of its axis: one axis for all, or as many as logs."""
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
     if not logs:
         raise InputError("names no log", path="log", mend="Give at least one")

@@ -19,17 +19,7 @@ WANTED_BY = "the columns of a Parquet file"
 
 
 def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -> str:
-    """Write arrays of one length into a folder of results; return the name of the file.
-
-    Parameters
-    ----------
-    folder : Results
-        The folder.
-    stem : str
-        Name of the file without its ending, which is ``.parquet``, or ``.npz`` where pyarrow is not installed.
-    arrays : mapping of str to ndarray, shape (row,) or (row, entry)
-        By name. In Parquet a row of a two-dimensional array is a list.
-    """
+    """Write arrays of one length into a folder of results; return the name of the file."""
     out, plain = io.BytesIO(), {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
     try:
         pyarrow, parquet = library("pyarrow", WANTED_BY), library("pyarrow.parquet", WANTED_BY)
@@ -45,15 +35,7 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
 
 
 def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
-    """Return the arrays of such a file, by name; nothing where there is no file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    MissingExtraError
-        If it is Parquet and pyarrow is not installed.
-    """
+    """Return the arrays of such a file, by name; nothing where there is no file."""
     parquet, npz = folder / f"{stem}.parquet", folder / f"{stem}.npz"
     if parquet.is_file():
         table: Any = _read(parquet, library("pyarrow.parquet", str(parquet)).read_table)

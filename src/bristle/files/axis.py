@@ -65,20 +65,13 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
 
 
 def axis_from(data: dict[str, Any]) -> Axis:
-    """Return the axis that the content of an axis file describes.
-
-    Raises
-    ------
-    InputError
-        With key, value and what is allowed there.
-    """
+    """Return the axis that the content of an axis file describes."""
     check_schema(data)
     refuse_open(data)
     refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
     if file.columns.position is None and file.columns.velocity is None:
-        raise InputError("is missing", path="columns.position",
-                         mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')  # fmt: skip
+        raise InputError("is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')
     drive = _drive_of(file)
     columns = {
         name: _column(name, entry, drive)
@@ -131,10 +124,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
 
 def _thresholds(file: AxisFile) -> dict[str, float]:
     thresholds, number = file.identification.settings, Variable("1", "threshold")
-    return {
-        name: units.quantity(threshold, number, path=f"identification.settings.{name}")
-        for name, threshold in thresholds.items()
-    }
+    return {name: units.quantity(threshold, number, path=f"identification.settings.{name}") for name, threshold in thresholds.items()}
 
 
 def _drive_of(file: AxisFile) -> Drive:
@@ -264,19 +254,14 @@ def _sample_time(file: AxisFile) -> float | None:
 def _mass(file: AxisFile) -> float | None:
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
-        raise InputError(
-            f"is not what a {file.kind} axis has",
-            path=f"plant.{wrong}",
-            mend=f"Write {right} in {MASS.unit(file.kind)}",
-        )
+        raise InputError(f"is not what a {file.kind} axis has", path=f"plant.{wrong}", mend=f"Write {right} in {MASS.unit(file.kind)}")
     return _positive(getattr(file.plant, right), MASS, file.kind, f"plant.{right}")
 
 
 def _of_oscillator(file: AxisFile, key: str, variable: Variable) -> float | None:
     raw = getattr(file.plant, key)
     if raw is not None and file.plant.model != "oscillator":
-        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw,
-                         mend='Write model = "oscillator" under [plant]')  # fmt: skip
+        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw, mend='Write model = "oscillator" under [plant]')
     return _positive(raw, variable, file.kind, f"plant.{key}")
 
 
@@ -305,13 +290,9 @@ def _span(file: AxisFile) -> tuple[float, float] | None:
 def _stroke(file: AxisFile) -> tuple[float, float] | None:
     if file.limits.stroke is None:
         return None
-    low, high = (
-        units.quantity(end, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, end in enumerate(file.limits.stroke)
-    )
+    low, high = (units.quantity(end, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, end in enumerate(file.limits.stroke))
     if low >= high:
-        raise InputError(
-            "must rise", path="limits.stroke", value=file.limits.stroke, allowed="[smallest, largest position]"
-        )
+        raise InputError("must rise", path="limits.stroke", value=file.limits.stroke, allowed="[smallest, largest position]")
     return low, high
 
 

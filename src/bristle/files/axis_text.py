@@ -19,18 +19,7 @@ HEAD = "# The axis that these results were made with, in SI.\n"
 
 
 def axis_text(axis: Axis) -> bytes | None:
-    """Return an axis file that says what an axis says.
-
-    Parameters
-    ----------
-    axis : Axis
-        The axis. One that was read from a file is told by that file, as long as nothing of it was changed since.
-
-    Returns
-    -------
-    bytes or None
-        TOML in UTF-8; None where an axis file cannot say it, as of columns with a scale that is no unit.
-    """
+    """Return an axis file that says what an axis says."""
     from bristle.files.axis import read_axis
 
     if axis.text and read_axis(axis.text) == axis:
@@ -48,21 +37,43 @@ def _written(axis: Axis) -> bytes:
     tables = {
         "columns": {name: _column(column) for name, column in axis.columns.items()},
         "log": {"table": axis.table, "span": list(axis.span) if axis.span else None, "start": _start(axis)},
-        "effort": {"limit": axis.effort_limit, "held": axis.held, "hold": axis.hold, "periodic": axis.periodic,
-                   "lag": "identify" if axis.seeks_lag else axis.lag or None} | _constant(axis),
-        "plant": {"model": axis.plant, "mass" if axis.kind == "translational" else "inertia": axis.mass,
-                  "stiffness": axis.stiffness, "damping": axis.damping, "offset": axis.offset,
-                  "presliding": axis.presliding, "gravity": "link" if axis.gravity else None},
+        "effort": {
+            "limit": axis.effort_limit,
+            "held": axis.held,
+            "hold": axis.hold,
+            "periodic": axis.periodic,
+            "lag": "identify" if axis.seeks_lag else axis.lag or None,
+        }
+        | _constant(axis),
+        "plant": {
+            "model": axis.plant,
+            "mass" if axis.kind == "translational" else "inertia": axis.mass,
+            "stiffness": axis.stiffness,
+            "damping": axis.damping,
+            "offset": axis.offset,
+            "presliding": axis.presliding,
+            "gravity": "link" if axis.gravity else None,
+        },
         "transmission": {"lead": axis.pitch},
         "encoder": {"resolution": axis.resolution},
         "timing": {"sample_time": axis.sample_time, "delay": None if axis.seeks_delay else axis.delay},
-        "limits": {"velocity": axis.velocity_limit, "acceleration": axis.acceleration_limit, "jerk": axis.jerk_limit,
-                   "stroke": list(axis.stroke) if axis.stroke else None},
-        "identification": {"cutoff": axis.cutoff, "decimation": axis.decimation,
-                           "rests": "keep" if axis.keeps_rests else None, "method": axis.method, "loop": axis.loop,
-                           "global_search": axis.global_search or None, "settings": dict(axis.settings) or None},
+        "limits": {
+            "velocity": axis.velocity_limit,
+            "acceleration": axis.acceleration_limit,
+            "jerk": axis.jerk_limit,
+            "stroke": list(axis.stroke) if axis.stroke else None,
+        },
+        "identification": {
+            "cutoff": axis.cutoff,
+            "decimation": axis.decimation,
+            "rests": "keep" if axis.keeps_rests else None,
+            "method": axis.method,
+            "loop": axis.loop,
+            "global_search": axis.global_search or None,
+            "settings": dict(axis.settings) or None,
+        },
         "controller": _controller(axis.controller),
-    }  # fmt: skip
+    }
     document = {
         "schema": 1,
         "name": axis.name,
@@ -70,13 +81,10 @@ def _written(axis: Axis) -> bytes:
         "injected": [_injected(known_input) for known_input in axis.injected],
         "known": [_known_column(column) for column in axis.regressors],
         "cogging": [
-            {"turn": one.turner, "harmonics": "identify" if one.harmonics is None else list(one.harmonics)}
-            for one in axis.cogging
+            {"turn": one.turner, "harmonics": "identify" if one.harmonics is None else list(one.harmonics)} for one in axis.cogging
         ],
     }
-    document |= {
-        name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()
-    }
+    document |= {name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()}
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
     return (HEAD + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
 

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["NUMBERS", "bands_at", "bands_table"]
 
-NUMBERS = (
-    "scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop",
-)  # fmt: skip
+NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
 MEMBERS = 40
 DIGITS = 7
 
@@ -51,13 +49,7 @@ def _short(value: Any) -> Any:
 
 
 def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit.
-    """
+    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none."""
     if value is None:
         return None
     table = table_at(value, "bands")
@@ -65,12 +57,16 @@ def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
     bands: dict[str, Any] = {}
     for name in NUMBERS:
         if name not in table:
-            raise InputError("is missing, as from an earlier version", path=f"bands.{name}",
-                             mend="Identify again, or leave [bands] out to predict without bands")  # fmt: skip
+            raise InputError(
+                "is missing, as from an earlier version",
+                path=f"bands.{name}",
+                mend="Identify again, or leave [bands] out to predict without bands",
+            )
         number = table[name]
         if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
-            raise InputError("must be a number", path=f"bands.{name}", value=number, allowed=">= 0",
-                             mend="Leave [bands] out to predict without bands")  # fmt: skip
+            raise InputError(
+                "must be a number", path=f"bands.{name}", value=number, allowed=">= 0", mend="Leave [bands] out to predict without bands"
+            )
         bands[name] = float(number)
     names = {key_of(name): name for name in parameters}
     draws = table_at(table.get("draws", {}), "bands.draws")

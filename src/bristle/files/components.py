@@ -11,16 +11,7 @@ from bristle.core.contracts import Component, Model, make_model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Kind, Variable
 
-__all__ = [
-    "check_keys",
-    "check_schema",
-    "component_named",
-    "key_of",
-    "model_from",
-    "number_at",
-    "parameters_in",
-    "table_at",
-]
+__all__ = ["check_keys", "check_schema", "component_named", "key_of", "model_from", "number_at", "parameters_in", "table_at"]
 
 
 def key_of(name: str) -> str:
@@ -29,26 +20,14 @@ def key_of(name: str) -> str:
 
 
 def table_at(value: Any, path: str) -> dict[str, Any]:
-    """Return a value of a file that must be a table.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a value of a file that must be a table."""
     if not isinstance(value, dict):
         raise InputError("must be a table", path=path, value=value, mend=f"Write [{path}] on a line of its own")
     return value
 
 
 def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> None:
-    """Refuse a key that is not known, and suggest the one that was meant.
-
-    Raises
-    ------
-    InputError
-        With the path of the key.
-    """
+    """Refuse a key that is not known, and suggest the one that was meant."""
     names = list(expected)
     for key, value in table.items():
         if key not in names:
@@ -62,102 +41,44 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
-    """Refuse a file that does not say ``schema = 1``.
-
-    Raises
-    ------
-    InputError
-        If the schema is missing or another one.
-    """
+    """Refuse a file that does not say ``schema = 1``."""
     if "schema" not in data:
         raise InputError("is missing", path="schema", mend="Write schema = 1 on the first line")
     if type(data["schema"]) is not int or data["schema"] != 1:
         mend = "Is the file from a newer bristle?" if type(data["schema"]) is int else "Write schema = 1"
-        raise InputError(
-            "is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend
-        )
+        raise InputError("is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend)
 
 
 def component_named(name: Any, registry: Mapping[str, Component], path: str) -> Any:
-    """Return the component of this name.
-
-    Raises
-    ------
-    InputError
-        If the registry has none.
-    """
+    """Return the component of this name."""
     if isinstance(name, str) and name in registry:
         return registry[name]
-    raise InputError(
-        "there is no such model",
-        path=path,
-        value=name,
-        allowed=", ".join(registry),
-        mend=did_you_mean(name, registry),
-    )
+    raise InputError("there is no such model", path=path, value=name, allowed=", ".join(registry), mend=did_you_mean(name, registry))
 
 
-def parameters_in(
-    table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()
-) -> dict[str, Any]:
-    """Return the parameters that a table gives, under the names that they have in code.
-
-    Parameters
-    ----------
-    table : mapping
-        The table.
-    component : Component
-        Whose parameters they are.
-    path : str
-        Key of the table, for messages.
-    beside : tuple of str
-        Keys that the table may hold besides parameters.
-
-    Raises
-    ------
-    InputError
-        If a key is not known.
-    """
+def parameters_in(table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the parameters that a table gives, under the names that they have in code."""
     names = {key_of(name): name for name in component.variables}
     check_keys(table, (*beside, *names), path)
     return {names[key]: value for key, value in table.items() if key in names}
 
 
 def model_from(
-    table: Any, registry: Mapping[str, Component], *, kind: Kind, path: str, default: str = "",
-    find: Callable[[str, Iterable[str], str], Component] | None = None, own: Component | None = None,
-) -> Model:  # fmt: skip
-    """Return the component that a table names, with the parameters that it gives.
-
-    Parameters
-    ----------
-    table : object
-        What stands in the file under `path`.
-    registry : mapping
-        Components by name.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    path : str
-        Key of the table, for messages.
-    default : str
-        The component where the table names none.
-    find : callable, optional
-        Finds one whose name says more than the registry knows, by its name and the keys beside it.
-    own : Component, optional
-        The one of a person's own, where the table names its file.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    table: Any,
+    registry: Mapping[str, Component],
+    *,
+    kind: Kind,
+    path: str,
+    default: str = "",
+    find: Callable[[str, Iterable[str], str], Component] | None = None,
+    own: Component | None = None,
+) -> Model:
+    """Return the component that a table names, with the parameters that it gives."""
     entries = table_at(table, path)
     if own is not None:
         return make_model(own, parameters_in(entries, own, path, beside=("file",)), kind=kind, validate=True, path=path)
     if "model" not in entries and not default:
-        raise InputError(
-            "names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]'
-        )
+        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
     named = entries.get("model", default)
     if find is not None and isinstance(named, str) and "+" in named:
         component = find(named, entries, f"{path}.model")
@@ -168,13 +89,7 @@ def model_from(
 
 
 def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
-    """Return a value of a file as a finite number in SI, in the range of its variable.
-
-    Raises
-    ------
-    InputError
-        If it is no number, has the wrong unit, or is out of range.
-    """
+    """Return a value of a file as a finite number in SI, in the range of its variable."""
     value = units.quantity(raw, variable, kind, path=path)
     variable.validate(value, path, kind)
     return value

@@ -25,11 +25,6 @@ def controller_of(table: Any, axis: Axis) -> Model | None:
 
     Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
     volts: the constant of the drive turns them into SI, and gear and lead those for an angle of the motor.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
     """
     if table is None:
         return None
@@ -37,31 +32,9 @@ def controller_of(table: Any, axis: Axis) -> Model | None:
 
 
 def controller_from(
-    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None,
-    own: Controller | None = None,
-) -> Model:  # fmt: skip
-    """Return the control law of a table.
-
-    Parameters
-    ----------
-    table : object
-        ``model = "cascade"`` and its parameters.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    columns : mapping of str to Column
-        Columns of the axis by channel: what one unit of the drive is in SI.
-    path : str
-        Key of the table, for messages.
-    arm : float, optional
-        Movement of the axis for one radian of the motor, in SI.
-    own : Controller, optional
-        The law of a person's own, where the table names its file.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None, own: Controller | None = None
+) -> Model:
+    """Return the control law of a table."""
     entries = table_at(table, path)
     if own is None and "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
@@ -75,17 +48,13 @@ def controller_from(
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def _integral_gain(
-    entries: Mapping[str, Any], values: Mapping[str, Any], velocity_gain: Variable, kind: Kind, path: str
-) -> float:
+def _integral_gain(entries: Mapping[str, Any], values: Mapping[str, Any], velocity_gain: Variable, kind: Kind, path: str) -> float:
     """Return the integral gain that a velocity gain and an integral time make; a time of 0 switches it off."""
     place = f"{path}.{INTEGRAL_TIME}"
     if "k_i" in values:
-        raise InputError("tells the integral, and so does k_i", path=place, value=entries[INTEGRAL_TIME],
-                         mend="Keep one of them")  # fmt: skip
+        raise InputError("tells the integral, and so does k_i", path=place, value=entries[INTEGRAL_TIME], mend="Keep one of them")
     if "k_v" not in values:
-        raise InputError("needs the velocity gain", path=place, value=entries[INTEGRAL_TIME],
-                         mend=f"Write k_v under [{path}]")  # fmt: skip
+        raise InputError("needs the velocity gain", path=place, value=entries[INTEGRAL_TIME], mend=f"Write k_v under [{path}]")
     time = units.quantity(entries[INTEGRAL_TIME], Variable("time", "integral time", min=0.0), path=place)
     if time < 0.0:
         raise InputError("must not be negative", path=place, value=entries[INTEGRAL_TIME], allowed=">= 0 s")
@@ -93,28 +62,11 @@ def _integral_gain(
     return gain / time if time else 0.0
 
 
-def in_effort(
-    value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None
-) -> Any:
+def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None) -> Any:
     """Return text in the units of the drive as a number in SI, and everything else as it is.
 
     The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
     where the current and the angle of the motor are recorded.
-
-    Parameters
-    ----------
-    value : object
-        What a person wrote, such as ``"243.45 V*s/m"``.
-    quantity : str
-        What it is, such as ``"force*time/length"``.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    columns : mapping of str to Column
-        Columns of the axis by channel: what one unit of the drive is in SI.
-    path : str
-        Where the value stands, for messages.
-    arm : float, optional
-        Movement of the axis for one radian of the motor, in SI: efforts and movements may be told for the motor.
     """
     if not isinstance(value, str) or "force" not in exponents_of(quantity):
         return value
@@ -127,9 +79,7 @@ def in_effort(
     return value
 
 
-def _units_of_drive(
-    quantity: str, kind: Kind, columns: Mapping[str, Column], arm: float | None
-) -> Iterator[tuple[str, float]]:
+def _units_of_drive(quantity: str, kind: Kind, columns: Mapping[str, Column], arm: float | None) -> Iterator[tuple[str, float]]:
     """Yield each unit in which a quantity may be told, and SI for one of it."""
     powers = exponents_of(quantity)
     # An inertia too may be told as what it is a product of: an effort over an acceleration.

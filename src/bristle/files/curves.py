@@ -68,13 +68,7 @@ class HysteresisFile(Strict):
 
 
 def describes_curves(path: Readable | dict[str, Any]) -> bool:
-    """Return whether an axis file names the input and the output of a hysteresis, not the channels of an axis.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no TOML.
-    """
+    """Return whether an axis file names the input and the output of a hysteresis, not the channels of an axis."""
     data = read_toml(path).data
     columns = data.get("columns")
     named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
@@ -82,13 +76,7 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
 
 
 def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
-    """Return where the curves are, as a file says it.
-
-    Raises
-    ------
-    InputError
-        With file, key, value and what is allowed there.
-    """
+    """Return where the curves are, as a file says it."""
     data, source, _ = read_toml(path, path="axis", what="a file that says where the curves are")
     try:
         return _columns_from(data)
@@ -117,9 +105,7 @@ def _signal(entry: SignalEntry, quantity: str, kind: Kind, path: str) -> SignalC
     return SignalColumn(entry.column, entry.unit or "", float(entry.sign))
 
 
-def read_curves(
-    path: Readable, axis: CurveColumns | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT
-) -> Curves:
+def read_curves(path: Readable, axis: CurveColumns | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:
     """Return recorded hysteresis: curves of input and output, in SI.
 
     Parameters

@@ -15,31 +15,11 @@ Declared = TypeVar("Declared")
 
 
 def declared_in(path: Readable, name: str, family: type[Declared], *, title: str, mend: str) -> Declared:
-    """Return what a Python file defines under a name.
-
-    Parameters
-    ----------
-    path : path-like, bytes, file object or Content
-        The file. It is executed.
-    name : str
-        The name, such as ``TARGET``.
-    family : type
-        What it must be.
-    title : str
-        What people call it, with its article, for the message.
-    mend : str
-        How such a file ends.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or run, or defines no such thing.
-    """
+    """Return what a Python file defines under a name."""
     content = code_at(path)
     declared = getattr(SourceText(content).module(), name, None)
     if not isinstance(declared, family):
         raise InputError(
-            f"defines no {title}", path=str(content.source), mend=mend,
-            value=None if declared is None else type(declared).__name__,
-        )  # fmt: skip
+            f"defines no {title}", path=str(content.source), mend=mend, value=None if declared is None else type(declared).__name__
+        )
     return declared

@@ -40,13 +40,7 @@ class Constant:
 
     @classmethod
     def of(cls, text: str, effort: str, path: str) -> Constant:
-        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; `effort` is ``"N"`` or ``"N*m"``.
-
-        Raises
-        ------
-        InputError
-            If it is none, or zero.
-        """
+        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; `effort` is ``"N"`` or ``"N*m"``."""
         _, unit = units.split(text, path)
         for drive in DRIVE_UNITS:
             if unit and units.compatible(unit, f"{effort}/{drive}", path=path):
@@ -55,42 +49,30 @@ class Constant:
                     raise InputError("must be finite and not zero", path=path, value=text)
                 return cls(drive, effort, value)
         raise InputError(
-            "is not the constant of a drive", path=path, value=text,
+            "is not the constant of a drive",
+            path=path,
+            value=text,
             allowed=f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count",
-        )  # fmt: skip
+        )
 
     @classmethod
     def whichever(cls, text: str, path: str) -> Constant:
-        """Return the constant that a text tells, of a force or of a torque: its unit says which.
-
-        Raises
-        ------
-        InputError
-            If it is neither.
-        """
+        """Return the constant that a text tells, of a force or of a torque: its unit says which."""
         _, unit = units.split(text, path)
         turns = any(unit and units.compatible(unit, f"N*m/{drive}", path=path) for drive in DRIVE_UNITS)
         if not turns and not any(unit and units.compatible(unit, f"N/{drive}", path=path) for drive in DRIVE_UNITS):
-            raise InputError("is not the constant of a drive", path=path, value=text,
-                             allowed='a force or a torque for one unit of the drive, such as "61.2 N/A"')  # fmt: skip
+            raise InputError(
+                "is not the constant of a drive",
+                path=path,
+                value=text,
+                allowed='a force or a torque for one unit of the drive, such as "61.2 N/A"',
+            )
         return cls.of(text, "N*m" if turns else "N", path)
 
 
 @dataclass(frozen=True)
 class Drive:
-    """All that is known of how the numbers of a drive relate to its axis.
-
-    Parameters
-    ----------
-    transmission : Transmission
-        Gear and lead.
-    constant : Constant or None
-        Force or torque for one unit of the drive.
-    rated : str or None
-        Rated effort, in its own unit or one of the drive.
-    count : float or None
-        Movement of the axis for one count of the encoder [m or rad].
-    """
+    """All that is known of how the numbers of a drive relate to its axis."""
 
     transmission: Transmission
     constant: Constant | None = None
@@ -98,13 +80,7 @@ class Drive:
     count: float | None = None
 
     def effort(self, unit: str | None, side: Side | None, path: str) -> Scale:
-        """Return the scale of an effort in `unit`; None is the unit that the constant speaks of, else SI.
-
-        Raises
-        ------
-        InputError
-            If the unit is no effort, or a constant, a rated effort, a lead or a side is missing.
-        """
+        """Return the scale of an effort in `unit`; None is the unit that the constant speaks of, else SI."""
         if unit is None:
             unit = self.constant.drive if self.constant else self._si(EFFORTS)
         for base, measured in EFFORTS.items():
@@ -115,9 +91,8 @@ class Drive:
         base = next((base for base in DRIVE_UNITS if units.compatible(unit, base, path=path)), None)
         if base is None:
             raise InputError(
-                "is not the unit of an effort", path=path, value=unit,
-                allowed="N, N*m, or with a constant under [effort] V, A, %, count",
-            )  # fmt: skip
+                "is not the unit of an effort", path=path, value=unit, allowed="N, N*m, or with a constant under [effort] V, A, %, count"
+            )
         if base == "rated" and self.rated is not None:
             return self._percent(side)
         if self.constant is None:
@@ -125,20 +100,16 @@ class Drive:
             raise InputError("is no effort by itself", path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
             raise InputError(
-                "does not match the constant under [effort]", path=path, value=unit,
+                "does not match the constant under [effort]",
+                path=path,
+                value=unit,
                 allowed=f"{self.constant.drive.replace('rated', '%')} or a multiple",
-            )  # fmt: skip
+            )
         measured = EFFORTS[self.constant.effort]
         return Scale(base, self.constant.value * self._carried(path, measured, side or "motor", effort=True))
 
     def movement(self, unit: str | None, side: Side | None, path: str, *, per: str = "") -> Scale:
-        """Return the scale of a position in `unit`, or with ``per="/s"`` a velocity; None is SI of the axis.
-
-        Raises
-        ------
-        InputError
-            If the unit is none of a movement, or a lead, a resolution or a side is missing.
-        """
+        """Return the scale of a position in `unit`, or with ``per="/s"`` a velocity; None is SI of the axis."""
         unit = unit if unit is not None else self._si(MOVEMENTS) + per
         for base, measured in MOVEMENTS.items():
             if units.compatible(unit, base + per, path=path):
@@ -147,9 +118,11 @@ class Drive:
         if units.compatible(unit, "count" + per, path=path):
             if self.count is None:
                 raise InputError(
-                    "needs to know what a count is", path=path, value=unit,
+                    "needs to know what a count is",
+                    path=path,
+                    value=unit,
                     mend='Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]',
-                )  # fmt: skip
+                )
             return Scale("count" + per, self.count)
         units.factor(unit, self._si(MOVEMENTS) + per, path=path)
         raise InputError("is not the unit of a movement", path=path, value=unit)
@@ -174,9 +147,11 @@ class Drive:
             raise InputError("is linear, so it is not on the motor's side of a gear", path=path, mend="Leave side out")
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
             raise InputError(
-                "does not say on which side of the gear it is measured", path=path, allowed="motor or load",
+                "does not say on which side of the gear it is measured",
+                path=path,
+                allowed="motor or load",
                 mend='Write side = "motor" or side = "load"',
-            )  # fmt: skip
+            )
         return side or "load"
 
     def _carried(self, path: str, measured: Kind, side: Side, *, effort: bool) -> float:
@@ -184,9 +159,5 @@ class Drive:
             carry = self.transmission.effort if effort else self.transmission.travel
             return carry(measured, side)
         except InputError as error:
-            message = (
-                error.message.replace("an angle", "a torque").replace("a travel", "a force")
-                if effort
-                else error.message
-            )
+            message = error.message.replace("an angle", "a torque").replace("a travel", "a force") if effort else error.message
             raise InputError(message, path=path, mend=error.mend) from None

@@ -28,13 +28,7 @@ BETWEEN = 1e-6  # of a sample: times that are told in decimals are not exact
 
 
 def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, path: str) -> Log | None:
-    """Return the log whose effort drives an open loop; None where a function of time does.
-
-    Raises
-    ------
-    InputError
-        If it has no effort, or gaps.
-    """
+    """Return the log whose effort drives an open loop; None where a function of time does."""
     if table.get("model") != RECORDED:
         return None
     check_keys(table, ("model", "file", "axis"), path)
@@ -55,38 +49,25 @@ def at_rest(kind: Kind, log: Log | None = None) -> Model:
 
 
 def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind, path: str) -> Effort:
-    """Return what drives an open loop, sample by sample.
-
-    Parameters
-    ----------
-    table : mapping
-        ``model = "sine"`` and its parameters, efforts where a reference has lengths.
-    log : Log or None
-        The log of `recorded_in`.
-    run : Run
-        How long it is simulated, and its samples.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    path : str
-        Key of the table, for messages.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    """Return what drives an open loop, sample by sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
         at = np.floor(time / log.sample_time + BETWEEN).astype(int)
         if at[-1] >= len(log):
             raise InputError(
-                f"is longer than the log of the effort, {len(log) * log.sample_time:g} s", path="run.duration",
-                value=run.duration, mend="Leave duration out",
-            )  # fmt: skip
+                f"is longer than the log of the effort, {len(log) * log.sample_time:g} s",
+                path="run.duration",
+                value=run.duration,
+                mend="Leave duration out",
+            )
         return Effort(log.effort.values[at], f"that of {table['file']}")
     if "model" not in table:
-        raise InputError("names no model", path=path, allowed=f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
-                         mend=f'Write model = "sine" under [{path}]')  # fmt: skip
+        raise InputError(
+            "names no model",
+            path=path,
+            allowed=f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
+            mend=f'Write model = "sine" under [{path}]',
+        )
     numbers = ", ".join(f"{key} = {value}" for key, value in table.items() if key != "model")
     if table["model"] == CONSTANT:
         check_keys(table, ("model", "level"), path)
@@ -96,11 +77,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     component: Trajectory = component_named(table["model"], registry, f"{path}.model")
     variables = {key_of(name): (name, variable) for name, variable in effort_variables(component.name).items()}
     check_keys(table, ("model", *variables), path)
-    values = {
-        name: number_at(table[key], variable, kind, f"{path}.{key}")
-        for key, (name, variable) in variables.items()
-        if key in table
-    }
+    values = {name: number_at(table[key], variable, kind, f"{path}.{key}") for key, (name, variable) in variables.items() if key in table}
     model = make_model(component, values, kind=kind, validate=True, path=path)
     return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {numbers}")
 

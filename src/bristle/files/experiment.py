@@ -60,22 +60,7 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
 
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
-    """Return the experiment that the content of a file describes.
-
-    Parameters
-    ----------
-    data : dict
-        The content.
-    source : Path
-        Where it was read from.
-    sources : Sources
-        What reads the files that it names.
-
-    Raises
-    ------
-    InputError
-        With key, value and what is allowed there.
-    """
+    """Return the experiment that the content of a file describes."""
     _refuse_contact(data, source)
     refuse_open(data)
     check_keys(data, KEYS, "")
@@ -102,7 +87,4 @@ def _refuse_contact(data: Mapping[str, Any], source: Path) -> None:
         return
     named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
     folder, figure = shlex.quote(str(source.parent)), named[1] if named else "N"
-    raise InputError(
-        "is an experiment on a contact, not on a loop",
-        mend=f"Run it with: bristle paper --from {folder} --figure {figure}",
-    )
+    raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with: bristle paper --from {folder} --figure {figure}")

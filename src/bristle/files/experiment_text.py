@@ -45,24 +45,8 @@ class NextExperiment:
 
 def next_experiment(
     plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None
-) -> NextExperiment:  # fmt: skip
-    """Return the experiment file that lies beside the model file of an axis.
-
-    Parameters
-    ----------
-    plant : Model
-        The identified plant.
-    axis : Axis
-        Its controller, where it has one, and its encoder are those of the loop; else gains are to be filled in.
-    log : Log
-        Its reference is followed, where it has one without gaps, else a sine of its range and speed.
-    folder : Path
-        Where the file will lie.
-    has_axis_file : bool
-        Whether the axis file lies beside it.
-    loop : Variant, optional
-        The loop of the log as the identification simulates it: the file describes the same one.
-    """
+) -> NextExperiment:
+    """Return the experiment file that lies beside the model file of an axis."""
     missing = () if axis.controller is not None else ("controller.k_p", "controller.k_v")
     parts = [
         HEAD.format(name="experiment.toml"),
@@ -89,8 +73,7 @@ def _motion_of(loop: Variant) -> tuple[str, ...]:
     """Return what is followed, what pushes besides, and how the loop begins: all as the identification found it."""
     kind, run, start = loop.plant.kind, loop.run, loop.start
     reference = (
-        f'[reference]\nmodel = "recorded"            # the reference of the log, its longest stretch without a gap\n'
-        f'file = "{LOOP}"\n'
+        f'[reference]\nmodel = "recorded"            # the reference of the log, its longest stretch without a gap\nfile = "{LOOP}"\n'
     )
     unexplained = f'[disturbance]                 # force that the model does not explain, replayed\nfile = "{LOOP}"\n'
     if loop.injected is not None:
@@ -164,6 +147,5 @@ def _variants(plant: Model, axis: Axis) -> tuple[str, ...]:
     return (
         f"[compare.{AS_RECORDED}]\n",
         f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
-        f"[compare.{COMPENSATED}.controller]\n{follows}"
-        f'feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
+        f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
     )

@@ -21,16 +21,9 @@ def _open_in(tables: Any, path: str) -> Iterator[str]:
 
 
 def refuse_open(tables: Mapping[str, Any]) -> None:
-    """Refuse a file in which something is still to be filled in.
-
-    Raises
-    ------
-    InputError
-        With the first key, and those that follow.
-    """
+    """Refuse a file in which something is still to be filled in."""
     keys = list(_open_in(tables, ""))
     if not keys:
         return
     more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
-    raise InputError("is still to be filled in", path=keys[0], value=FILL_IN,
-                     mend=f"The comment behind it says what to write.{more}")  # fmt: skip
+    raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")

@@ -21,18 +21,6 @@ class Folder:
     """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now.
 
     Files of it are named as they stand in it, those in a folder below with that folder: ``figures/time.svg``.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    above : Folder, optional
-        The folder that holds it, held open.
-
-    Raises
-    ------
-    OSError
-        If it cannot be opened, or is a link.
     """
 
     def __init__(self, path: Path, above: Folder | None = None) -> None:
@@ -104,13 +92,7 @@ class Folder:
             pass
 
     def rename(self, old: str, new: str) -> None:
-        """Give a file another name in the same folder, which nothing has.
-
-        Raises
-        ------
-        OSError
-            If something has it.
-        """
+        """Give a file another name in the same folder, which nothing has."""
         with self._holder(old) as (holder, last):
             first, second, at = holder._at(last), holder._at(new.rpartition("/")[2]), holder._opened
             if os.link in os.supports_dir_fd and _linked(first, second, at):
@@ -150,13 +132,7 @@ class Folder:
 
 
 def _linked(first: str, second: str, at: int | None) -> bool:
-    """Give a file a second name; False where the file system knows no such names.
-
-    Raises
-    ------
-    FileExistsError
-        If something has the name.
-    """
+    """Give a file a second name; False where the file system knows no such names."""
     try:
         os.link(first, second, src_dir_fd=at, dst_dir_fd=at, follow_symlinks=False)
     except FileExistsError:

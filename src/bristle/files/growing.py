@@ -44,17 +44,7 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.
 
 
 class Growing:
-    """A folder while this process alone writes into it.
-
-    Parameters
-    ----------
-    folder : Folder
-        The folder, held open.
-    opened : int
-        Its note, opened and locked.
-    note : Note or None
-        What the note says; None for a new folder.
-    """
+    """A folder while this process alone writes into it."""
 
     def __init__(self, folder: Folder, opened: int, note: Note | None) -> None:
         self.path, self._folder, self._opened = folder.path, folder, opened
@@ -87,14 +77,7 @@ class Growing:
         return content if hashlib.sha256(content).hexdigest() in self._sums[name] else None
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file; it appears whole under its name, in the place of one that was written before.
-
-        Raises
-        ------
-        InputError
-            If a file is there that was not written here or was changed since, or the disk does not take it: what is
-            there stays.
-        """
+        """Write a file; it appears whole under its name, in the place of one that was written before."""
         if not is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
         data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
@@ -103,14 +86,16 @@ class Growing:
                 self._place_file(name, data)
             except OSError as error:
                 if error.errno in _NO_FOLDER:
-                    raise InputError("is a link or a file, not a folder", path=str((self.path / name).parent),
-                                     mend="Move it elsewhere") from error  # fmt: skip
+                    raise InputError(
+                        "is a link or a file, not a folder", path=str((self.path / name).parent), mend="Move it elsewhere"
+                    ) from error
                 if error.errno not in _FULL:
                     raise
                 raise InputError(
-                    f"cannot be written: {os.strerror(error.errno or 0).lower()}", path=str(self.path / name),
+                    f"cannot be written: {os.strerror(error.errno or 0).lower()}",
+                    path=str(self.path / name),
                     mend="What is there stays. Make room and give the same command again",
-                ) from error  # fmt: skip
+                ) from error
         return self.path / name
 
     def make(self, name: str) -> None:
@@ -134,9 +119,7 @@ class Growing:
     def set_all_aside(self, names: Iterable[str]) -> None:
         """Give damaged files other names, and say so: they are made anew."""
         for name in names:
-            warnings.warn(
-                f"{name} is damaged: it is made anew, and kept as {self.set_aside(name)}", InputWarning, stacklevel=2
-            )
+            warnings.warn(f"{name} is damaged: it is made anew, and kept as {self.set_aside(name)}", InputWarning, stacklevel=2)
 
     def _place_file(self, name: str, data: bytes) -> None:
         holder = name.rpartition("/")[0]
@@ -144,8 +127,9 @@ class Growing:
             self._folder.make(holder)
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
-            raise InputError("was changed since, or was not written here", path=str(self.path / name),
-                             mend="Move it elsewhere: it would be replaced")  # fmt: skip
+            raise InputError(
+                "was changed since, or was not written here", path=str(self.path / name), mend="Move it elsewhere: it would be replaced"
+            )
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         write_line(self._opened, {"file": partial})
         try:
@@ -167,28 +151,13 @@ class Growing:
 
 @contextmanager
 def growing_folder(
-    out: str | os.PathLike[str], kind: str, *, made_anew: Callable[[str], bool] = lambda name: False,
+    out: str | os.PathLike[str],
+    kind: str,
+    *,
+    made_anew: Callable[[str], bool] = lambda name: False,
     used: Callable[[str], bool] = lambda name: True,
-) -> Iterator[tuple[Growing, list[str]]]:  # fmt: skip
-    """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it.
-
-    Parameters
-    ----------
-    out : path
-        The folder, or a link to one. The folder that holds it must exist.
-    kind : str
-        What the folder is to hold, "study": one of another kind is refused.
-    made_anew : callable
-        Whether a file of this name, where its content is not the one that was written, is made anew; a changed file of
-        any other name is refused.
-    used : callable
-        Whether a file of this name may be written or read: one that was not written here is refused.
-
-    Raises
-    ------
-    InputError
-        If another process writes there, or the folder holds what was not written here. Nothing was touched then.
-    """
+) -> Iterator[tuple[Growing, list[str]]]:
+    """Give a folder to write into, new or of an earlier start, to this process alone, and the damaged files in it."""
     path = _place(out)
     is_new = not os.path.lexists(path)
     try:
@@ -208,18 +177,15 @@ def growing_folder(
     except OSError as error:
         if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(str(path)):
             raise
-        raise InputError(f"cannot be written: {(error.strerror or str(error)).lower()}", path=str(path),
-                         mend="Name another folder, or give the same command again") from error  # fmt: skip
+        raise InputError(
+            f"cannot be written: {(error.strerror or str(error)).lower()}",
+            path=str(path),
+            mend="Name another folder, or give the same command again",
+        ) from error
 
 
 def verified(path: Path, names: list[str]) -> None:
-    """Refuse files of a folder whose content is not the one that was written.
-
-    Raises
-    ------
-    InputError
-        With their names.
-    """
+    """Refuse files of a folder whose content is not the one that was written."""
     with Folder(path) as folder:
         note = note_in(folder)
         if folder.is_there(NOTE) and not (note and note.is_intact):
@@ -230,16 +196,18 @@ def verified(path: Path, names: list[str]) -> None:
     if damaged:
         raise InputError(
             f"{'is' if len(damaged) == 1 else 'are'} damaged, or {'was' if len(damaged) == 1 else 'were'} not written "
-            f"here: {listed(damaged)}", path=str(path),
+            f"here: {listed(damaged)}",
+            path=str(path),
             mend="Give the command that wrote the folder again: it makes damaged runs anew, and keeps them beside",
-        )  # fmt: skip
+        )
 
 
 def _damaged_note(path: Path) -> InputError:
     return InputError(
-        "is damaged or was changed, and tells no more what was written", path=str(path / NOTE),
+        "is damaged or was changed, and tells no more what was written",
+        path=str(path / NOTE),
         mend="Take out what was added to it; or name another folder, and the command writes all anew",
-    )  # fmt: skip
+    )
 
 
 def _place(out: str | os.PathLike[str]) -> Path:
@@ -249,8 +217,7 @@ def _place(out: str | os.PathLike[str]) -> Path:
     try:
         path = Path(text).resolve()
         if not path.parent.is_dir():
-            raise InputError("the folder that is to hold it does not exist", path=str(path),
-                             mend=f"Make {path.parent} first")  # fmt: skip
+            raise InputError("the folder that is to hold it does not exist", path=str(path), mend=f"Make {path.parent} first")
         if os.path.lexists(path) and not path.is_dir():
             raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
     except (OSError, RuntimeError) as error:
@@ -267,8 +234,7 @@ def _noted(folder: Folder, path: Path, kind: str) -> tuple[Note | None, int]:
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path),
-                         mend="Name another folder")  # fmt: skip
+        raise InputError(f"holds something else than a {kind}: {listed(present)}", path=str(path), mend="Name another folder")
     return None, new_note(path, secrets.token_hex(16), path.name, kind)
 
 
@@ -277,30 +243,36 @@ def _lock(opened: int, path: Path, note: Note | None) -> None:
         lock(opened)
     except BlockingIOError:
         holder = f" (process {note.process})" if note is not None and note.process else ""
-        raise InputError(f"another process{holder} writes there", path=str(path),
-                         mend="Wait for it to end, or name another folder") from None  # fmt: skip
+        raise InputError(
+            f"another process{holder} writes there", path=str(path), mend="Wait for it to end, or name another folder"
+        ) from None
 
 
 def _looked_through(
     folder: Folder, note: Note, path: Path, kind: str, made_anew: Callable[[str], bool], used: Callable[[str], bool]
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Return the damaged files that are to be made anew; refuse what a person made or changed."""
     if note.kind != kind:
-        raise InputError(f"holds something else than a {kind}: {note.kind or 'results of another command'}",
-                         path=str(path), mend="Name another folder")  # fmt: skip
+        raise InputError(
+            f"holds something else than a {kind}: {note.kind or 'results of another command'}", path=str(path), mend="Name another folder"
+        )
     foreign, changed = strangers_in(folder, note)
     if NOTE in changed:
         raise _damaged_note(path)
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
     foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
     if foreign:
-        raise InputError(f"holds what was not written here: {listed(foreign)}", path=str(path),
-                         mend="Move it elsewhere: it would be replaced, or read as if it were")  # fmt: skip
+        raise InputError(
+            f"holds what was not written here: {listed(foreign)}",
+            path=str(path),
+            mend="Move it elsewhere: it would be replaced, or read as if it were",
+        )
     unfinished = {name for name in changed if UNFINISHED.fullmatch(name) and not note.sums[name]}
     changed = [name for name in changed if name not in unfinished]
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
-        raise InputError(f"holds files that were changed since: {listed(altered)}", path=str(path),
-                         mend="Move them elsewhere: they would be replaced")  # fmt: skip
+        raise InputError(
+            f"holds files that were changed since: {listed(altered)}", path=str(path), mend="Move them elsewhere: they would be replaced"
+        )
     return changed
 
 

@@ -39,22 +39,6 @@ def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: Operator
     """Return the keys of a friction model, an operator that they name for the kernel being there itself.
 
     The constant output beside an operator in a file is the offset of the friction, unless that is given.
-
-    Parameters
-    ----------
-    entries : dict
-        The keys of the table; ``kernel`` may be a file, ``{ file = ... }``, or ``{ model = ..., ... }``.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    path : str
-        Key of the table, for messages.
-    read : callable
-        What reads an operator in a file.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit.
     """
     kernel = entries.get("kernel")
     if isinstance(kernel, dict) and "file" not in kernel:

@@ -12,9 +12,7 @@ from bristle.logs.log import Log
 __all__ = ["read_log"]
 
 
-def read_log(
-    path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT
-) -> Log:
+def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:
     """Return the log in a file, in SI of the axis, on a uniform grid of time.
 
     Parameters

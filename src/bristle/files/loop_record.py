@@ -53,17 +53,15 @@ def holds_loop(content: Content) -> bool:
 
 
 def read_loop(content: Content) -> LoopRecord:
-    """Return the table in a file.
-
-    Raises
-    ------
-    InputError
-        If it is no such table, a row lacks a finite number, or the samples are not evenly spaced.
-    """
+    """Return the table in a file."""
     kind = _kind_of(content)
     if kind is None:
-        raise InputError("is no loop of a log", value=content.source.name, allowed=_header("translational"),
-                         mend="Name the loop.csv that bristle identify wrote")  # fmt: skip
+        raise InputError(
+            "is no loop of a log",
+            value=content.source.name,
+            allowed=_header("translational"),
+            mend="Name the loop.csv that bristle identify wrote",
+        )
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)
     except ValueError as error:

@@ -16,15 +16,7 @@ from bristle.core.errors import InputError
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.bands import bands_at, bands_table
-from bristle.files.components import (
-    check_keys,
-    check_schema,
-    key_of,
-    model_from,
-    number_at,
-    parameters_in,
-    table_at,
-)
+from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, parameters_in, table_at
 from bristle.files.kernel import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
 from bristle.files.single import write_whole
@@ -208,16 +200,20 @@ def _code_of(described: FrictionModel | Slot, function: Callable[..., Any]) -> C
     try:
         return content_of(inspect.getfile(function))
     except (InputError, TypeError, OSError):
-        raise InputError("is in no file, so that a model file cannot name it", path=described.name,
-                         mend="Put it into a file of its own and load it from there") from None  # fmt: skip
+        raise InputError(
+            "is in no file, so that a model file cannot name it",
+            path=described.name,
+            mend="Put it into a file of its own and load it from there",
+        ) from None
 
 
 def _put_beside(code: Content, folder: Path) -> None:
     target = folder / code.source.name
     if os.path.lexists(target):
         if content_of(target).data != code.data:
-            raise InputError("is there already, with another content", path=str(target),
-                             mend="Write the model file elsewhere, or move that file")  # fmt: skip
+            raise InputError(
+                "is there already, with another content", path=str(target), mend="Write the model file elsewhere, or move that file"
+            )
         return
     write_whole(target, code.data, new=True)
 
@@ -252,12 +248,8 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: b
     check_schema(data)
     kind = kind_at(data.get("kind", KINDS[0]), "kind")
     if "friction" not in data:
-        raise InputError(
-            "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
-        )
-    friction = friction_from(
-        data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code
-    )
+        raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
+    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code)
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
     parameters = set(friction.values) | set(plant.values if plant else ()) | BESIDES
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
@@ -272,9 +264,7 @@ def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
     """Return how the log of the identification was treated, as far as the file says."""
     entries = table_at(value, "treatment")
     check_keys(entries, TREATMENT, "treatment")
-    treatment: dict[str, Any] = {
-        name: number_at(raw, TREATMENT[name], kind, f"treatment.{name}") for name, raw in entries.items()
-    }
+    treatment: dict[str, Any] = {name: number_at(raw, TREATMENT[name], kind, f"treatment.{name}") for name, raw in entries.items()}
     if "decimation" in treatment:
         if not treatment["decimation"].is_integer():
             raise InputError("must be a whole number", path="treatment.decimation", value=entries["decimation"])
@@ -283,13 +273,7 @@ def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
 
 
 def kind_at(value: Any, path: str) -> Kind:
-    """Return a kind of axis.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a kind of axis."""
     value = kind_called(value)
     if value not in KINDS:
         raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(KINDS))
@@ -297,37 +281,17 @@ def kind_at(value: Any, path: str) -> Kind:
 
 
 def friction_from(
-    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False,
-    read_operator: OperatorRead | None = None, read_code: CodeRead | None = None,
-) -> Model:  # fmt: skip
-    """Return the friction model of a table, by name or from a user's own file.
-
-    Parameters
-    ----------
-    table : object
-        ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted, a slot
-        of a user's own by its file, ``"lugre+humidity.py"``; and the parameters, of which ``kernel`` may name an
-        operator.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    folder : Path
-        What a relative `file` starts from.
-    path : str
-        Key of the table, for messages.
-    related : bool
-        Whether the conditions between values are asked for.
-    allow_code : bool
-        Whether a user's own file may run without having been allowed before.
-    read_operator : callable, optional
-        What reads the file of an operator; by default from `folder`.
-    read_code : callable, optional
-        What reads a user's own file, where it may run; by default from `folder`.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    table: Any,
+    *,
+    kind: Kind,
+    folder: Path,
+    path: str,
+    related: bool = True,
+    allow_code: bool = False,
+    read_operator: OperatorRead | None = None,
+    read_code: CodeRead | None = None,
+) -> Model:
+    """Return the friction model of a table, by name or from a user's own file."""
     entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
     read_code = read_code or code_beside(folder, allow_code=allow_code)
     component = _user_model(entries, path, read_code) if "file" in entries else _named_model(entries, path, read_code)
@@ -339,8 +303,13 @@ def friction_from(
 def _named_model(table: Mapping[str, Any], path: str, read_code: CodeRead) -> FrictionModel:
     named = table.get("model")
     if not isinstance(named, str):
-        raise InputError("names no model", path=f"{path}.model", value=named, allowed=", ".join(MODELS),
-                         mend=f'Write model = "coulomb_viscous" under [{path}]')  # fmt: skip
+        raise InputError(
+            "names no model",
+            path=f"{path}.model",
+            value=named,
+            allowed=", ".join(MODELS),
+            mend=f'Write model = "coulomb_viscous" under [{path}]',
+        )
     base, *slots = named.split("+")
     if not any(slot.endswith(".py") for slot in slots):
         return find(named, f"{path}.model")

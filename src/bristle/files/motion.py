@@ -31,11 +31,6 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
 
     Position is in the unit and with the sign of the reference in the logs of the axis, or else of their position;
     velocity and acceleration are its derivatives, unless the logs have a velocity of their own.
-
-    Parameters
-    ----------
-    axis : Axis
-        Its columns.
     """
     columns = axis.columns
     position = columns.get("reference") or columns.get("position")
@@ -52,13 +47,7 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
 
 
 def log_columns(axis: Axis) -> dict[str, tuple[str, float]]:
-    """Return the heads of the columns of a log, and by what each number in SI is divided there.
-
-    Parameters
-    ----------
-    axis : Axis
-        Its columns; what they do not name has its usual name and unit.
-    """
+    """Return the heads of the columns of a log, and by what each number in SI is divided there."""
     return {
         name: _own(axis.columns[name]) if name in axis.columns else (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
         for name, quantity in RECORDED.items()
@@ -75,32 +64,12 @@ def _factor(column: Column) -> float:
 
 
 def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
-    """Write a motion as CSV.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    axis : Axis
-        Whose units and names of columns it has.
-    signals : mapping of str to ndarray, shape (sample,)
-        ``time`` [s], ``position``, ``velocity`` and ``acceleration`` in SI.
-    """
+    """Write a motion as CSV."""
     _write(path, motion_columns(axis), signals)
 
 
 def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
-    """Write what a drive records as CSV, so that it is read again with the same axis.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    axis : Axis
-        Whose units and names of columns it has.
-    signals : mapping of str to ndarray, shape (sample,)
-        ``time`` [s], ``position``, ``effort`` and, of a loop, ``reference`` in SI.
-    """
+    """Write what a drive records as CSV, so that it is read again with the same axis."""
     _write(path, {name: column for name, column in log_columns(axis).items() if name in signals}, signals)
 
 
@@ -108,13 +77,6 @@ def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
     """Return the axis that a file is read with, in which the position is the motion to follow; None for a log.
 
     A motion has no effort: nothing was recorded.
-
-    Parameters
-    ----------
-    source : path-like, bytes, file object or Content
-        The file.
-    axis : Axis or None
-        Whose units and names of columns it has.
     """
     if axis is None or "effort" not in axis.columns:
         return None
@@ -128,9 +90,7 @@ def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
     return Axis(name=axis.name, kind=axis.kind, columns=columns, table=axis.table, sample_time=axis.sample_time)
 
 
-def _write(
-    path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]
-) -> None:
+def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> None:
     table = np.column_stack([signals[name] / factor for name, (_, factor) in columns.items()])
     header = ",".join(head for head, _ in columns.values())
     out = io.StringIO()

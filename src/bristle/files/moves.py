@@ -19,15 +19,7 @@ NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(deg
 
 
 def moves_table(moves: Sequence[Move], axis: Axis) -> str:
-    """Return the moves as comma-separated values, in the units of the axis file.
-
-    Parameters
-    ----------
-    moves : sequence of Move
-        In order, in SI.
-    axis : Axis
-        Whose columns have the units.
-    """
+    """Return the moves as comma-separated values, in the units of the axis file."""
     heads = {name: head for name, head in motion_columns(axis).items() if name != "time"}
     lines = [",".join(["purpose", "dwell [s]", *(head for head, _ in heads.values())])]
     position, velocity, acceleration = (scale for _, scale in heads.values())
@@ -40,17 +32,7 @@ def moves_table(moves: Sequence[Move], axis: Axis) -> str:
 
 
 def gcode_of(moves: Sequence[Move], axis: Axis, left_out: Sequence[str]) -> str:
-    """Return the moves as a program for an NC: millimetres and mm/min, or degrees and degrees a minute.
-
-    Parameters
-    ----------
-    moves : sequence of Move
-        In order, in SI.
-    axis : Axis
-        Its kind.
-    left_out : sequence of str
-        Purposes of the motion that are no moves.
-    """
+    """Return the moves as a program for an NC: millimetres and mm/min, or degrees and degrees a minute."""
     letter, unit, head = NC[axis.kind]
     si = factor(unit, "m" if unit == "mm" else "rad")
     lines = [

@@ -32,19 +32,7 @@ class OperatorFile(NamedTuple):
 def write_operator(
     path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
 ) -> None:
-    """Write a model file of an operator; numbers come back to the bit.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    operator : Model
-        A hysteresis operator with parameters.
-    offset : float
-        Constant output beside it [N, N*m or A*m^2].
-    provenance : mapping of str to str
-        Where the values come from: version, files, command.
-    """
+    """Write a model file of an operator; numbers come back to the bit."""
     lines = ["schema = 1", f"kind = {_written(operator.kind)}", ""]
     if provenance:
         lines += ["[provenance]", *(f"{key_of(name)} = {_written(text)}" for name, text in provenance.items()), ""]
@@ -69,24 +57,12 @@ def _written(value: Any) -> str:
 
 
 def holds_operator(path: Readable) -> bool:
-    """Return whether a model file is one of a hysteresis operator.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no TOML.
-    """
+    """Return whether a model file is one of a hysteresis operator."""
     return "operator" in read_toml(path).data
 
 
 def read_operator(path: Readable) -> OperatorFile:
-    """Return the operator in a model file.
-
-    Raises
-    ------
-    InputError
-        With file, key, value and what is allowed there.
-    """
+    """Return the operator in a model file."""
     data, source, _ = read_toml(path, path="model", what="a model file")
     try:
         return _operator_from(data)

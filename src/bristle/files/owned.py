@@ -54,29 +54,7 @@ _LOCKED_BYTE = 2**30  # far behind the end of a note: where locks keep others fr
 
 @dataclass(frozen=True)
 class Note:
-    """What the note of a folder says.
-
-    Parameters
-    ----------
-    token : str
-        What tells this folder from any other.
-    target : str
-        What the folder was to be called.
-    began : int
-        When it was made [ns since 1970].
-    files : mapping of str to str
-        SHA-256 by name; empty for a file that may be half written.
-    sums : mapping of str to set of str
-        Every SHA-256 that was noted of a file: it may hold the content before the last one where a process was killed.
-    kind : str
-        What a folder holds that grows over many starts; empty for results that appear at once.
-    aside : str
-        The token of the folder whose content takes the place of this one; empty where none does.
-    process : str
-        The process that wrote last into a folder that grows.
-    is_intact : bool
-        Whether each line is as it was written. Of one that is not, nothing else in it can be relied on.
-    """
+    """What the note of a folder says."""
 
     token: str
     target: str
@@ -95,13 +73,7 @@ class Note:
 
 
 def new_note(folder: Path, token: str, target: str, kind: str = "") -> int:
-    """Write the note into a folder that was just made; return it opened and locked.
-
-    Raises
-    ------
-    OSError
-        If there is one already, or it cannot be written.
-    """
+    """Write the note into a folder that was just made; return it opened and locked."""
     with Folder(folder) as inside:
         opened = inside.open(NOTE, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND)
     try:
@@ -142,13 +114,7 @@ def note_aside(path: Path, token: str) -> None:
 
 
 def lock(opened: int) -> bool:
-    """Lock a note, without waiting; return False where locks are not known. It ends with the process.
-
-    Raises
-    ------
-    BlockingIOError
-        If another process has it.
-    """
+    """Lock a note, without waiting; return False where locks are not known. It ends with the process."""
     try:
         import fcntl
     except ImportError:
@@ -212,9 +178,7 @@ def _note_of(text: bytes) -> Note | None:
         partial = name if UNFINISHED.fullmatch(name) and not checksum else ""
     held = {name: frozenset(all_sums - {""}) for name, all_sums in sums.items()}
     kind = head.get("kind", "")
-    return Note(
-        token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside, is_intact=is_intact
-    )
+    return Note(token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside, is_intact=is_intact)
 
 
 def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
@@ -303,20 +267,7 @@ def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
 
 
 def remove_own(path: Path, *, half_written: bool = False) -> bool:
-    """Remove what is bristle's own in a folder, and the folder if nothing else is in it.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    half_written : bool
-        Whether files of which the note has no checksum are bristle's own, too: they were being written.
-
-    Returns
-    -------
-    bool
-        Whether the folder is gone.
-    """
+    """Remove what is bristle's own in a folder, and the folder if nothing else is in it."""
     try:
         with Folder(path) as folder:
             note = note_in(folder)
@@ -324,9 +275,7 @@ def remove_own(path: Path, *, half_written: bool = False) -> bool:
                 return False
             for name, checksum in note.files.items():
                 with contextlib.suppress(OSError):
-                    is_own = folder.is_file(name) and (
-                        folder.checksum(name) in note.sums[name] if checksum else half_written
-                    )
+                    is_own = folder.is_file(name) and (folder.checksum(name) in note.sums[name] if checksum else half_written)
                     if is_own:
                         folder.remove(name)
             for name in note.folders:

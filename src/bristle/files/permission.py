@@ -29,22 +29,19 @@ CodeRead = Callable[[str, str], Content]
 
 
 def code_at(path: Readable) -> Content:
-    """Return a Python file that is about to be run; bytes and open files without a name are taken for one.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or its name does not end with ``.py``.
-    """
+    """Return a Python file that is about to be run; bytes and open files without a name are taken for one."""
     content = content_of(path, limit=CODE_LIMIT, what="a Python file")
     source = content.source
     if not source.name.endswith(".py") and str(source) not in NAMELESS:
         raise InputError(
-            "is not a Python file and is not run", path=str(source), value=source.suffix or source.name,
+            "is not a Python file and is not run",
+            path=str(source),
+            value=source.suffix or source.name,
             allowed="a name that ends with .py",
-            mend=f'A model file is read by bristle.read_model("{source.name}")' if source.suffix == ".toml"
+            mend=f'A model file is read by bristle.read_model("{source.name}")'
+            if source.suffix == ".toml"
             else f"If it holds Python, rename it to {source.stem.removesuffix('.py')}.py",
-        )  # fmt: skip
+        )
     return content
 
 
@@ -58,24 +55,7 @@ def code_beside(folder: Path, *, allow_code: bool) -> CodeRead:
 
 
 def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:
-    """Return the code that a file names, if it may run.
-
-    Parameters
-    ----------
-    file : str
-        What stands there, relative to `folder`.
-    folder : Path
-        Of the file that names it.
-    path : str
-        Key, for messages.
-    allow_code : bool
-        Whether the person asked for it.
-
-    Raises
-    ------
-    InputError
-        If it lies elsewhere, cannot be read, or was not allowed.
-    """
+    """Return the code that a file names, if it may run."""
     allowed = FLAG(allow_code, "allow_code", None)
     source = folder / file
     try:
@@ -83,16 +63,22 @@ def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Conte
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it will tell what is wrong
     if not inside:
-        raise InputError("names code elsewhere, which is not run", path=path, value=file,
-                         allowed="a file beside or below the one that names it", mend="Copy it there")  # fmt: skip
+        raise InputError(
+            "names code elsewhere, which is not run",
+            path=path,
+            value=file,
+            allowed="a file beside or below the one that names it",
+            mend="Copy it there",
+        )
     content = content_of(source, limit=CODE_LIMIT, path=path)
     description = f"{content.source.name} (SHA-256 {content.checksum})"
     if not allowed and not is_allowed(content.checksum):
         raise InputError(
-            f"names code, which is not run unasked: {description}", path=path,
+            f"names code, which is not run unasked: {description}",
+            path=path,
             mend=f"Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very "
             f"content from now on: bristle check {source}",
-        )  # fmt: skip
+        )
     warnings.warn(f"{path}: the code in {description} is run", InputWarning, stacklevel=2)
     return content
 
@@ -118,6 +104,5 @@ def allow(content: Content) -> None:
             with suppress(OSError):
                 record.unlink()
         warnings.warn(
-            f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})",
-            InputWarning, stacklevel=2,
-        )  # fmt: skip
+            f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})", InputWarning, stacklevel=2
+        )

@@ -36,25 +36,7 @@ MEND = "Run the experiment once with `bristle run`, or bristle.prepare(file) in 
 
 @dataclass(frozen=True)
 class Planned:
-    """A model that an experiment identifies.
-
-    Parameters
-    ----------
-    name : str
-        What tables call it.
-    folder : Path
-        Where its results lie.
-    digest : str
-        A checksum over what it depends on.
-    logs : tuple of Path
-        The logs that it is fitted to; none where the rig is excited.
-    axis : Path or None
-        The file of the axis.
-    excited : Variant or None
-        The loop whose run is the log.
-    options : mapping
-        What else `bristle.identify` is handed.
-    """
+    """A model that an experiment identifies."""
 
     name: str
     folder: Path
@@ -71,13 +53,7 @@ class Planned:
 
     @property
     def is_current(self) -> bool:
-        """Whether it was identified, from what it depends on now.
-
-        Raises
-        ------
-        InputError
-            If its model was changed since by someone else.
-        """
+        """Whether it was identified, from what it depends on now."""
         try:
             with Folder(self.folder) as folder:
                 note = note_in(folder)
@@ -90,40 +66,22 @@ class Planned:
             mend = f"Remove {self.folder}: it is identified anew"
             raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
-            raise InputError("was changed since it was identified", path=str(self.folder / MODEL),
-                             mend=f'Name it with file = "..." under another name, or remove {self.folder}')  # fmt: skip
+            raise InputError(
+                "was changed since it was identified",
+                path=str(self.folder / MODEL),
+                mend=f'Name it with file = "..." under another name, or remove {self.folder}',
+            )
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
 
 def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Planned]:
-    """Return what an experiment identifies, by name.
-
-    Parameters
-    ----------
-    data : mapping
-        The content of the file.
-    source : Path
-        The file.
-    sources : Sources
-        What reads the files that it names.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    """Return what an experiment identifies, by name."""
     tables = table_at(data.get("identify", {}), "identify")
     return {name: _planned(name, table, data, source, sources) for name, table in tables.items()}
 
 
 def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Any]:
-    """Return the content of an experiment file with the files of its models in place of their names.
-
-    Raises
-    ------
-    InputError
-        If a model is named that the file does not identify, or one was not identified yet, or from something else.
-    """
+    """Return the content of an experiment file with the files of its models in place of their names."""
     planned = planned_in(data, source, sources)
     used = dict.fromkeys(name for _, name in _uses(data))
     for name in used:
@@ -145,8 +103,9 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
     if not name.isidentifier():
         raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
     if ("log" in table) == ("excite" in table):
-        raise InputError("needs something to be fitted to", path=path,
-                         mend='Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]')  # fmt: skip
+        raise InputError(
+            "needs something to be fitted to", path=path, mend='Write log = "log.csv", or excite = "NAME" with the loop [compare.NAME]'
+        )
     raw = table.get("log", [])
     logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
     axis = sources.folder / str(table["axis"]) if "axis" in table else None
@@ -170,20 +129,27 @@ def _origin(file: Path, path: str, sources: Sources) -> Origin:
         raise error.at(path) from None
 
 
-def _excited(
-    name: str, data: Mapping[str, Any], path: str, sources: Sources
-) -> tuple[dict[str, Any], Variant, list[Origin]]:
+def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:
     """Return the tables of the loop that is excited, the loop, and the files that these name."""
     variants = table_at(data.get("compare", {}), "compare")
     if name not in variants:
-        raise InputError("is no variant of this file", path=path, value=name, allowed=", ".join(variants),
-                         mend=did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]")  # fmt: skip
+        raise InputError(
+            "is no variant of this file",
+            path=path,
+            value=name,
+            allowed=", ".join(variants),
+            mend=did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]",
+        )
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     override = table_at(variants[name], f"compare.{name}")
     tables = merged(base, override)
     for place, model in _uses(tables):
-        raise InputError("is excited before there is a model", path=f"compare.{name}.{place}", value=model,
-                         mend=f'Write friction = "none" under [compare.{name}.controller.feedforward]')  # fmt: skip
+        raise InputError(
+            "is excited before there is a model",
+            path=f"compare.{name}.{place}",
+            value=model,
+            mend=f'Write friction = "none" under [compare.{name}.controller.feedforward]',
+        )
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]
@@ -215,6 +181,11 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
         return inner
     name = inner.pop(IDENTIFIED)
     if name not in planned:
-        raise InputError("is not identified in this file", path=f"{place}.{IDENTIFIED}", value=name,
-                         allowed=", ".join(planned), mend=did_you_mean(name, planned))  # fmt: skip
+        raise InputError(
+            "is not identified in this file",
+            path=f"{place}.{IDENTIFIED}",
+            value=name,
+            allowed=", ".join(planned),
+            mend=did_you_mean(name, planned),
+        )
     return {"file": str(planned[name].folder / MODEL), **inner}

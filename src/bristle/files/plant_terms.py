@@ -15,26 +15,18 @@ __all__ = ["terms_of"]
 
 
 def terms_of(file: AxisFile, transmission: Transmission) -> dict[str, Any]:
-    """Return the terms of an axis by the names that `Axis` has for them.
-
-    Raises
-    ------
-    InputError
-        If gravity turns what does not turn, nothing tells how far a turn moves the axis, or a name is there twice.
-    """
-    return {
-        "gravity": _gravity(file),
-        "cogging": _cogging(file, transmission),
-        "regressors": _columns(file),
-    }
+    """Return the terms of an axis by the names that `Axis` has for them."""
+    return {"gravity": _gravity(file), "cogging": _cogging(file, transmission), "regressors": _columns(file)}
 
 
 def _gravity(file: AxisFile) -> bool:
     if file.plant.gravity is not None and file.kind != "rotational":
         raise InputError(
-            "turns with the angle of a link, and this axis is translational", path="plant.gravity",
-            value=file.plant.gravity, mend="A weight on a vertical axis is the offset, which is identified",
-        )  # fmt: skip
+            "turns with the angle of a link, and this axis is translational",
+            path="plant.gravity",
+            value=file.plant.gravity,
+            mend="A weight on a vertical axis is the offset, which is identified",
+        )
     return file.plant.gravity is not None
 
 
@@ -42,8 +34,9 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
     turners = [entry.turn for entry in file.cogging]
     for place, turner in enumerate(turners):
         if turner in turners[:place]:
-            raise InputError("is there twice", path=f"cogging[{place}].turn", value=turner,
-                             mend="Write all its harmonics into one [[cogging]]")  # fmt: skip
+            raise InputError(
+                "is there twice", path=f"cogging[{place}].turn", value=turner, mend="Write all its harmonics into one [[cogging]]"
+            )
     coggings = []
     for place, entry in enumerate(file.cogging):
         try:
@@ -51,9 +44,11 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
             turn = 2.0 * math.pi * transmission.travel("rotational", side)
         except InputError:
             raise InputError(
-                "needs to know how far a turn moves the axis", path=f"cogging[{place}].turn", value=entry.turn,
+                "needs to know how far a turn moves the axis",
+                path=f"cogging[{place}].turn",
+                value=entry.turn,
                 mend='Write lead = "10 mm" (and gear_ratio, where there is a gear) under [transmission]',
-            ) from None  # fmt: skip
+            ) from None
         harmonics = None if entry.harmonics == "identify" else tuple(sorted(set(entry.harmonics)))
         coggings.append(Cogging(entry.turn, turn, harmonics))
     return tuple(coggings)
@@ -64,7 +59,6 @@ def _columns(file: AxisFile) -> tuple[KnownColumn, ...]:
     for place, entry in enumerate(file.known):
         name = entry.name or re.sub(r"\W+", "_", entry.column).strip("_") or f"column_{place + 1}"
         if name in [column.name for column in columns]:
-            raise InputError("is there twice", path=f"known[{place}].name", value=name,
-                             mend="Give each known column a name of its own")  # fmt: skip
+            raise InputError("is there twice", path=f"known[{place}].name", value=name, mend="Give each known column a name of its own")
         columns.append(KnownColumn(entry.column, name, entry.optional))
     return tuple(columns)

@@ -108,9 +108,11 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
     roles = roles_of(table)
     if not {"position", "velocity"} & set(roles.channels):
         raise InputError(
-            "does not say which column is the position", path=str(table.source), allowed=some_of(table.names, 40),
+            "does not say which column is the position",
+            path=str(table.source),
+            allowed=some_of(table.names, 40),
             mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
-        )  # fmt: skip
+        )
     tables: dict[str, Any] = _tables(table, roles)
     if name is not None:
         tables["log"] = {"table": name}
@@ -122,12 +124,13 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
     if set(missing) <= OF_EFFORT and _has_a_link(table, axis):
         tables["plant"] = {"gravity": "link"}
         axis = axis_from(_assumed(tables))
-    notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
-             for channel, role in roles.channels.items()]  # fmt: skip
+    notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
     asked = {f"columns.{channel}.unit" for channel in unknown}
-    notes += [f"the file says {said!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
-              for channel, said in unknown.items()]  # fmt: skip
+    notes += [
+        f"the file says {said!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
+        for channel, said in unknown.items()
+    ]
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in asked]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
@@ -198,8 +201,11 @@ def _turns(tables: Mapping[str, Any]) -> bool | None:
         return True
     texts = [str(value) for value in tables.get("effort", {}).values()]
     texts.append(tables["columns"].get("effort", {}).get("unit", ""))
-    turns = [units.compatible(unit, "N*m") for unit in map(_unit_in, texts) if unit and units.is_unit(unit)
-             and any(units.compatible(unit, base) for base in ("N", "N*m"))]  # fmt: skip
+    turns = [
+        units.compatible(unit, "N*m")
+        for unit in map(_unit_in, texts)
+        if unit and units.is_unit(unit) and any(units.compatible(unit, base) for base in ("N", "N*m"))
+    ]
     return any(turns) if turns else None
 
 
@@ -210,8 +216,10 @@ def _unit_in(text: str) -> str:
 
 
 def _goes_with(velocity: str, position: str, facts: Mapping[str, Any]) -> bool:
-    kinds = [next((base for base in ("m", "rad", "count") if unit and units.compatible(unit, base + per)), "")
-             for unit, per in ((velocity, "/s"), (position, ""))]  # fmt: skip
+    kinds = [
+        next((base for base in ("m", "rad", "count") if unit and units.compatible(unit, base + per)), "")
+        for unit, per in ((velocity, "/s"), (position, ""))
+    ]
     return kinds[0] == kinds[1] or ("count" not in kinds and "transmission.lead" in facts)
 
 
@@ -234,11 +242,7 @@ def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _fits(unit: str, key: str) -> bool:
-    bases = {
-        "effort.rated": ("N", "N*m"),
-        "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"),
-        "transmission.lead": ("m",),
-    }
+    bases = {"effort.rated": ("N", "N*m"), "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"), "transmission.lead": ("m",)}
     return units.is_unit(unit) and any(units.compatible(unit, base) for base in bases[key])
 
 
@@ -252,14 +256,9 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
             entry["unit"] = ASSUMED_UNIT[channel][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
     force = ASSUMED_UNIT["effort"][kind]
-    for name, filled in (
-        ("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m"),
-    ):  # fmt: skip
+    for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m")):
         if name in tables:
-            assumed[name] = {
-                key: f"1 {filled}{_per(key, columns)}" if value == FILL_IN else value
-                for key, value in tables[name].items()
-            }
+            assumed[name] = {key: f"1 {filled}{_per(key, columns)}" if value == FILL_IN else value for key, value in tables[name].items()}
     return assumed
 
 

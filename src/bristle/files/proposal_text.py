@@ -23,8 +23,7 @@ HINTS = {
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
     "effort.rated": f'what 100 % are, such as "120 N" (or "2.4 N*m", {_SCREW})',
-    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
-    + f"{_SCREW})",
+    "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
     "transmission.lead": 'travel of the load for one turn of the motor, such as "10 mm"; or of the screw, with '
     "gear_ratio = 2 in the next line for a gear of 2:1 between both",
     "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"; '
@@ -37,10 +36,14 @@ HINTS_OF_TURNING = {
     "effort.constant": 'torque for one {drive}, such as "0.12 N*m/{drive}"',
 }
 TOLD_BY = {
-    "name": "unit from its name", "its name": "unit assumed from its name", "velocity": "unit from the velocity",
-    "numbers": "unit from its numbers", "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
-    "position": "unit from the position", "reference": "unit from the reference",
-}  # fmt: skip
+    "name": "unit from its name",
+    "its name": "unit assumed from its name",
+    "velocity": "unit from the velocity",
+    "numbers": "unit from its numbers",
+    "drive": 'whole numbers, as drives store ‰ of rated: see that it is not "%"',
+    "position": "unit from the position",
+    "reference": "unit from the reference",
+}
 
 
 def missing_of(tables: Mapping[str, Any], path: str = "") -> list[str]:
@@ -136,14 +139,7 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
     hint = "  # the effort goes with sine and cosine of the angle" if key == "plant.gravity" else ""
     if value == FILL_IN:
         drive = tables["columns"].get("effort", {}).get("unit", "A")
-        drive = next(
-            (
-                entry_name
-                for entry_name in ("A", "V", "count")
-                if drive != FILL_IN and units.compatible(drive, entry_name)
-            ),
-            "A",
-        )
+        drive = next((entry_name for entry_name in ("A", "V", "count") if drive != FILL_IN and units.compatible(drive, entry_name)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
         hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
     return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"

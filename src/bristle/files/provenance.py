@@ -25,16 +25,7 @@ class Traced(Protocol):
 
 
 def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None) -> dict[str, str]:
-    """Return where results come from.
-
-    Parameters
-    ----------
-    command : str
-        The command that repeats it.
-    **files : object with an origin, or several
-        What was read, by what it is: name and SHA-256 of each are noted, as of what was read. The second log is
-        ``log_2``.
-    """
+    """Return where results come from."""
     record = {"bristle": version("bristle")}
     for kind, sources in files.items():
         listed = () if sources is None else sources if isinstance(sources, Sequence) else (sources,)

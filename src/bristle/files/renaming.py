@@ -20,13 +20,7 @@ _UNKNOWN = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
 
 
 def rename_new(old: Path, new: Path) -> None:
-    """Give a folder a name that nothing has.
-
-    Raises
-    ------
-    OSError
-        If something has it, or the folder cannot be renamed.
-    """
+    """Give a folder a name that nothing has."""
     if _rename(old, new, _NO_REPLACE):
         return
     if os.path.lexists(new):
@@ -35,13 +29,7 @@ def rename_new(old: Path, new: Path) -> None:
 
 
 def exchange(first: Path, second: Path) -> bool:
-    """Exchange the names of two folders in one step; False, and nothing done, where the system cannot.
-
-    Raises
-    ------
-    OSError
-        If a folder is missing, or cannot be renamed.
-    """
+    """Exchange the names of two folders in one step; False, and nothing done, where the system cannot."""
     return _rename(first, second, _EXCHANGE)
 
 

@@ -63,13 +63,6 @@ class Results:
 
     A file may lie in a folder below, ``folder / "figures/time.svg"``, which is made with the first one. A name is noted
     before its path is given, so that what is bristle's own is known whatever happens.
-
-    Parameters
-    ----------
-    path : Path
-        The folder.
-    note : int
-        Its note, opened and locked.
     """
 
     def __init__(self, path: Path, note: int) -> None:
@@ -116,31 +109,10 @@ class Results:
 
 
 @contextmanager
-def results_folder(
-    out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()
-) -> Iterator[Results]:
+def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()) -> Iterator[Results]:
     """Give a folder to write results into; leaving the block without an error makes it appear as `out`.
 
     What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
-
-    Parameters
-    ----------
-    out : path
-        The folder wanted. Its parent must exist.
-    force : bool
-        Whether results that are there already are replaced; what a person made or changed is not, nor what is read.
-    reads : iterable
-        Files that are read for the results, as far as they are known before.
-
-    Yields
-    ------
-    Results
-        The folder to write into, empty.
-
-    Raises
-    ------
-    InputError
-        If `out` cannot be made, is in use by another process, or the disk does not take what is written.
     """
     target = _target_of(out)
     _restore(target)
@@ -175,8 +147,7 @@ def _target_of(out: str | os.PathLike[str]) -> Path:
     """Return the folder wanted, without links: where the path is a link, the folder that it leads to."""
     text = os.fspath(out)
     if "\0" in text:
-        raise InputError("holds a NUL character and names no folder", path="--out", value=text,
-                         mend="Name a new folder")  # fmt: skip
+        raise InputError("holds a NUL character and names no folder", path="--out", value=text, mend="Name a new folder")
     try:
         path = Path(text)
         ends = path.name not in ("", "..") and not path.is_symlink()
@@ -185,8 +156,7 @@ def _target_of(out: str | os.PathLike[str]) -> Path:
         if plain.name == "" or plain == parent:
             raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
         if not parent.is_dir():
-            raise InputError("the folder that is to hold it does not exist", path=str(plain),
-                             mend=f"Make {parent} first")  # fmt: skip
+            raise InputError("the folder that is to hold it does not exist", path=str(plain), mend=f"Make {parent} first")
     except (OSError, RuntimeError) as error:
         raise _unwritable(Path(text), error) from None
     if not os.access(parent, os.W_OK | os.X_OK):
@@ -210,11 +180,13 @@ def _check_free(target: Path, force: bool) -> None:
         with Folder(target) as folder:
             _check_own(folder, target)
             if not force:
-                raise InputError("exists already", path=str(target),
-                                 mend="Name another folder, or add --force to replace these results")  # fmt: skip
+                raise InputError("exists already", path=str(target), mend="Name another folder, or add --force to replace these results")
             if used := read_in(target):
-                raise InputError(f"holds what is read here: {listed(used)}", path=str(target),
-                                 mend="It would be replaced with the rest: name another folder")  # fmt: skip
+                raise InputError(
+                    f"holds what is read here: {listed(used)}",
+                    path=str(target),
+                    mend="It would be replaced with the rest: name another folder",
+                )
             if target.is_mount():
                 raise InputError("is a mount point and cannot be renamed", path=str(target), mend="Name a folder in it")
             if not status.st_mode & stat.S_IWUSR:
@@ -227,27 +199,31 @@ def _check_own(folder: Folder, target: Path) -> None:
     note, present = note_in(folder), folder.names()
     if note is None:
         if not present:
-            raise InputError("exists already, and bristle did not make it", path=str(target),
-                             mend="Name a new folder, or remove this empty one")  # fmt: skip
+            raise InputError(
+                "exists already, and bristle did not make it", path=str(target), mend="Name a new folder, or remove this empty one"
+            )
         if SUMMARY in present:
             raise InputError(
                 f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle "
-                "0.1: they are not replaced", path=str(target),
+                "0.1: they are not replaced",
+                path=str(target),
                 mend=f"Name another folder, or remove by hand what is no longer needed: {listed(present)}",
-            )  # fmt: skip
-        raise InputError(f"holds something else than results: {listed(present)}", path=str(target),
-                         mend="Name another folder")  # fmt: skip
+            )
+        raise InputError(f"holds something else than results: {listed(present)}", path=str(target), mend="Name another folder")
     if note.kind:
-        raise InputError(f"holds a {note.kind}, which grew over many runs and is replaced by nothing", path=str(target),
-                         mend="Name another folder, or remove this one by hand")  # fmt: skip
+        raise InputError(
+            f"holds a {note.kind}, which grew over many runs and is replaced by nothing",
+            path=str(target),
+            mend="Name another folder, or remove this one by hand",
+        )
     foreign, changed = strangers_in(folder, note)
-    for reason, names in (
-        ("holds files besides the results", foreign),
-        ("holds files that were changed since", changed),
-    ):
+    for reason, names in (("holds files besides the results", foreign), ("holds files that were changed since", changed)):
         if names:
-            raise InputError(f"{reason}: {listed(names)}", path=str(target),
-                             mend="Move them elsewhere, for the whole folder is replaced, or name another")  # fmt: skip
+            raise InputError(
+                f"{reason}: {listed(names)}",
+                path=str(target),
+                mend="Move them elsewhere, for the whole folder is replaced, or name another",
+            )
 
 
 def _begin(target: Path) -> Results:
@@ -283,10 +259,7 @@ def _abandon(results: Results) -> None:
         # Where no more files can be opened, the one just closed may be what was lacking.
         removed = removed or remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
-        warnings.warn(
-            f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning,
-            stacklevel=2,
-        )  # fmt: skip
+        warnings.warn(f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning, stacklevel=2)
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
@@ -319,11 +292,13 @@ def _state_of(folder: Folder) -> State:
 
 def _refuse_two_at_once(own: Path, target: Path) -> None:
     """Refuse to write where another program has begun to; of two that begin at once, the earlier one goes on."""
-    writing = {path: (note.began, path.name) for path, note, state in _unfinished_in(target.parent)
-               if state == "written" and note.target == target.name}  # fmt: skip
+    writing = {
+        path: (note.began, path.name)
+        for path, note, state in _unfinished_in(target.parent)
+        if state == "written" and note.target == target.name
+    }
     if own in writing and min(writing.values()) < writing[own]:
-        raise InputError("another process is writing results there", path=str(target),
-                         mend="Wait for it to end, or name another folder")  # fmt: skip
+        raise InputError("another process is writing results there", path=str(target), mend="Wait for it to end, or name another folder")
 
 
 def _restore(target: Path) -> None:
@@ -393,6 +368,7 @@ def _concerns(error: OSError, results: Results | None, target: Path) -> bool:
 def _unwritable(target: Path, error: OSError | RuntimeError) -> InputError:
     reason = (getattr(error, "strerror", None) or str(error)).lower()
     return InputError(
-        f"the results cannot be written: {reason}", path=str(target),
+        f"the results cannot be written: {reason}",
+        path=str(target),
         mend="Nothing was changed there. Close what has its files open, make room, or name a folder elsewhere",
-    )  # fmt: skip
+    )

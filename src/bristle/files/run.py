@@ -17,26 +17,7 @@ __all__ = ["run_from"]
 
 
 def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind: Kind, path: str) -> Run:
-    """Return how long and how finely to simulate.
-
-    Parameters
-    ----------
-    table : mapping
-        The table ``[run]``.
-    axis : Axis or None
-        Gives sample time and limit where the table does not.
-    reference : Model
-        A recorded one gives sample time and duration where the table does not.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    path : str
-        Key of the table, for messages.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    """Return how long and how finely to simulate."""
     entries = dict(table)
     check_keys(entries, RUN, path)
     if axis is not None and axis.effort_limit is not None:
@@ -55,13 +36,15 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     if "effort_limit" in entries:
         columns = axis.columns if axis is not None else {}
         quantity, place = RUN["effort_limit"].quantity, f"{path}.effort_limit"
-        entries["effort_limit"] = in_effort(
-            entries["effort_limit"], quantity, kind, columns, place, axis.arm if axis is not None else None
-        )
+        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, place, axis.arm if axis is not None else None)
     values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
     if "substeps" in values and values.get("tolerance"):
-        raise InputError("stands beside a tolerance, which chooses the steps itself", path=f"{path}.substeps",
-                         value=table["substeps"], mend="Leave one of both out")  # fmt: skip
+        raise InputError(
+            "stands beside a tolerance, which chooses the steps itself",
+            path=f"{path}.substeps",
+            value=table["substeps"],
+            mend="Leave one of both out",
+        )
     for name in ("substeps", "delay", "seeds"):
         if name in values:
             values[name] = _integer(values[name], f"{path}.{name}")
@@ -73,12 +56,14 @@ def _check_lengths(duration: float, sample_time: float, settle: float, path: str
     samples = duration / sample_time
     if not 3.0 <= samples <= SAMPLES_MAX:
         raise InputError(
-            f"asks for {samples:.3g} samples of {sample_time:g} s", path=f"{path}.duration", value=duration,
-            allowed=f"3 to {SAMPLES_MAX} samples", mend="Change duration or sample_time",
-        )  # fmt: skip
+            f"asks for {samples:.3g} samples of {sample_time:g} s",
+            path=f"{path}.duration",
+            value=duration,
+            allowed=f"3 to {SAMPLES_MAX} samples",
+            mend="Change duration or sample_time",
+        )
     if settle >= duration:
-        raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle,
-                         allowed=f"less than the duration, {duration:g} s")  # fmt: skip
+        raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
 
 
 def _integer(value: float, path: str) -> int:

@@ -42,10 +42,17 @@ ColumnName = Annotated[str, BeforeValidator(by_number)]
 
 # By the kind of error of the library, which speaks of its own classes.
 EXPECTED = {
-    "model_type": "a table", "model_attributes_type": "a table", "dict_type": "a table", "list_type": "a list",
-    "tuple_type": "a list", "string_type": "text", "bool_type": "true or false", "int_type": "a whole number",
-    "too_short": "at least {min_length} values", "too_long": "at most {max_length} values",
-}  # fmt: skip
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "dict_type": "a table",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "string_type": "text",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "too_short": "at least {min_length} values",
+    "too_long": "at most {max_length} values",
+}
 
 
 MISSING = {
@@ -57,13 +64,7 @@ MISSING = {
 
 
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
-    """Return `data` as the table that `schema` describes.
-
-    Raises
-    ------
-    InputError
-        With the path of the first key that does not fit, its value, and what is allowed there.
-    """
+    """Return `data` as the table that `schema` describes."""
     try:
         return schema.model_validate(data)
     except ValidationError as error:
@@ -92,9 +93,8 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
 def _elsewhere(schema: type[Strict], key: str) -> str:
     """Return under which table of the file a key belongs; nothing where none or several have it."""
     tables = [
-        name for name, field in schema.model_fields.items()
-        if (table := _table_in(field.annotation)) is not None and key in _keys(table)
-    ]  # fmt: skip
+        name for name, field in schema.model_fields.items() if (table := _table_in(field.annotation)) is not None and key in _keys(table)
+    ]
     return f"It belongs under [{tables[0]}]" if len(tables) == 1 else ""
 
 

@@ -18,22 +18,7 @@ _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool = False) -> Path:
-    """Write a file, text in UTF-8 with plain line ends; what cannot be encoded is escaped.
-
-    Parameters
-    ----------
-    path : path-like
-        The file. A link is replaced, not followed.
-    content : str or bytes
-        What it holds.
-    new : bool
-        Whether a file that is there already is refused.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written: what was there stays.
-    """
+    """Write a file, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
     file = Path(path)
     data = content if isinstance(content, bytes) else _encoded(content)
     replaces = os.path.lexists(file) and not new
@@ -80,5 +65,8 @@ def is_sealed(path: Path) -> bool:
 
 
 def _unwritable(file: Path, error: OSError) -> InputError:
-    return InputError(f"cannot be written: {(error.strerror or str(error)).lower()}", path=str(file),
-                      mend="Name a file in a folder that can be written to")  # fmt: skip
+    return InputError(
+        f"cannot be written: {(error.strerror or str(error)).lower()}",
+        path=str(file),
+        mend="Name a file in a folder that can be written to",
+    )

@@ -36,17 +36,7 @@ __all__ = ["Sources"]
 
 @dataclass
 class Sources:
-    """Axes, identified models, logs and code that the tables of an experiment refer to by file.
-
-    Parameters
-    ----------
-    folder : Path
-        What a relative file starts from.
-    allow_code : bool
-        Whether code may run that was not allowed before.
-    size_limit : int
-        Largest log [byte].
-    """
+    """Axes, identified models, logs and code that the tables of an experiment refer to by file."""
 
     folder: Path
     allow_code: bool = False
@@ -92,50 +82,32 @@ class Sources:
         return self._once(("log", self._file(file, path), described_by), path, read, content_of_log)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
-        """Return the plant (where a model file gives one) and the friction model of a table.
-
-        Raises
-        ------
-        InputError
-            With the path of the key that does not fit, its value and what is allowed.
-        """
+        """Return the plant (where a model file gives one) and the friction model of a table."""
         entries = table_at(table, path)
         file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
-            return None, friction_from(
-                entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code
-            )
+            return None, friction_from(entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code)
         described = self.model(file, f"{path}.file")
         if described.friction.kind != kind:
             raise InputError(
-                f"holds a {described.friction.kind} axis, and this one is {kind}", path=f"{path}.file", value=file,
+                f"holds a {described.friction.kind} axis, and this one is {kind}",
+                path=f"{path}.file",
+                value=file,
                 mend="Name the model of an axis of the same kind",
-            )  # fmt: skip
+            )
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def own(self, table: Any, family: type[Described], path: str) -> Described | None:
-        """Return the component of a person's own that a table names in `file`; None where it names none.
-
-        Raises
-        ------
-        InputError
-            If the code may not run, or defines no such component.
-        """
+        """Return the component of a person's own that a table names in `file`; None where it names none."""
         entries = table_at(table, path)
         if "file" not in entries:
             return None
         return component_in(entries, family, path=path, read_code=self.code)
 
     def code(self, file: str, path: str) -> Content:
-        """Return the code in a file, which may run here.
-
-        Raises
-        ------
-        InputError
-            If it may not run.
-        """
+        """Return the code in a file, which may run here."""
         key = ("code", self._file(file, path))
         if key not in self._read:
             self._read[key] = code_named(file, self.folder, path, allow_code=self.allow_code)
@@ -161,14 +133,18 @@ class Sources:
         reference = log.position if log.effort is None else log.reference
         if reference is None:
             raise InputError(
-                "has no reference", path=f"{path}.file", value=table["file"],
+                "has no reference",
+                path=f"{path}.file",
+                value=table["file"],
                 mend="Name its column under [columns] of the axis file: reference = ...",
-            )  # fmt: skip
+            )
         if len(log.segments) > 1:
             raise InputError(
-                f"has gaps, which split it into {len(log.segments)} parts", path=f"{path}.file", value=table["file"],
+                f"has gaps, which split it into {len(log.segments)} parts",
+                path=f"{path}.file",
+                value=table["file"],
                 mend="Record the reference again, without gaps",
-            )  # fmt: skip
+            )
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
@@ -179,11 +155,7 @@ class Sources:
     def _loop_of(self, file: Any, path: str) -> LoopRecord | None:
         """Return the loop of a log that an identification left in a file; None where the file is another one."""
         place = self._file(file, path)
-        if (
-            place.suffix != ".csv"
-            or not place.is_file()
-            or not holds_loop(content_of_log(place, limit=self.size_limit))
-        ):
+        if place.suffix != ".csv" or not place.is_file() or not holds_loop(content_of_log(place, limit=self.size_limit)):
             return None
         return self.loop_record(file, path)
 
@@ -192,10 +164,7 @@ class Sources:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(
-        self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any],
-        opened: Callable[..., Content] = content_of,
-    ) -> Any:  # fmt: skip
+    def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any], opened: Callable[..., Content] = content_of) -> Any:
         if key not in self._read:
             try:
                 content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)

@@ -12,16 +12,6 @@ def state_folder(name: str) -> Path:
     """Return a folder to remember something in, made where there is none; nobody else can look into it.
 
     ``BRISTLE_STATE_DIR`` overrides the place.
-
-    Parameters
-    ----------
-    name : str
-        What is remembered.
-
-    Raises
-    ------
-    OSError
-        If it cannot be made.
     """
     import platformdirs
 

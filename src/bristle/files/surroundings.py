@@ -19,14 +19,7 @@ ZERO_CELSIUS = 273.15  # [K]
 
 
 def surroundings_of(file: AxisFile) -> dict[str, Column]:
-    """Return the columns of load and temperature that an axis file names, and those of further channels.
-
-    Raises
-    ------
-    InputError
-        If a unit does not fit or is missing, there is a load and no nominal one, or a channel has a name that none can
-        have.
-    """
+    """Return the columns of load and temperature that an axis file names, and those of further channels."""
     return {
         name: OF_BRISTLE[name](entry, file) if name in OF_BRISTLE else _further(name, entry)
         for name, entry in (file.columns.model_extra or {}).items()
@@ -34,17 +27,10 @@ def surroundings_of(file: AxisFile) -> dict[str, Column]:
 
 
 def refuse_misspelt(columns: object) -> None:
-    """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing.
-
-    Raises
-    ------
-    InputError
-        With the name that was meant.
-    """
+    """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing."""
     for name in columns if isinstance(columns, Mapping) else ():
         if name not in COLUMNS and _is_misspelt(name):
-            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS),
-                             mend=did_you_mean(name, COLUMNS))  # fmt: skip
+            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS))
 
 
 def _is_misspelt(name: str) -> bool:
@@ -56,10 +42,12 @@ def _further(name: str, entry: ColumnEntry) -> Column:
     path, close = f"columns.{name}", did_you_mean(name, COLUMNS)
     if entry.unit is None or _is_misspelt(name) or not name.isidentifier():
         raise InputError(
-            "unknown key", path=path, allowed=", ".join(COLUMNS),
-            mend=close or f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "'
-            f'{entry.column}", unit = "%" }}',
-        )  # fmt: skip
+            "unknown key",
+            path=path,
+            allowed=", ".join(COLUMNS),
+            mend=close
+            or f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}',
+        )
     if entry.unit in CELSIUS:
         return _in_kelvin(entry, f"{path}.unit")
     base = units.si_of(entry.unit, path=f"{path}.unit")
@@ -76,8 +64,7 @@ def _refuse_zero_elsewhere(unit: str, base: str, path: str) -> None:
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     raw, path = file.plant.nominal_load, "plant.nominal_load"
     if raw is None:
-        raise InputError("is missing: a load counts as a multiple of it", path=path,
-                         mend='Write nominal_load = "500 N" under [plant]')  # fmt: skip
+        raise InputError("is missing: a load counts as a multiple of it", path=path, mend='Write nominal_load = "500 N" under [plant]')
     # A load is a force on a rotational axis too.
     nominal = units.quantity(raw, LOAD, "translational", path=path)
     if not 0.0 < nominal < math.inf:

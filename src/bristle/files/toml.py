@@ -35,21 +35,7 @@ class Described(NamedTuple):
 
 
 def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Described:
-    """Return what a TOML file says.
-
-    Parameters
-    ----------
-    source : path-like, bytes, file object, Content or dict
-        The file; a dict is what one would say, and is examined alike.
-    path, what : str
-        Argument and what it must be, for the message where nothing that can be read was given.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no TOML; the message has the line. If it holds what nobody means: a number
-        that is none, or larger than any, control characters, tables nested deeper than any.
-    """
+    """Return what a TOML file says."""
     if isinstance(source, dict):
         _refuse_absurdities(source)
         return Described(source, Path("<dict>"))
@@ -91,13 +77,7 @@ def _refuse_long_keys(text: str) -> None:
 
 
 def _refuse_absurdities(data: dict[str, Any]) -> None:
-    """Refuse what no file of an axis holds.
-
-    Raises
-    ------
-    InputError
-        With the path of the key.
-    """
+    """Refuse what no file of an axis holds."""
     waiting: list[tuple[str, Any, int]] = [("", data, 0)]
     while waiting:
         path, value, depth = waiting.pop()
@@ -134,8 +114,9 @@ def _refuse_value(path: str, value: Any) -> None:
 
 
 def _too_deep(path: str) -> InputError:
-    return InputError("is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another",
-                      mend="Is it the right file?")  # fmt: skip
+    return InputError(
+        "is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another", mend="Is it the right file?"
+    )
 
 
 def _quotable(content: Content) -> str:

@@ -43,9 +43,13 @@ __all__ = [
 ]
 
 WORDS: dict[type[Documented], str] = {
-    FrictionModel: "friction model", Controller: "control law", Sensor: "sensor", Plant: "plant",
-    Trajectory: "reference", Slot: "slot",
-}  # fmt: skip
+    FrictionModel: "friction model",
+    Controller: "control law",
+    Sensor: "sensor",
+    Plant: "plant",
+    Trajectory: "reference",
+    Slot: "slot",
+}
 """What a component is called, by its descriptor."""
 
 Described = TypeVar("Described", bound=Component)
@@ -53,24 +57,12 @@ Described = TypeVar("Described", bound=Component)
 
 @dataclass(frozen=True)
 class SourceText:
-    """The text of a file of a user: what goes to another process, where the file may be gone or another one.
-
-    Parameters
-    ----------
-    content : Content
-        The text, and where it was read.
-    """
+    """The text of a file of a user: what goes to another process, where the file may be gone or another one."""
 
     content: Content
 
     def module(self) -> types.ModuleType:
-        """Return what the text defines, executed once in each process.
-
-        Raises
-        ------
-        InputError
-            If it cannot be run.
-        """
+        """Return what the text defines, executed once in each process."""
         name = f"{OWN_CODE}{self.content.checksum[:16]}"
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
@@ -104,9 +96,8 @@ def load_code(path: Readable) -> FrictionModel:
 def load_model_file(path: Readable) -> FrictionModel:
     """Return what `load_code` returns; this is its former name, which is removed in the next release."""
     warnings.warn(
-        "load_model_file was renamed: write load_code. The old name is removed in the next release",
-        DeprecationWarning, stacklevel=2,
-    )  # fmt: skip
+        "load_model_file was renamed: write load_code. The old name is removed in the next release", DeprecationWarning, stacklevel=2
+    )
     return load_code(path)
 
 
@@ -115,24 +106,6 @@ def load_component_file(path: Readable, *families: type[Described]) -> Described
 
     The module is named by the hash of its source, so that an edited file is another module: nothing compiled from
     the old one is ever used again.
-
-    Parameters
-    ----------
-    path : path-like, bytes, file object or Content
-        A Python file with ``Parameters``, ``State``, the kernels of its kind and ``MODEL``. It is executed.
-    *families : type
-        Descriptors of which it must be one: `FrictionModel`, `Controller`, `Sensor`, `Plant` or `Trajectory`.
-
-    Returns
-    -------
-    Component
-        The descriptor.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or run, defines no ``MODEL`` of this kind, or gives it a name that cannot be asked
-        for.
     """
     content = code_at(path)
     source = content.source
@@ -147,9 +120,12 @@ def load_component_file(path: Readable, *families: type[Described]) -> Described
         )
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
         raise InputError(
-            "gives its model a name that cannot be asked for", path=str(source), value=model.name,
-            allowed="a name without + and comma", mend=f'Write another name in {family.__name__}(name="...")',
-        )  # fmt: skip
+            "gives its model a name that cannot be asked for",
+            path=str(source),
+            value=model.name,
+            allowed="a name without + and comma",
+            mend=f'Write another name in {family.__name__}(name="...")',
+        )
     _refuse_odd_quantities(model, source)
     return model
 
@@ -163,32 +139,17 @@ def _arguments_of(family: type[Documented]) -> str:
 
 
 def component_in(table: Mapping[str, Any], family: type[Described], *, path: str, read_code: CodeRead) -> Described:
-    """Return the component of a person's own that a table names, ``file = "my_law.py"``.
-
-    Parameters
-    ----------
-    table : mapping
-        The table, with a key `file`.
-    family : type
-        The descriptor that it must be.
-    path : str
-        Key of the table, for messages.
-    read_code : callable
-        What reads the code, where it may run.
-
-    Raises
-    ------
-    InputError
-        If it names a model beside the file, the file is none of Python, may not run, or defines no such component.
-    """
+    """Return the component of a person's own that a table names, ``file = "my_law.py"``."""
     file = table["file"]
     if "model" in table:
         raise InputError("has both a model and a file", path=path, mend="Keep one of them")
     if not isinstance(file, str) or not file.endswith(".py"):
         raise InputError(
-            f"is no file with a {WORDS[family].split()[-1]}", path=f"{path}.file", value=file,
+            f"is no file with a {WORDS[family].split()[-1]}",
+            path=f"{path}.file",
+            value=file,
             allowed=f"a file of Python, my_{WORDS[family].split()[-1]}.py",
-        )  # fmt: skip
+        )
     return load_component_file(read_code(file, f"{path}.file"), family)
 
 
@@ -227,16 +188,21 @@ def load_slot_file(path: Readable) -> Slot:
     if not isinstance(slot, Slot):
         own = isinstance(getattr(module, "MODEL", None), FrictionModel)
         raise InputError(
-            "SLOT is not a Slot" if slot is not None else "defines no slot", path=str(source),
+            "SLOT is not a Slot" if slot is not None else "defines no slot",
+            path=str(source),
             value=None if slot is None else type(slot).__name__,
-            mend=f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry" if own
+            mend=f"It defines a friction model: write {source.name} in front, {source.name}+asymmetry"
+            if own
             else f"End the file with SLOT = Slot({_arguments_of(Slot)})",
-        )  # fmt: skip
+        )
     if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
         raise InputError(
-            "gives its slot a name that cannot be asked for", path=str(source), value=slot.name,
-            allowed=f"a word that is none of {', '.join(SLOTS)}", mend='Write another name in Slot(name="...")',
-        )  # fmt: skip
+            "gives its slot a name that cannot be asked for",
+            path=str(source),
+            value=slot.name,
+            allowed=f"a word that is none of {', '.join(SLOTS)}",
+            mend='Write another name in Slot(name="...")',
+        )
     try:
         refuse_unfit(slot)
     except InputError as error:
@@ -245,13 +211,7 @@ def load_slot_file(path: Readable) -> Slot:
 
 
 def load_checked(path: Readable) -> FrictionModel | Slot | Controller | Sensor:
-    """Return what of a person's own there is a contract for in a Python file: ``SLOT``, or else ``MODEL``.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or run, or defines neither.
-    """
+    """Return what of a person's own there is a contract for in a Python file: ``SLOT``, or else ``MODEL``."""
     content = code_at(path)
     if hasattr(SourceText(content).module(), "SLOT"):
         return load_slot_file(content)
@@ -264,13 +224,7 @@ def word_of(described: Documented) -> str:
 
 
 def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str | Slot]:
-    """Return slots by name, and of a person's own where the name is that of a file of Python.
-
-    Raises
-    ------
-    InputError
-        If such a file may not run, or defines no slot.
-    """
+    """Return slots by name, and of a person's own where the name is that of a file of Python."""
     return [load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names]
 
 
@@ -307,9 +261,7 @@ class _Messages(io.TextIOBase):
 def _executed(name: str, content: Content) -> types.ModuleType:
     source = content.source
     if b"\0" in content.data:
-        raise InputError(
-            "is not Python but binary data", path=str(source), mend="Name a file with a model, my_model.py"
-        )
+        raise InputError("is not Python but binary data", path=str(source), mend="Name a file with a model, my_model.py")
     module = types.ModuleType(name)
     module.__file__ = str(source)
     sys.modules[name] = module

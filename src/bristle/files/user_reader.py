@@ -14,23 +14,7 @@ MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=rec
 
 
 def load_reader_file(path: Readable) -> LogFormat:
-    """Return the format that a Python file defines as ``FORMAT``.
-
-    Parameters
-    ----------
-    path : path-like, bytes, file object or Content
-        A Python file with ``FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)``; executed.
-
-    Returns
-    -------
-    LogFormat
-        The format, for `bristle.logs.formats.reading`.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or run, or defines no format with a reader.
-    """
+    """Return the format that a Python file defines as ``FORMAT``."""
     content = code_at(path)
     log_format = declared_in(content, "FORMAT", LogFormat, title="reader of logs", mend=MEND)
     if not callable(log_format.recognises) or not callable(log_format.read):

@@ -13,19 +13,7 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
-from bristle.core.experiment import (
-    ALONG,
-    FEEDFORWARD,
-    LEARNING,
-    RESTS,
-    SIDES,
-    START,
-    Feedforward,
-    Learning,
-    Run,
-    Start,
-    Variant,
-)
+from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, START, Feedforward, Learning, Run, Start, Variant
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
@@ -43,26 +31,26 @@ from bristle.sensors import SENSORS
 __all__ = ["SECTIONS", "Tables", "merged", "variant_from"]
 
 SECTIONS = (
-    "axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "disturbance",
-    "injected", "start", "run",
-)  # fmt: skip
+    "axis",
+    "plant",
+    "friction",
+    "table_friction",
+    "controller",
+    "effort",
+    "sensor",
+    "reference",
+    "disturbance",
+    "injected",
+    "start",
+    "run",
+)
 
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 
 
 @dataclass(frozen=True)
 class Tables:
-    """The tables of one variant, and where each of them stands in the file.
-
-    Parameters
-    ----------
-    content : mapping
-        The tables, what a variant overrides merged in.
-    override : mapping
-        What the variant overrides.
-    prefix : str
-        Where the overrides stand, such as ``"compare.none"``.
-    """
+    """The tables of one variant, and where each of them stands in the file."""
 
     content: Mapping[str, Any]
     override: Mapping[str, Any] = field(default_factory=dict)
@@ -101,27 +89,24 @@ def merged(base: Any, override: Any) -> Any:
 
 
 def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
-    """Return the variant that some tables describe.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    """Return the variant that some tables describe."""
     axis = _axis(tables, sources)
     kind = _kind(tables, axis, sources)
     if "friction" not in tables.content:
-        raise InputError(
-            "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
-        )
+        raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
     if identified is not None and axis is not None and axis.presliding:
         friction = with_presliding(friction, axis.presliding)
     plant = _plant(tables, axis, identified, kind, sources)
     mechanism: dict[str, Any] = {
-        "name": name, "plant": plant, "friction": friction, "table": _table_friction(tables, plant, sources),
-        "sensor": _sensor(tables, axis, kind, sources), "sensor_at": _side(tables, plant), "axis": axis,
-    }  # fmt: skip
+        "name": name,
+        "plant": plant,
+        "friction": friction,
+        "table": _table_friction(tables, plant, sources),
+        "sensor": _sensor(tables, axis, kind, sources),
+        "sensor_at": _side(tables, plant),
+        "axis": axis,
+    }
     if "effort" in tables.content:
         return _open_loop(tables, mechanism, kind, sources)
     reference = _reference(tables, axis, kind, sources)
@@ -148,15 +133,15 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     record = sources.loop_record(entries.get("file"), f"{path}.file")
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
-        raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"],
-                         mend=f"Take [{path}] out of the file")  # fmt: skip
+        raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=f"Take [{path}] out of the file")
     at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
     if at[-1] >= force.size:
         raise InputError(
             f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s",
-            path=tables.path("run", "duration"), value=run.duration,
+            path=tables.path("run", "duration"),
+            value=run.duration,
             mend=f"Leave duration out, or take [{path}] out of the file",
-        )  # fmt: skip
+        )
     return force[at.astype(int)]
 
 
@@ -175,17 +160,22 @@ def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: S
     for section in ("controller", "reference"):
         if section in tables.content:
             raise InputError(
-                "belongs to a loop, and [effort] drives the plant without one", path=tables.path(section),
+                "belongs to a loop, and [effort] drives the plant without one",
+                path=tables.path(section),
                 mend=f"Take [{section}] or [effort] out of the file",
-            )  # fmt: skip
+            )
     path, entries = tables.path("effort"), tables.table("effort")
     log = recorded_in(entries, mechanism["axis"], sources, path)
     reference = at_rest(kind, log)
     run = run_from(tables.table("run"), mechanism["axis"], reference, kind, tables.path("run"))
     return Variant(
-        **mechanism, controller=open_loop(kind=kind), reference=reference, feedforward=Feedforward(), run=run,
+        **mechanism,
+        controller=open_loop(kind=kind),
+        reference=reference,
+        feedforward=Feedforward(),
+        run=run,
         effort=effort_from(entries, log, run, kind, path),
-    )  # fmt: skip
+    )
 
 
 def _axis(tables: Tables, sources: Sources) -> Axis | None:
@@ -207,9 +197,7 @@ def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     friction, plant = tables.table("friction"), tables.table("plant")
     if isinstance(friction.get("file"), str) and friction["file"].endswith(".toml"):
         return sources.model(friction["file"], tables.path("friction", "file")).friction.kind
-    variables = PLANTS["inertia"].variables | {
-        name: variable for model in MODELS.values() for name, variable in model.variables.items()
-    }
+    variables = PLANTS["inertia"].variables | {name: variable for model in MODELS.values() for name, variable in model.variables.items()}
     return units.kind_of(plant | friction, variables)
 
 
@@ -238,8 +226,9 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
     if own is None and "model" not in entries and axis is not None and axis.controller is not None:
         running = _values_of(axis.controller)
         entries = {key: value for key, value in running.items() if key != "k_i" or "T_n" not in entries} | entries
-    return controller_from(entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path,
-                           arm=axis.arm if axis is not None else None, own=own)  # fmt: skip
+    return controller_from(
+        entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path, arm=axis.arm if axis is not None else None, own=own
+    )
 
 
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
@@ -248,38 +237,35 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
     own = entries.get("plant", "none")
     if own not in ("none", "own"):
-        raise InputError("is no plant whose gravity and cogging are fed forward", path=f"{path}.plant", value=own,
-                         allowed='"none", or "own": those of [plant]')  # fmt: skip
+        raise InputError(
+            "is no plant whose gravity and cogging are fed forward",
+            path=f"{path}.plant",
+            value=own,
+            allowed='"none", or "own": those of [plant]',
+        )
     along, rest = entries.get("along", ALONG[0]), entries.get("rest", RESTS[0])
     if along not in ALONG:
-        raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
-                         allowed=" or ".join(ALONG))  # fmt: skip
+        raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along, allowed=" or ".join(ALONG))
     if rest not in RESTS:
-        raise InputError("is no rule for the force at rest", path=f"{path}.rest", value=rest,
-                         allowed=" or ".join(RESTS))  # fmt: skip
+        raise InputError("is no rule for the force at rest", path=f"{path}.rest", value=rest, allowed=" or ".join(RESTS))
     friction = entries.get("friction", "none")
     full_path = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
         raise InputError(
-            "must be a table", path=full_path, value=friction, allowed='"none", or a friction model as in [friction]',
+            "must be a table",
+            path=full_path,
+            value=friction,
+            allowed='"none", or a friction model as in [friction]',
             mend=f'Write [{full_path}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
-        )  # fmt: skip
-    values = {
-        name: number_at(entries[name], variable, kind, f"{path}.{name}")
-        for name, variable in FEEDFORWARD.items()
-        if name in entries
-    }
+        )
+    values = {name: number_at(entries[name], variable, kind, f"{path}.{name}") for name, variable in FEEDFORWARD.items() if name in entries}
     compensator, fitted_to, carries = None, "", None
     if friction != "none":
-        (identified, compensator), fitted_to = (
-            sources.friction(friction, kind, full_path),
-            sources.fitted_to(friction, full_path),
-        )
+        (identified, compensator), fitted_to = (sources.friction(friction, kind, full_path), sources.fitted_to(friction, full_path))
         carries = _carried(compensator, identified or plant)
     return Feedforward(
-        friction=compensator, along=along, rest=rest, fitted_to=fitted_to, plant=plant if own == "own" else None,
-        carries=carries, **values,
-    )  # fmt: skip
+        friction=compensator, along=along, rest=rest, fitted_to=fitted_to, plant=plant if own == "own" else None, carries=carries, **values
+    )
 
 
 def _carried(compensator: Model, plant: Model) -> Model | None:
@@ -310,9 +296,12 @@ def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | N
     path = tables.path("table_friction")
     if plant.component.screw is None:
         raise InputError(
-            "needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw",
+            "needs a plant with a table behind a screw",
+            path=path,
+            value=plant.name,
+            allowed="ball_screw",
             mend='Write model = "ball_screw" under [plant], or put the friction under [friction]',
-        )  # fmt: skip
+        )
     return sources.friction(tables.content["table_friction"], "translational", path)[1]
 
 
@@ -339,9 +328,7 @@ def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) 
     if entries.get("model") == "recorded" and "file" in entries:
         recorded = sources.recorded(entries, axis, path)
         if recorded.kind != kind:
-            raise InputError(
-                f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"]
-            )
+            raise InputError(f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"])
         return recorded
     own = sources.own(entries, Trajectory, path)
     return model_from(entries, REFERENCES, kind=kind, path=path, own=own)

@@ -37,20 +37,7 @@ class LevelChange(NamedTuple):
 
 
 def course_of_change(change: LevelChange, time: np.ndarray) -> np.ndarray:
-    """Return the course of a change, of size one a step, of slope one a drift.
-
-    Parameters
-    ----------
-    change : LevelChange
-        Onset and course.
-    time : ndarray, shape (observation,)
-        When, in any unit.
-
-    Returns
-    -------
-    ndarray, shape (observation,)
-        Zero before the onset.
-    """
+    """Return the course of a change, of size one a step, of slope one a drift."""
     since = np.arange(time.size) >= change.onset
     if change.course == "step":
         return since.astype(float)
@@ -59,22 +46,7 @@ def course_of_change(change: LevelChange, time: np.ndarray) -> np.ndarray:
 
 
 def largest_ratios(innovations: Innovations, time: np.ndarray, scores: np.ndarray) -> np.ndarray:
-    """Return the largest likelihood ratio over courses and onsets, at each observation, from those until then.
-
-    Parameters
-    ----------
-    innovations : Innovations
-        The design.
-    time : ndarray, shape (observation,)
-        When, in any unit.
-    scores : ndarray, shape (observation, ...)
-        Innovations of one series, or of several of the same design.
-
-    Returns
-    -------
-    ndarray
-        Standard deviations, shaped as `scores` are.
-    """
+    """Return the largest likelihood ratio over courses and onsets, at each observation, from those until then."""
     series = scores.reshape(len(scores), -1)
     scored = np.any(series != 0.0, axis=1)
     largest = np.zeros(series.shape)

@@ -20,9 +20,7 @@ RUN = {
 OF_FIT = (
     Quantity("held_out_error", "", "error on held-out blocks, as a share of the effort"),
     Quantity("error", "", "what was made small, as a share"),
-    Quantity(
-        "scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share", "scatter"
-    ),
+    Quantity("scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share", "scatter"),
     Quantity("temperature", "K", "mean of the column temperature"),
     Quantity("duration", "s", "length of the log"),
 )
@@ -43,9 +41,7 @@ def numbers_of(fleet: Fleet) -> list[Quantity]:
         if quantity not in OF_FIT or quantity.column in WITH_ENDS:
             quantities += [
                 quantity._replace(
-                    column=f"{quantity.column}.{end}",
-                    stands_for="",
-                    description=f"{end} end of the 95 % interval of {quantity.column}",
+                    column=f"{quantity.column}.{end}", stands_for="", description=f"{end} end of the 95 % interval of {quantity.column}"
                 )
                 for end in ENDS
             ]
@@ -74,7 +70,5 @@ def described_columns(fleet: Fleet) -> dict[str, dict[str, str]]:
         if quantity.stands_for:
             columns[quantity.column]["stands_for"] = quantity.stands_for
         if quantity.column in parameters:
-            columns[f"{quantity.column}.status"] = {
-                "role": "run", "unit": "", "description": "identified, held, at_edge or unidentifiable",
-            }  # fmt: skip
+            columns[f"{quantity.column}.status"] = {"role": "run", "unit": "", "description": "identified, held, at_edge or unidentifiable"}
     return columns

@@ -38,26 +38,13 @@ class FalseAlarms(NamedTuple):
         return f"{self.times:g} in {self.among:g} axis-{self.unit}"
 
     def per_observation(self, days: float | None, quantities: int) -> float:
-        """Return the rate of one quantity in one observation.
-
-        Parameters
-        ----------
-        days : float or None
-            From one observation to the next [day]; None where nobody knows when they were made.
-        quantities : int
-            How many are watched on the axis.
-        """
+        """Return the rate of one quantity in one observation."""
         step = 1.0 if self.unit == "logs" or days is None else days
         return self.times / self.among * step / quantities
 
 
 def false_alarms_from(text: str, path: str = "--false-alarms") -> FalseAlarms:
     """Return the rate that a text says, such as ``"1 in 1000 days"``.
-
-    Raises
-    ------
-    InputError
-        If it says none.
 
     Examples
     --------
@@ -71,26 +58,12 @@ def false_alarms_from(text: str, path: str = "--false-alarms") -> FalseAlarms:
 
 
 def threshold_for(rate: float, path: str = "--false-alarms") -> float:
-    """Return the likelihood ratio that a healthy quantity exceeds this often.
-
-    Parameters
-    ----------
-    rate : float
-        False alarms in an observation.
-    path : str
-        Where the rate was named.
-
-    Returns
-    -------
-    float
-        In standard deviations.
-
-    Raises
-    ------
-    InputError
-        If the rate is outside of what was simulated.
-    """
+    """Return the likelihood ratio that a healthy quantity exceeds this often."""
     if not RATES[0] <= rate <= RATES[-1]:
-        raise InputError("is a rate that was not simulated", path=path, value=f"{rate:.3g}",
-                         allowed=f"{RATES[0]:g} to {RATES[-1]:g} in an observation of a quantity")  # fmt: skip
+        raise InputError(
+            "is a rate that was not simulated",
+            path=path,
+            value=f"{rate:.3g}",
+            allowed=f"{RATES[0]:g} to {RATES[-1]:g} in an observation of a quantity",
+        )
     return float(np.sqrt(np.interp(np.log(rate), np.log(RATES), np.square(THRESHOLDS))))

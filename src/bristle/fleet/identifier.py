@@ -28,26 +28,14 @@ __all__ = ["Identifier"]
 
 
 class Identifier:
-    """What identifies the logs of a fleet, in this process.
-
-    Parameters
-    ----------
-    fleet : Fleet
-        The fleet.
-    """
+    """What identifies the logs of a fleet, in this process."""
 
     def __init__(self, fleet: Fleet) -> None:
         self.fleet = fleet
         self.formats = [load_reader_file(content) for content in fleet.readers]
 
     def columns(self, block: Block) -> dict[str, Any]:
-        """Return the rows of the logs of a block, by column, each of shape (log,).
-
-        Parameters
-        ----------
-        block : Block
-            The logs.
-        """
+        """Return the rows of the logs of a block, by column, each of shape (log,)."""
         rows = [self._row(number) for number in range(block.first, block.last)]
         numbers = {quantity.column: np.nan for quantity in numbers_of(self.fleet)}
         blank = dict.fromkeys(texts_of(self.fleet), "") | numbers | {"time_of_log": None}
@@ -91,9 +79,7 @@ class Identifier:
 
 def _of_fit(fit: Fit) -> dict[str, Any]:
     row: dict[str, Any] = {"error": 0.01 * fit.error_percent}
-    row["diagnostics"] = ", ".join(
-        dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
-    )
+    row["diagnostics"] = ", ".join(dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning"))
     if fit.held_out is not None:
         row["held_out_error"] = 0.01 * fit.held_out.mean_percent
     if fit.resampling is not None:

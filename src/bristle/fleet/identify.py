@@ -27,39 +27,25 @@ __all__ = ["fleet_of", "identify_each", "identify_within"]
 
 
 def fleet_of(
-    logs: Sequence[str | Path], *, model: Any = "coulomb_viscous", axes: Sequence[Any] = (), name: str = "fleet",
-    options: Mapping[str, Any] | None = None, readers: Sequence[Content] = (), size_limit: int = SIZE_LIMIT,
-) -> Fleet:  # fmt: skip
-    """Return many logs as a fleet: listed, looked up, nothing identified yet.
-
-    Parameters
-    ----------
-    logs : sequence of path-like
-        As `bristle.fleet.listing.listed_logs` takes them.
-    model : str or FrictionModel
-        The one model that is fitted to all of them.
-    axes : sequence of Axis or path-like
-        One for all logs, or one for each; none where logs say themselves what their columns are.
-    name : str
-        What people call the fleet.
-    options : mapping, optional
-        Arguments of `bristle.identify`.
-    readers : sequence of Content
-        Readers of a person's own, as they were read.
-    size_limit : int
-        Largest log [byte].
-
-    Raises
-    ------
-    InputError
-        If a log is not there or named twice, several models are asked for, or axes are of several kinds.
-    """
+    logs: Sequence[str | Path],
+    *,
+    model: Any = "coulomb_viscous",
+    axes: Sequence[Any] = (),
+    name: str = "fleet",
+    options: Mapping[str, Any] | None = None,
+    readers: Sequence[Content] = (),
+    size_limit: int = SIZE_LIMIT,
+) -> Fleet:
+    """Return many logs as a fleet: listed, looked up, nothing identified yet."""
     listed = listed_logs(logs, size_limit=size_limit)
     chosen, *others = models_of(model)
     if others:
-        raise InputError("takes one model: parameters of different ones do not compare", path="--each",
-                         value=", ".join(component.name for component in (chosen, *others)),
-                         mend="Compare models on one log first, then name the best one")  # fmt: skip
+        raise InputError(
+            "takes one model: parameters of different ones do not compare",
+            path="--each",
+            value=", ".join(component.name for component in (chosen, *others)),
+            mend="Compare models on one log first, then name the best one",
+        )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
     kinds = {axis.kind for axis in described if axis is not None} or {_kind_of(listed[0].place, size_limit)}
@@ -68,10 +54,7 @@ def fleet_of(
         raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
     own = len(described) > 1
     numbered = [replace(log, axis=number if own else 0) for number, log in enumerate(listed)]
-    fleet = Fleet(
-        name, tuple(numbered), tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers),
-        size_limit, {},
-    )  # fmt: skip
+    fleet = Fleet(name, tuple(numbered), tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers), size_limit, {})
     return replace(fleet, described=_described(fleet))
 
 
@@ -91,16 +74,25 @@ def _described(fleet: Fleet) -> dict[str, Any]:
     of_axes = sorted(Content(Path("axis"), text).checksum for text in texts)
     code = {origin.name: origin.checksum for origin in origins_of_code([fleet.model])}
     return {
-        "fleet": {"model": fleet.model.name} | plain(fleet.options), "axes": of_axes, "code": code,
-        "readers": [content.checksum for content in fleet.readers], "columns": sorted(described_columns(fleet)),
+        "fleet": {"model": fleet.model.name} | plain(fleet.options),
+        "axes": of_axes,
+        "code": code,
+        "readers": [content.checksum for content in fleet.readers],
+        "columns": sorted(described_columns(fleet)),
         "bristle": version("bristle"),
-    }  # fmt: skip
+    }
 
 
 def identify_each(
-    logs: Sequence[str | Path], folder: str | PathLike[str], *, model: Any = "coulomb_viscous", axis: Any = None,
-    workers: int | None = None, progress: Progress | None = None, **options: Any,
-) -> Ran:  # fmt: skip
+    logs: Sequence[str | Path],
+    folder: str | PathLike[str],
+    *,
+    model: Any = "coulomb_viscous",
+    axis: Any = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Ran:
     """Identify each of many logs by itself, with one model, and keep a row of each in a folder.
 
     Parameters

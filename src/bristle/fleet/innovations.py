@@ -30,15 +30,7 @@ _EDGE = 1e-300
 
 
 class Innovations:
-    """Innovations of a series that grows, and what a change of a given course would add to each of them.
-
-    Parameters
-    ----------
-    regressors : ndarray, shape (observation, coefficient)
-        What the level depends on, a column of ones among them; columns of about unit size.
-    variances : ndarray, shape (observation,)
-        Relative variance of each observation [1].
-    """
+    """Innovations of a series that grows, and what a change of a given course would add to each of them."""
 
     def __init__(self, regressors: np.ndarray, variances: np.ndarray) -> None:
         self.count, self.order = regressors.shape
@@ -57,30 +49,12 @@ class Innovations:
         return Filter(self._x, self._gains, self._scales, series)
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """Return the recursive residuals of a series.
-
-        Parameters
-        ----------
-        values : ndarray, shape (observation,)
-            The series.
-
-        Returns
-        -------
-        ndarray, shape (observation,)
-            Of unit variance where the errors have it; those of the first observations, which only make the
-            coefficients, are zero.
-        """
+        """Return the recursive residuals of a series."""
         course = self.filter(1)
         return np.array([float(course.next(np.array([value]))[0]) for value in values])
 
     def scores(self, values: np.ndarray) -> np.ndarray:
-        """Return the innovations of a series as standard normal numbers, cut at `CLIP`; zero while nothing is known.
-
-        Parameters
-        ----------
-        values : ndarray, shape (observation,)
-            The series.
-        """
+        """Return the innovations of a series as standard normal numbers, cut at `CLIP`; zero while nothing is known."""
         centred = values - values[0]
         size = float(np.max(np.abs(centred), initial=0.0)) or 1.0
         residuals = self.residuals(centred / size)
@@ -95,19 +69,7 @@ class Innovations:
 
 
 class Filter:
-    """Recursive residuals of several series at once, an observation after the other.
-
-    Parameters
-    ----------
-    regressors : ndarray, shape (observation, coefficient)
-        What the level depends on.
-    gains : ndarray, shape (observation, coefficient)
-        By how much an error moves each coefficient.
-    scales : ndarray, shape (observation,)
-        Standard deviation of each error.
-    series : int
-        How many series.
-    """
+    """Recursive residuals of several series at once, an observation after the other."""
 
     def __init__(self, regressors: np.ndarray, gains: np.ndarray, scales: np.ndarray, series: int) -> None:
         self._x, self._gains, self._scales = regressors, gains, scales

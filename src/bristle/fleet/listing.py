@@ -22,21 +22,7 @@ NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
 
 
 def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:
-    """Return the logs that a command names, in its order, with what tells each from any other.
-
-    Parameters
-    ----------
-    named : sequence of path-like
-        Files; ``FILE::TABLE`` with ``*`` for several tables of one; folders, with all that is in them and below, but
-        for hidden files and those that end with ``.toml`` or ``.md``.
-    size_limit : int
-        Largest log [byte].
-
-    Raises
-    ------
-    InputError
-        If there is no such file, a folder holds none, no table is called so, or one is named twice.
-    """
+    """Return the logs that a command names, in its order, with what tells each from any other."""
     logs: dict[tuple[str, str, str], LogFile] = {}
     for place in (place for name in named for place in _places(os.fspath(name))):
         for log in _logs_at(place, size_limit):
@@ -86,6 +72,10 @@ def _parts(content: Content, size_limit: int) -> list[str | None]:
     tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
-        raise InputError("holds no such table", path=str(content.source), value=content.part,
-                         allowed=", ".join(tables[:20]) or "a file with several tables")  # fmt: skip
+        raise InputError(
+            "holds no such table",
+            path=str(content.source),
+            value=content.part,
+            allowed=", ".join(tables[:20]) or "a file with several tables",
+        )
     return [*matching]

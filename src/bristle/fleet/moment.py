@@ -15,9 +15,7 @@ _TIME = (
     rf"(?:[T _-]+(?P<hour>\d\d|\d(?=[-:._h]\d\d(?:[-:._]\d\d)?{_HALF}))(?P<colon>[-:._h]?)(?P<minute>\d\d)"
     rf"(?:(?P=colon)(?P<second>\d\d))?(?:[.,]\d+)?(?P<half>{_HALF})?(?!-?\d))?(?!\d)"
 )
-_YEAR_FIRST = re.compile(
-    rf"(?<!\d)(?P<year>(?:19|20)\d\d)(?P<sign>[-_./]?)(?P<month>\d\d)(?P=sign)(?P<day>\d\d){_TIME}"
-)
+_YEAR_FIRST = re.compile(rf"(?<!\d)(?P<year>(?:19|20)\d\d)(?P<sign>[-_./]?)(?P<month>\d\d)(?P=sign)(?P<day>\d\d){_TIME}")
 # Day and month in either order, before the year: told where only one order is a date.
 _YEAR_LAST = re.compile(
     r"(?<!\d)(?<!\d{4}[-_./])(?P<first>\d\d?)(?P<sign>[-_./])(?P<then>\d\d?)(?P=sign)(?P<year>(?:19|20)\d\d)"
@@ -29,13 +27,6 @@ _SINCE_1601 = datetime(1601, 1, 1)
 
 def moment_of(names: tuple[str, ...], head: bytes) -> float | None:
     """Return when a log was recorded [s since 1970, as if its clock were UTC]; None where nothing says so alone.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Name of the file, then of the folder that it lies in: the first one with a date tells.
-    head : bytes
-        What the file begins with, looked at where no name has a date: the times in it must be of one day.
 
     Examples
     --------

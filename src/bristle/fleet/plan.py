@@ -24,21 +24,7 @@ WATCHED = {Role.LEVEL: "level", Role.VISCOUS: "viscous"}
 
 @dataclass(frozen=True)
 class LogFile:
-    """A log of a fleet.
-
-    Parameters
-    ----------
-    place : str
-        Where it is read: a file, or ``FILE::TABLE``.
-    folder, name : str
-        What the folder of it is called, and the file with the table in it: what it is known by.
-    checksum : str
-        SHA-256 of the file; empty where it could not be read.
-    time : float or None
-        When it was recorded [s since 1970].
-    axis : int
-        Which of the axes of the fleet it is of.
-    """
+    """A log of a fleet."""
 
     place: str
     folder: str
@@ -64,29 +50,7 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """Many logs, each identified by itself.
-
-    Parameters
-    ----------
-    name : str
-        What people call it.
-    logs : tuple of LogFile
-        The logs; the number of a run is the place in here.
-    axes : tuple of Axis or None
-        What is known of their axes.
-    kind : {"translational", "rotational"}
-        Kind of all axes.
-    model : FrictionModel
-        The one friction model that is fitted to all of them.
-    options : mapping
-        How: the arguments of `bristle.identify` besides log, model and axis.
-    readers : tuple of Content
-        Readers of a person's own.
-    size_limit : int
-        Largest log [byte].
-    described : mapping
-        What the fleet says, as text and numbers: two are the same where these are, however many logs each has.
-    """
+    """Many logs, each identified by itself."""
 
     name: str
     logs: tuple[LogFile, ...]
@@ -118,18 +82,7 @@ class Fleet:
         return named | _named("friction", friction, self.kind)
 
     def following(self, listed: Sequence[Mapping[str, Any]]) -> Fleet:
-        """Return the fleet with the logs that its folder lists already at the numbers that they have there.
-
-        Parameters
-        ----------
-        listed : sequence of mapping
-            As ``study.json`` has them.
-
-        Raises
-        ------
-        InputError
-            If a log of that name was there with another content.
-        """
+        """Return the fleet with the logs that its folder lists already at the numbers that they have there."""
         named = {log.identity: log for log in self.logs}
         places = {(log.folder, log.name): log for log in self.logs}
         logs = []
@@ -138,8 +91,11 @@ class Fleet:
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
                 place = places[past.folder, past.name].place
-                raise InputError("is in this fleet already, with another content", path=place,
-                                 mend="Give it another name, or name another folder for the fleet")  # fmt: skip
+                raise InputError(
+                    "is in this fleet already, with another content",
+                    path=place,
+                    mend="Give it another name, or name another folder for the fleet",
+                )
             logs.append(past if log is None else log)
         return replace(self, logs=(*logs, *named.values()))
 
@@ -147,8 +103,11 @@ class Fleet:
 def _named(section: str, variables: Mapping[str, Variable], kind: Kind) -> dict[str, Quantity]:
     return {
         name: Quantity(
-            f"{section}.{name}", "" if variable.quantity == "1" else variable.unit(kind), variable.description,
+            f"{section}.{name}",
+            "" if variable.quantity == "1" else variable.unit(kind),
+            variable.description,
             next((word for role, word in WATCHED.items() if role.fits(variable)), ""),
         )
-        for name, variable in variables.items() if not variable.choices
-    }  # fmt: skip
+        for name, variable in variables.items()
+        if not variable.choices
+    }

@@ -43,12 +43,20 @@ class FleetStore(Store):
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
         fleet = self.study
         return {
-            "schema": SCHEMA, "name": fleet.name, "kind": fleet.kind, "runs": fleet.count, "block": 1,
-            "draws": fleet.count, "grid": {}, "model": fleet.model.name,
+            "schema": SCHEMA,
+            "name": fleet.name,
+            "kind": fleet.kind,
+            "runs": fleet.count,
+            "block": 1,
+            "draws": fleet.count,
+            "grid": {},
+            "model": fleet.model.name,
             "metrics": [quantity.column for quantity in fleet.parameters.values()],
-            "columns": described_columns(fleet), "logs": [_listed(log) for log in fleet.logs],
-            "described": fleet.described, "provenance": provenance,
-        }  # fmt: skip
+            "columns": described_columns(fleet),
+            "logs": [_listed(log) for log in fleet.logs],
+            "described": fleet.described,
+            "provenance": provenance,
+        }
 
     def _array(self, values: Any, field: Any) -> Any:
         if field.name == "time_of_log":

@@ -28,21 +28,7 @@ FEWEST = 5  # observations of a track
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of all logs that are watched, in order of time.
-
-    Parameters
-    ----------
-    axis : tuple of str
-        Which axis each log is of.
-    log : tuple of str
-        Its name.
-    time : ndarray, shape (log,), or None
-        When each was recorded [s since 1970]; None where not every log says it: then they stand as they were listed.
-    columns : mapping of str to ndarray, shape (log,)
-        All columns, by name, as `bristle.read_study` has them.
-    described : mapping of str to mapping
-        What each column is: unit, role.
-    """
+    """The rows of all logs that are watched, in order of time."""
 
     axis: tuple[str, ...]
     log: tuple[str, ...]
@@ -53,25 +39,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Track:
-    """One quantity of one axis over time, an observation for each day on which there are logs.
-
-    Parameters
-    ----------
-    axis : str
-        The axis.
-    quantity : str
-        Column of the fleet, ``friction.F_C``.
-    unit : str
-        SI unit; of the scatter, which is watched as a logarithm, empty.
-    time : ndarray, shape (observation,)
-        When: days since 1970; numbers of logs where nobody knows.
-    value, std : ndarray, shape (observation,)
-        Mean of the logs, weighted by their intervals, and its standard error by those.
-    temperature : ndarray, shape (observation,), or None
-        Mean temperature [K].
-    is_dated : bool
-        Whether `time` is in days.
-    """
+    """One quantity of one axis over time, an observation for each day on which there are logs."""
 
     axis: str
     quantity: str
@@ -89,13 +57,7 @@ class Track:
 
 
 def pattern_of(text: str | None) -> re.Pattern[str] | None:
-    """Return the pattern by which the axis of a log is known, and its date.
-
-    Raises
-    ------
-    InputError
-        If it is no regular expression, or has no group ``axis``.
-    """
+    """Return the pattern by which the axis of a log is known, and its date."""
     if text is None:
         return None
     try:
@@ -103,8 +65,7 @@ def pattern_of(text: str | None) -> re.Pattern[str] | None:
     except (re.error, RecursionError) as error:
         raise InputError(f"is no regular expression: {error}", path="--axis-from", value=text) from None
     if "axis" not in pattern.groupindex:
-        raise InputError("has no group called axis", path="--axis-from", value=text,
-                         mend='Write "(?P<axis>[^_]+)_(?P<date>.*)"')  # fmt: skip
+        raise InputError("has no group called axis", path="--axis-from", value=text, mend='Write "(?P<axis>[^_]+)_(?P<date>.*)"')
     return pattern
 
 
@@ -122,33 +83,20 @@ def _stores_in(folder: Path) -> Iterator[Path]:
 
 
 def rows_in(folders: Sequence[str | Path], *, axis_from: str | None = None) -> Rows:
-    """Return the rows of fleets.
-
-    Parameters
-    ----------
-    folders : sequence of path-like
-        Folders of fleets, or folders that hold such.
-    axis_from : str, optional
-        Regular expression with a group ``axis``, and ``date`` where a log has one, looked for in ``FOLDER/LOG``; the
-        folder of a log is its axis where not given.
-
-    Raises
-    ------
-    InputError
-        If a folder is none, holds no rows, a log does not fit the pattern, or fleets are of different kinds.
-    """
+    """Return the rows of fleets."""
     pattern = pattern_of(axis_from)
     stores = [store for folder in folders for store in _stores_in(Path(folder))]
     parts = [runs_in(store) for store in stores]
     for store, part in zip(stores, parts, strict=True):
         if "logs" not in part.described:
             raise InputError("is a study, not a fleet", path=str(store), mend="Name what bristle identify --each wrote")
-        if (
-            part.described["model"] != parts[0].described["model"]
-            or part.described["kind"] != parts[0].described["kind"]
-        ):
-            raise InputError("is of another model or kind than the first", path=str(store),
-                             value=part.described["model"], allowed=parts[0].described["model"])  # fmt: skip
+        if part.described["model"] != parts[0].described["model"] or part.described["kind"] != parts[0].described["kind"]:
+            raise InputError(
+                "is of another model or kind than the first",
+                path=str(store),
+                value=part.described["model"],
+                allowed=parts[0].described["model"],
+            )
     parts = [part for part in parts if part.count]
     if not parts:
         raise InputError("holds no log yet", path=str(stores[0]))
@@ -157,10 +105,12 @@ def rows_in(folders: Sequence[str | Path], *, axis_from: str | None = None) -> R
     axes, times = _axes_and_times(columns, pattern)
     order = np.lexsort((columns["log"], times)) if np.all(np.isfinite(times)) else np.arange(len(axes))
     return Rows(
-        tuple(axes[place] for place in order), tuple(str(columns["log"][place]) for place in order),
+        tuple(axes[place] for place in order),
+        tuple(str(columns["log"][place]) for place in order),
         times[order] if np.all(np.isfinite(times)) else None,
-        {name: column[order] for name, column in columns.items()}, parts[0].described["columns"],
-    )  # fmt: skip
+        {name: column[order] for name, column in columns.items()},
+        parts[0].described["columns"],
+    )
 
 
 def _axes_and_times(columns: Mapping[str, Any], pattern: re.Pattern[str] | None) -> tuple[list[str], np.ndarray]:
@@ -175,51 +125,33 @@ def _axes_and_times(columns: Mapping[str, Any], pattern: re.Pattern[str] | None)
     for place, (folder, log) in enumerate(zip(columns["folder"], columns["log"], strict=True)):
         match = pattern.search(f"{folder}/{log}")
         if match is None or not match["axis"]:
-            raise InputError("does not fit the pattern of its axis", path=f"{folder}/{log}", allowed=pattern.pattern,
-                             mend="Mend --axis-from")  # fmt: skip
+            raise InputError(
+                "does not fit the pattern of its axis", path=f"{folder}/{log}", allowed=pattern.pattern, mend="Mend --axis-from"
+            )
         axes.append(match["axis"])
         if "date" in pattern.groupindex and match["date"]:
             moment = moment_in(match["date"])
             if moment is None:
-                raise InputError("is no date that is written year, month, day", path=f"{folder}/{log}",
-                                 value=match["date"], mend="Mend --axis-from")  # fmt: skip
+                raise InputError(
+                    "is no date that is written year, month, day", path=f"{folder}/{log}", value=match["date"], mend="Mend --axis-from"
+                )
             times[place] = moment
     return axes, times
 
 
 def tracks_of(rows: Rows, quantities: Sequence[str] = (), *, since: float | None = None) -> list[Track]:
-    """Return the tracks of each axis.
-
-    Parameters
-    ----------
-    rows : Rows
-        The rows.
-    quantities : sequence of str
-        Columns to watch; where none is named, levels and viscous parts of friction, and the scatter of the level.
-    since : float, optional
-        Logs from before are left out [s since 1970]: an axis that was mended begins anew.
-
-    Returns
-    -------
-    list of Track
-        Those that enough logs tell.
-
-    Raises
-    ------
-    InputError
-        If there is no such column, or `since` needs times that the logs do not have.
-    """
+    """Return the tracks of each axis."""
     usual = [name for name, about in rows.described.items() if about.get("stands_for")]
     numbers = [name for name, about in rows.described.items() if about["role"] in ("parameter", "fit")]
     for name in quantities:
         if name not in numbers:
-            raise InputError("is no quantity of this fleet", path="--track", value=name, allowed=", ".join(numbers),
-                             mend=did_you_mean(name, numbers))  # fmt: skip
+            raise InputError(
+                "is no quantity of this fleet", path="--track", value=name, allowed=", ".join(numbers), mend=did_you_mean(name, numbers)
+            )
     usable = rows.columns["status"] == OK
     if since is not None:
         if rows.time is None:
-            raise InputError("needs logs that all say when they were recorded", path="--since",
-                             mend="Name the date with --axis-from")  # fmt: skip
+            raise InputError("needs logs that all say when they were recorded", path="--since", mend="Name the date with --axis-from")
         usable = usable & (rows.time >= since)
     axes = np.array(rows.axis)
     tracks = []
@@ -256,9 +188,15 @@ def _track(rows: Rows, axis: str, chosen: np.ndarray, name: str) -> Track | None
         return np.bincount(groups, weight * values) / total
 
     return Track(
-        axis, name, "" if logarithmic else rows.described[name].get("unit", ""), mean(time), mean(value),
-        1.0 / np.sqrt(total), mean(temperature) if with_temperature else None, rows.time is not None,
-    )  # fmt: skip
+        axis,
+        name,
+        "" if logarithmic else rows.described[name].get("unit", ""),
+        mean(time),
+        mean(value),
+        1.0 / np.sqrt(total),
+        mean(temperature) if with_temperature else None,
+        rows.time is not None,
+    )
 
 
 def _std(rows: Rows, name: str, chosen: np.ndarray) -> np.ndarray:

@@ -26,24 +26,7 @@ BASELINE = 10  # observations before which no alarm is raised: what came first i
 
 @dataclass(frozen=True)
 class Alarm:
-    """A change of a quantity, told.
-
-    Parameters
-    ----------
-    at : float
-        When the alarm was raised: time of the observation, as that of the track.
-    onset : float
-        When the change began, by all that is known now.
-    onset_interval : tuple of float
-        Ends of the 95 % interval of the onset.
-    course : {"step", "drift"}
-        How it goes on.
-    change, change_interval : float, tuple of float
-        By how much the level differs at the last observation, with its 95 % interval, in the unit of the track; of the
-        scatter as a factor.
-    before : float
-        The level before.
-    """
+    """A change of a quantity, told."""
 
     at: float
     onset: float
@@ -97,17 +80,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Watched:
-    """What the watch over fleets says.
-
-    Parameters
-    ----------
-    rows : Rows
-        The rows of all logs.
-    verdicts : tuple of Verdict
-        One for each quantity of each axis.
-    false_alarms : FalseAlarms
-        How often a healthy axis may alarm.
-    """
+    """What the watch over fleets says."""
 
     rows: Rows
     verdicts: tuple[Verdict, ...]
@@ -121,9 +94,13 @@ class Watched:
 
 
 def watch(
-    folders: str | Path | Sequence[str | Path], *, axis_from: str | None = None, quantities: Sequence[str] = (),
-    false_alarms: str = USUAL, since: float | None = None,
-) -> Watched:  # fmt: skip
+    folders: str | Path | Sequence[str | Path],
+    *,
+    axis_from: str | None = None,
+    quantities: Sequence[str] = (),
+    false_alarms: str = USUAL,
+    since: float | None = None,
+) -> Watched:
     """Watch the axes of fleets: which changed, since when and by how much.
 
     Parameters
@@ -155,29 +132,22 @@ def watch(
     listed = [folders] if isinstance(folders, (str, Path)) else list(folders)
     rows = rows_in(listed, axis_from=axis_from)
     if rows.time is None and rate.unit == "days":
-        raise InputError("is in days, and not every log says when it was recorded", path="--false-alarms",
-                         value=false_alarms, allowed='"1 in 2000 logs"',
-                         mend="Name the date with --axis-from, or the rate in logs")  # fmt: skip
+        raise InputError(
+            "is in days, and not every log says when it was recorded",
+            path="--false-alarms",
+            value=false_alarms,
+            allowed='"1 in 2000 logs"',
+            mend="Name the date with --axis-from, or the rate in logs",
+        )
     tracks = tracks_of(rows, quantities, since=since)
     if not tracks:
-        raise InputError("no axis has enough logs that tell what is watched", path=str(listed[0]),
-                         mend="Five days, or logs, are the least")  # fmt: skip
+        raise InputError("no axis has enough logs that tell what is watched", path=str(listed[0]), mend="Five days, or logs, are the least")
     counts = {track.axis: sum(track.axis == own.axis for own in tracks) for track in tracks}
     return Watched(rows, tuple(verdict_on(track, rate, counts[track.axis]) for track in tracks), rate)
 
 
 def verdict_on(track: Track, rate: FalseAlarms, quantities: int = 1) -> Verdict:
-    """Return what a track says.
-
-    Parameters
-    ----------
-    track : Track
-        The track.
-    rate : FalseAlarms
-        How often a healthy axis may alarm.
-    quantities : int
-        How many are watched on the axis: they share the rate.
-    """
+    """Return what a track says."""
     count = track.time.size
     days = float(track.time[-1] - track.time[0]) / (count - 1) if track.is_dated else None
     threshold = threshold_for(rate.per_observation(days, quantities))
@@ -190,10 +160,15 @@ def verdict_on(track: Track, rate: FalseAlarms, quantities: int = 1) -> Verdict:
     costs = {} if at is None else _costs(track, design, variances, at)
     fitted = _Fitted.of(track, design, variances, min(costs, key=costs.__getitem__, default=None))
     return Verdict(
-        track, track.value - fitted.by_temperature, fitted.level, ratio, threshold,
+        track,
+        track.value - fitted.by_temperature,
+        fitted.level,
+        ratio,
+        threshold,
         None if at is None else _alarm(track, at, costs, fitted),
-        *fitted.temperature(track), _alike(scores if at is None else scores[:at]),
-    )  # fmt: skip
+        *fitted.temperature(track),
+        _alike(scores if at is None else scores[:at]),
+    )
 
 
 def _design(track: Track) -> np.ndarray:
@@ -262,17 +237,21 @@ def _costs(track: Track, design: np.ndarray, variances: np.ndarray, at: int) -> 
 def _alarm(track: Track, at: int, costs: Mapping[LevelChange, float], fitted: _Fitted) -> Alarm:
     change = min(costs, key=costs.__getitem__)
     most = fitted.cost * (1.0 + WIDER / fitted.freedom)
-    onsets = [track.time[candidate.onset] for candidate, cost in costs.items()
-              if cost <= most and candidate.course == change.course]  # fmt: skip
+    onsets = [track.time[candidate.onset] for candidate, cost in costs.items() if cost <= most and candidate.course == change.course]
     grown = float(course_of_change(change, track.time)[-1])
     low, high = sorted(end * grown for end in fitted.interval(-1))
     size, before = float(fitted.coefficients[-1]) * grown, float(fitted.coefficients[0])
     if track.is_logarithmic:
         size, low, high, before = (*(np.exp(before) * np.expm1([size, low, high])).tolist(), float(np.exp(before)))
     return Alarm(
-        float(track.time[at]), float(track.time[change.onset]), (float(min(onsets)), float(max(onsets))), change.course,
-        size, (low, high), before,
-    )  # fmt: skip
+        float(track.time[at]),
+        float(track.time[change.onset]),
+        (float(min(onsets)), float(max(onsets))),
+        change.course,
+        size,
+        (low, high),
+        before,
+    )
 
 
 def _alike(scores: np.ndarray) -> float | None:

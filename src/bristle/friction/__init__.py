@@ -46,10 +46,26 @@ from bristle.hysteresis import OPERATORS
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, stribeck_free, dahl, reformed_dahl, bouc_wen, bouc_wen_classic,
-        lugre, elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
+        coulomb,
+        viscous,
+        coulomb_viscous,
+        stribeck,
+        stribeck_free,
+        dahl,
+        reformed_dahl,
+        bouc_wen,
+        bouc_wen_classic,
+        lugre,
+        elastoplastic,
+        maxwell_slip,
+        maxwell_stribeck,
+        gms,
+        gap_slider,
+        preisach_contact,
+        preisach_lugre,
+        leuven,
     )
-}  # fmt: skip
+}
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
 """Fitted and compared where nobody names a model: two static ones, and one with friction before sliding."""
@@ -105,9 +121,7 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
         raise InputError("must be the name of a friction model", path=path, value=name, allowed=", ".join(MODELS))
     base, *slots = name.split("+")
     if base not in MODELS:
-        raise InputError(
-            "no such friction model", path=path, value=base, allowed=", ".join(MODELS), mend=did_you_mean(base, MODELS)
-        )
+        raise InputError("no such friction model", path=path, value=base, allowed=", ".join(MODELS), mend=did_you_mean(base, MODELS))
     return with_slots(MODELS[base], slots, path)
 
 
@@ -138,9 +152,11 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
     for slot in names:
         if slot not in SLOTS:
             raise InputError(
-                "no such slot", path=path, value=f"+{slot}",
+                "no such slot",
+                path=path,
+                value=f"+{slot}",
                 allowed=f"{', '.join(f'+{known_slot}' for known_slot in SLOTS)}, or one of your own, +my_slot.py",
-            )  # fmt: skip
+            )
     model = varied(risen(model, names), names)
     for slot in (*(slot for name, slot in CHANNEL_SLOTS.items() if name in names), *own):
         model = with_channel_slot(model, slot)
@@ -150,6 +166,7 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
 def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionModel:
     """Return a friction model over an operator, by its name."""
     if not isinstance(model, TakesOperator) or len(names) > 1:
-        raise InputError("takes one operator at most, and that of preisach_lugre or preisach_contact", path=path,
-                         value="+".join([model.name, *names]))  # fmt: skip
+        raise InputError(
+            "takes one operator at most, and that of preisach_lugre or preisach_contact", path=path, value="+".join([model.name, *names])
+        )
     return over_operator(model, OPERATORS[names[0]])

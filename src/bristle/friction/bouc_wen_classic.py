@@ -36,16 +36,12 @@ LARGEST = 500.0  # exponent beyond which hardening has left the numbers worth fo
 class Parameters(NamedTuple):
     """Parameters of the Bouc-Wen model in its customary amplitudes."""
 
-    alpha: Annotated[
-        float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement")
-    ]
+    alpha: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement")]
     gamma: Annotated[float, Variable("1", "amplitude of what a cycle dissipates", excitation="displacement")]
     delta: Annotated[float, Variable("1", "amplitude of yielding; hardening < 0", excitation="displacement")]
     beta: Annotated[float, Variable("1/length", "common factor of both amplitudes", min=1e-12, nominal=1e3)] = 1.0
     nu: Annotated[float, Variable("1", "exponent, how sharp the knee is", min=1.0, max=20.0)] = 1.0
-    sigma_2: Annotated[
-        float, Variable("force*time/length", "viscous friction coefficient", min=0.0, excitation="speed")
-    ] = 0.0
+    sigma_2: Annotated[float, Variable("force*time/length", "viscous friction coefficient", min=0.0, excitation="speed")] = 0.0
 
 
 class State(NamedTuple):

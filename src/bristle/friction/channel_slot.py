@@ -105,8 +105,12 @@ def with_channel_slot(model: FrictionModel, slot: Slot) -> ChannelSlotModel:
     """
     both = [name for name in slot.variables if name in model.variables or name == "offset"]
     if both:
-        raise InputError(f"is a parameter of {model.name} already", path=f"+{slot.name}", value=both[0],
-                         mend="Give the parameter of the slot another name")  # fmt: skip
+        raise InputError(
+            f"is a parameter of {model.name} already",
+            path=f"+{slot.name}",
+            value=both[0],
+            mend="Give the parameter of the slot another name",
+        )
     motion_with((*model.surroundings, slot.channel))
     kernels = _kernels_of(slot)
     return enclosed(

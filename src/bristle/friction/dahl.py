@@ -26,9 +26,7 @@ from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficien
 class Parameters(NamedTuple):
     """Parameters of the Dahl model."""
 
-    sigma_0: Annotated[
-        float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
+    sigma_0: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")]
     F_C: CoulombForceAboveZero
     sigma_2: ViscousCoefficient = 0.0
     exponent: Annotated[float, Variable("1", "Dahl exponent i, the shape of the curve", min=0.1, max=5.0)] = 1.0

@@ -93,8 +93,13 @@ E = TypeVar("E", bound=EnclosingModel)
 def enclosed(made: type[E], model: FrictionModel, **facts: Any) -> E:
     """Return a model around another one, which it is like in all that is not told."""
     alike = {
-        "State": model.State, "commit": commit, "memory_size": lambda p: model.memory_size(p.inner),
-        "reference": model.reference, "relations": relations_of(model), "module": model.module,
-        "example": dict(model.example), "inner": model,
-    }  # fmt: skip
+        "State": model.State,
+        "commit": commit,
+        "memory_size": lambda p: model.memory_size(p.inner),
+        "reference": model.reference,
+        "relations": relations_of(model),
+        "module": model.module,
+        "example": dict(model.example),
+        "inner": model,
+    }
     return made(**(alike | facts))

@@ -36,18 +36,25 @@ class Parameters(NamedTuple):
     F_C: CoulombForce
     give: Annotated[
         float,
-        Variable("length", "deflection from the end of the backlash to slip", min=1e-12, nominal=1e-3,
-                 directional=True, excitation="displacement"),
-    ]  # fmt: skip
+        Variable(
+            "length",
+            "deflection from the end of the backlash to slip",
+            min=1e-12,
+            nominal=1e-3,
+            directional=True,
+            excitation="displacement",
+        ),
+    ]
     gap: Annotated[float, Variable("length", "backlash, from end to end", min=0.0, excitation="displacement")] = 0.0
     n: Annotated[
-        float, Variable("1", "exponent of the spring, above 1 where it hardens", min=1.0, max=12.0,
-                        nominal=2.0, excitation="displacement")
-    ] = 1.0  # fmt: skip
+        float, Variable("1", "exponent of the spring, above 1 where it hardens", min=1.0, max=12.0, nominal=2.0, excitation="displacement")
+    ] = 1.0
     share: Annotated[
-        float, Variable("1", "share of the force that rises in proportion, backlash included", min=0.0, max=1.0,
-                        nominal=0.1, excitation="displacement")
-    ] = 0.0  # fmt: skip
+        float,
+        Variable(
+            "1", "share of the force that rises in proportion, backlash included", min=0.0, max=1.0, nominal=0.1, excitation="displacement"
+        ),
+    ] = 0.0
     sigma_2: ViscousCoefficient = 0.0
 
 

@@ -25,13 +25,7 @@ from bristle.core.mathematics import direction, relaxation
 from bristle.core.variable import Variable
 from bristle.friction.lugre import stribeck_force
 from bristle.friction.maxwell_slip import RELATIONS
-from bristle.friction.quantities import (
-    CoulombForceAboveZero,
-    ElementStiffness,
-    StaticForceAboveZero,
-    StribeckVelocity,
-    ViscousCoefficient,
-)
+from bristle.friction.quantities import CoulombForceAboveZero, ElementStiffness, StaticForceAboveZero, StribeckVelocity, ViscousCoefficient
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 
@@ -41,9 +35,7 @@ class Parameters(NamedTuple):
     F_C: CoulombForceAboveZero
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
-    C: Annotated[
-        float, Variable("force/time", "attraction to the Stribeck curve", min=1e-9, nominal=1e3, excitation="stribeck")
-    ]
+    C: Annotated[float, Variable("force/time", "attraction to the Stribeck curve", min=1e-9, nominal=1e3, excitation="stribeck")]
     k_i: ElementStiffness
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Stribeck force", min=0.0, max=1.0)]
     sigma_2: ViscousCoefficient = 0.0
@@ -137,8 +129,5 @@ MODEL = FrictionModel(
     memory_size=memory_size,
     relations=(STATIC_ABOVE_COULOMB, *RELATIONS),
     reference="doi:10.1109/TAC.2005.858676",
-    example={
-        "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "C": 2e3, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3],
-        "sigma_2": 800.0,
-    },
-)  # fmt: skip
+    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "C": 2e3, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3], "sigma_2": 800.0},
+)

@@ -26,13 +26,7 @@ from bristle.core.mathematics import direction, exp
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.variable import Variable
 from bristle.friction.maxwell_slip import RELATIONS
-from bristle.friction.quantities import (
-    CoulombForceAboveZero,
-    ElementStiffness,
-    StaticForceAboveZero,
-    StribeckVelocity,
-    ViscousCoefficient,
-)
+from bristle.friction.quantities import CoulombForceAboveZero, ElementStiffness, StaticForceAboveZero, StribeckVelocity, ViscousCoefficient
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 # However large the scatter, a limit keeps a part of itself.
@@ -48,14 +42,11 @@ class Parameters(NamedTuple):
     v_S: StribeckVelocity
     k_i: ElementStiffness
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit", min=0.0, max=1.0)]
-    sigma_1: Annotated[
-        float,
-        Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding"),
-    ] = 0.0
+    sigma_1: Annotated[float, Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding")] = (
+        0.0
+    )
     sigma_2: ViscousCoefficient = 0.0
-    scatter: Annotated[
-        float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)
-    ] = 0.0
+    scatter: Annotated[float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)] = 0.0
     v_r: Annotated[float, Variable("length/time", "speed from which a reversal counts as one", min=0.0)] = 0.0
     seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
 
@@ -150,7 +141,15 @@ MODEL = FrictionModel(
     relations=(*RELATIONS, STATIC_ABOVE_COULOMB),
     reference="doi:10.1109/PHYCON.2003.1237071",
     example={
-        "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3], "sigma_1": 1e3,
-        "sigma_2": 200.0, "scatter": 0.05, "v_r": 1e-7, "seed": 1,
+        "F_C": 20.0,
+        "F_S": 28.0,
+        "v_S": 2e-3,
+        "k_i": [6e6, 3e6, 1e6],
+        "nu_i": [0.3, 0.4, 0.3],
+        "sigma_1": 1e3,
+        "sigma_2": 200.0,
+        "scatter": 0.05,
+        "v_r": 1e-7,
+        "seed": 1,
     },
-)  # fmt: skip
+)

@@ -13,15 +13,17 @@ from bristle.friction.slots import directional, variations_of
 
 __all__ = ["CHANNELS", "SLOT_OF", "goes_by_name", "model_with"]
 
-CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {
-    name: OF_MOTION[name] for name in RECORDED
-}
+CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {name: OF_MOTION[name] for name in RECORDED}
 """What of the surroundings a slot of bristle depends on and a log may have, by name."""
 SLOT_OF = {
-    "direction": "asymmetry", "position": "position", "ripple": "periodic", "level": "ripple",
-    "transmitted": "transmitted", **{slot.channel.name: name for name, slot in CHANNEL_SLOTS.items()},
+    "direction": "asymmetry",
+    "position": "position",
+    "ripple": "periodic",
+    "level": "ripple",
+    "transmitted": "transmitted",
+    **{slot.channel.name: name for name, slot in CHANNEL_SLOTS.items()},
     **{name: name for name in RECORDED},
-}  # fmt: skip
+}
 """The slot that has what a cause needs."""
 
 
@@ -58,10 +60,7 @@ def _own_slots(component: FrictionModel) -> dict[str, Slot]:
 
 def _falls(component: FrictionModel) -> bool:
     """Return whether the friction of a model falls with speed: it has a speed over which it does."""
-    return any(
-        (variable.quantity, variable.excitation) == ("length/time", "stribeck")
-        for variable in component.variables.values()
-    )
+    return any((variable.quantity, variable.excitation) == ("length/time", "stribeck") for variable in component.variables.values())
 
 
 def _takes(base: FrictionModel, slot: str) -> bool:

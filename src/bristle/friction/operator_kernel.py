@@ -145,25 +145,32 @@ class TakesOperator(FrictionModel):
         if operator.component.family != "hysteresis":
             raise InputError("is no hysteresis operator", path=path, value=operator.name, allowed=allowed)
         if operator.kind not in KINDS:
-            raise InputError(f"is {operator.kind}: its output is no force over a displacement", path=path,
-                             value=operator.name, allowed=" or ".join(KINDS))  # fmt: skip
+            raise InputError(
+                f"is {operator.kind}: its output is no force over a displacement",
+                path=path,
+                value=operator.name,
+                allowed=" or ".join(KINDS),
+            )
         if operator.component is preisach:
             return self, _closed_form(operator, path)
         if operator.name not in REACHES:
-            raise InputError(_REFUSED.get(operator.name, "gives no force from a displacement"), path=path,
-                             value=operator.name, allowed=allowed)  # fmt: skip
+            raise InputError(
+                _REFUSED.get(operator.name, "gives no force from a displacement"), path=path, value=operator.name, allowed=allowed
+            )
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {
-    "relay_grid": "gives a staircase, which has no stiffness; preisach_grid has the same measure and none",
-}
+_REFUSED = {"relay_grid": "gives a staircase, which has no stiffness; preisach_grid has the same measure and none"}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:
     if operator.values["tolerance"] != OWN_TOLERANCE:
-        raise InputError("has a tolerance of its own, which a kernel in closed form does not take", path=path,
-                         value=operator.values["tolerance"], allowed=repr(OWN_TOLERANCE))  # fmt: skip
+        raise InputError(
+            "has a tolerance of its own, which a kernel in closed form does not take",
+            path=path,
+            value=operator.values["tolerance"],
+            allowed=repr(OWN_TOLERANCE),
+        )
     return {name: operator.values[name] for name in CLOSED_FORM}
 
 
@@ -247,15 +254,19 @@ def over_operator(model: TakesOperator, operator: HysteresisOperator) -> OverOpe
 
 
 def _relations(model: TakesOperator, operator: HysteresisOperator) -> tuple[Relation, ...]:
-    relations = [*(_of_part(relation, "operator") for relation in operator.relations),
-                 *(_of_part(relation, "own") for relation in model.own_relations)]  # fmt: skip
+    relations = [
+        *(_of_part(relation, "operator") for relation in operator.relations),
+        *(_of_part(relation, "own") for relation in model.own_relations),
+    ]
     if model.exceeded:
-        relations.append(Relation(
-            f"saturation of the operator > {model.exceeded}",
-            lambda p: saturation(operator, p.operator) > getattr(p.own, model.exceeded),
-            f"Lower {model.exceeded}, or record curves that reach farther: otherwise the deflection grows without "
-            "bound while the body slides",
-        ))  # fmt: skip
+        relations.append(
+            Relation(
+                f"saturation of the operator > {model.exceeded}",
+                lambda p: saturation(operator, p.operator) > getattr(p.own, model.exceeded),
+                f"Lower {model.exceeded}, or record curves that reach farther: otherwise the deflection grows without "
+                "bound while the body slides",
+            )
+        )
     return tuple(relations)
 
 

@@ -30,9 +30,7 @@ class Parameters(NamedTuple):
     """Parameters of the Preisach operator on the position."""
 
     s: ReversalStiffness
-    f_p: Annotated[
-        float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
-    ]
+    f_p: Annotated[float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")]
     sigma_2: ViscousCoefficient = 0.0
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
     exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0

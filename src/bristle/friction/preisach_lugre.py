@@ -70,9 +70,7 @@ class Parameters(NamedTuple):
     """Parameters of the Preisach-LuGre model."""
 
     s: ReversalStiffness
-    f_p: Annotated[
-        float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
-    ]
+    f_p: Annotated[float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")]
     F_C: CoulombForceAboveZero
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
@@ -144,9 +142,7 @@ def trial(state, memory, motion, dt, p):
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
     scale = p.f_p / p.s
-    deflected = deflect(
-        state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, scale, TOLERANCE * scale
-    )
+    deflected = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, scale, TOLERANCE * scale)
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
     return deflected.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, deflected.move
 
@@ -155,10 +151,7 @@ def trial(state, memory, motion, dt, p):
 def deflected_over(stack, memory, q, v, dt, p):
     """Return the mean force [N or N*m] over a step, and the move, of a measure `q` that is not in closed form."""
     own = p.own
-    deflected = deflect(
-        stack, memory, v * dt, direction(v), stribeck_force(v, own), slip_law(own), q, p.lengths.turn,
-        p.lengths.smallest,
-    )  # fmt: skip
+    deflected = deflect(stack, memory, v * dt, direction(v), stribeck_force(v, own), slip_law(own), q, p.lengths.turn, p.lengths.smallest)
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
     return deflected.mean + micro_damping(v, own) * z_dot + own.sigma_2 * v, deflected.move
 

@@ -106,9 +106,16 @@ class RestingModel(EnclosingModel):
 def resting(model: FrictionModel) -> RestingModel:
     """Return the descriptor of a static `model` with a rule at rest."""
     return enclosed(
-        RestingModel, model, name=model.name, description=model.description, Parameters=Parameters, State=State,
-        trial=trial, commit=commit, example={},
-    )  # fmt: skip
+        RestingModel,
+        model,
+        name=model.name,
+        description=model.description,
+        Parameters=Parameters,
+        State=State,
+        trial=trial,
+        commit=commit,
+        example={},
+    )
 
 
 def with_rest(friction: Model, rest: str) -> Model:

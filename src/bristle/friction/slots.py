@@ -68,8 +68,11 @@ WHAT_SLOTS_DO = (
 )
 """What each slot gives a model, in a few words."""
 PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
-    **VARIATIONS, **LEVELS, **{name: tuple(slot.variables) for name, slot in CHANNEL_SLOTS.items()}, "asymmetry": (),
-}  # fmt: skip
+    **VARIATIONS,
+    **LEVELS,
+    **{name: tuple(slot.variables) for name, slot in CHANNEL_SLOTS.items()},
+    "asymmetry": (),
+}
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
@@ -196,9 +199,7 @@ class SlottedModel(EnclosingModel):
         values = {}
         for name in self.inner.variables:
             keys = self.keys(name)
-            values |= dict(
-                zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True)
-            )
+            values |= dict(zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True))
         return values | {"offset": parameters.offset}
 
     def keys(self, name: str) -> tuple[str, ...]:
@@ -315,9 +316,12 @@ def _slotted_example(model: FrictionModel, asymmetry: bool) -> dict[str, Any]:
     for name, value in model.example.items():
         if name not in model.variables:
             raise InputError(
-                f"the example gives {name}, and {model.name} has no such parameter", path="example", value=value,
-                allowed=", ".join(model.variables), mend=did_you_mean(name, model.variables),
-            )  # fmt: skip
+                f"the example gives {name}, and {model.name} has no such parameter",
+                path="example",
+                value=value,
+                allowed=", ".join(model.variables),
+                mend=did_you_mean(name, model.variables),
+            )
         if asymmetry and model.variables[name].directional:
             values |= {f"{name}_pos": 1.1 * value, f"{name}_neg": 0.9 * value}
         else:

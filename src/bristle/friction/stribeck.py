@@ -39,9 +39,7 @@ class Move(NamedTuple):
 
 
 STATIC_ABOVE_COULOMB = Relation(
-    "F_S >= F_C",
-    lambda p: p.F_S >= p.F_C,
-    "Raise F_S or lower F_C; where friction rises with speed, validate=False lets it through",
+    "F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C; where friction rises with speed, validate=False lets it through"
 )
 
 

@@ -29,9 +29,14 @@ class Parameters(NamedTuple):
     F_C: CoulombForce
     F_0: Annotated[
         float,
-        Variable("force", "friction force as motion begins; below F_C where friction rises with speed", min=0.0,
-                 directional=True, excitation="stribeck"),
-    ]  # fmt: skip
+        Variable(
+            "force",
+            "friction force as motion begins; below F_C where friction rises with speed",
+            min=0.0,
+            directional=True,
+            excitation="stribeck",
+        ),
+    ]
     v_S: StribeckVelocity
     F_v: ViscousCoefficient
     delta_S: Annotated[float, Variable("1", "exponent of the curve", min=0.1, max=10.0)] = 2.0

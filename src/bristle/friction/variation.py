@@ -56,31 +56,17 @@ class Place(NamedTuple):
 
     x_0: Annotated[float, MIDDLE] = 0.0
     x_L: Annotated[float, HALF_RANGE] = 1.0
-    p_1: Annotated[
-        float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")
-    ] = 0.0
-    p_2: Annotated[
-        float, Variable("1", "change of friction, its even part", nominal=0.1, excitation="place")
-    ] = 0.0  # fmt: skip
+    p_1: Annotated[float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")] = 0.0
+    p_2: Annotated[float, Variable("1", "change of friction, its even part", nominal=0.1, excitation="place")] = 0.0
     a_1: Annotated[float, Variable("force", "force that rises from x_0 to x_0 + x_L", excitation="place")] = 0.0
     a_2: Annotated[float, Variable("force", "force that varies along x, its even part", excitation="place")] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
-    c_1: Annotated[
-        float, Variable("force", "force once a turn, cosine of the angle", directional=True, excitation="place")
-    ] = 0.0
-    s_1: Annotated[
-        float, Variable("force", "force once a turn, sine of the angle", directional=True, excitation="place")
-    ] = 0.0
-    c_2: Annotated[
-        float, Variable("force", "force twice a turn, cosine of the angle", directional=True, excitation="place")
-    ] = 0.0
-    s_2: Annotated[
-        float, Variable("force", "force twice a turn, sine of the angle", directional=True, excitation="place")
-    ] = 0.0
+    c_1: Annotated[float, Variable("force", "force once a turn, cosine of the angle", directional=True, excitation="place")] = 0.0
+    s_1: Annotated[float, Variable("force", "force once a turn, sine of the angle", directional=True, excitation="place")] = 0.0
+    c_2: Annotated[float, Variable("force", "force twice a turn, cosine of the angle", directional=True, excitation="place")] = 0.0
+    s_2: Annotated[float, Variable("force", "force twice a turn, sine of the angle", directional=True, excitation="place")] = 0.0
     k_L: Annotated[float, Variable("1", "change of friction for twice the nominal load", excitation="load")] = 0.0
-    k_T: Annotated[
-        float, Variable("1/temperature", "change of friction for a kelvin", nominal=1e-2, excitation="temperature")
-    ] = 0.0  # fmt: skip
+    k_T: Annotated[float, Variable("1/temperature", "change of friction for a kelvin", nominal=1e-2, excitation="temperature")] = 0.0
 
 
 VARIATIONS: dict[str, tuple[str, ...]] = {
@@ -190,16 +176,24 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
 def _in_words(slots: tuple[str, ...]) -> list[str]:
     """Return what slots do to a model, in words."""
     causes = [VARIES_WITH[slot] for slot in slots if slot in VARIES_WITH]
-    return [
-        *([f"varying with {' and '.join(causes)}"] if causes else []),
-        *(f"beside it {ADDS[slot]}" for slot in slots if slot in ADDS),
-    ]
+    return [*([f"varying with {' and '.join(causes)}"] if causes else []), *(f"beside it {ADDS[slot]}" for slot in slots if slot in ADDS)]
 
 
 _EXAMPLE = {
-    "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
-    "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,
-}  # fmt: skip
+    "x_0": 0.1,
+    "x_L": 0.1,
+    "p_1": 0.05,
+    "p_2": -0.08,
+    "a_1": 0.6,
+    "a_2": 0.4,
+    "pitch": 5e-3,
+    "c_1": 0.7,
+    "s_1": -0.3,
+    "c_2": 0.3,
+    "s_2": 0.2,
+    "k_L": 0.8,
+    "k_T": -0.01,
+}
 
 
 def _relations(slots: tuple[str, ...]) -> tuple[Relation, ...]:

@@ -35,10 +35,18 @@ from bristle.hysteresis.transition_branches import transition_branches
 OPERATORS: dict[str, HysteresisOperator] = {
     operator.name: operator
     for operator in (
-        play, stop, prandtl_ishlinskii, inverse_prandtl_ishlinskii, preisach, inverse_preisach, everett_table,
-        reversal_table, preisach_grid, relay_grid,
+        play,
+        stop,
+        prandtl_ishlinskii,
+        inverse_prandtl_ishlinskii,
+        preisach,
+        inverse_preisach,
+        everett_table,
+        reversal_table,
+        preisach_grid,
+        relay_grid,
     )
-}  # fmt: skip
+}
 
 __all__ = [
     "OPERATORS",
@@ -86,9 +94,7 @@ def inverse_of(operator: Model) -> Model:
         return _inverse_of_stops(operator)
     if operator.component is preisach:
         return inverse_preisach(kind=operator.kind, **operator.values)
-    raise InputError(
-        "has no inverse here", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach"
-    )
+    raise InputError("has no inverse here", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach")
 
 
 def __dir__() -> list[str]:

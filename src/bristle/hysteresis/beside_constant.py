@@ -78,11 +78,21 @@ class BesideConstant(Enclosing, HysteresisOperator):
 def beside_constant(operator: HysteresisOperator) -> BesideConstant:
     """Return the descriptor of an operator with a constant beside it."""
     return BesideConstant(
-        name=operator.name, description=operator.description, Parameters=Parameters, State=operator.State,
-        trial=trial, commit=commit, memory_size=lambda p: operator.memory_size(p.inner), input=operator.input,
-        output=operator.output, reference=operator.reference, relations=relations_of(operator),
-        module=operator.module, example=dict(operator.example) | {CONSTANT: 0.0}, inner=operator,
-    )  # fmt: skip
+        name=operator.name,
+        description=operator.description,
+        Parameters=Parameters,
+        State=operator.State,
+        trial=trial,
+        commit=commit,
+        memory_size=lambda p: operator.memory_size(p.inner),
+        input=operator.input,
+        output=operator.output,
+        reference=operator.reference,
+        relations=relations_of(operator),
+        module=operator.module,
+        example=dict(operator.example) | {CONSTANT: 0.0},
+        inner=operator,
+    )
 
 
 def with_constant(operator: Model, constant: float) -> Model:

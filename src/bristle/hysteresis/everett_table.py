@@ -37,10 +37,7 @@ class Parameters(NamedTuple):
     """Parameters of the Preisach operator with a tabulated Everett function."""
 
     extent: Annotated[float, Variable("length", "largest input X that the table covers", min=1e-12, nominal=1e-5)]
-    E: Annotated[
-        np.ndarray,
-        Variable("force", "Everett function, row after row: c over 2X - d from -1 to 1, d = 2X (j/n)^2 along a row"),
-    ]
+    E: Annotated[np.ndarray, Variable("force", "Everett function, row after row: c over 2X - d from -1 to 1, d = 2X (j/n)^2 along a row")]
     upper: Annotated[np.ndarray, Variable("force", "integral of the measure above alpha = -beta, for each d")]
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12
@@ -161,8 +158,7 @@ def commit(state, memory, move, p):
 RELATIONS = (
     Relation(
         "E of an odd number of rows, at least 3, each as long as upper, at least 3",
-        lambda p: len(p.upper) >= 3 and len(p.E) % len(p.upper) == 0 and len(p.E) // len(p.upper) % 2 == 1
-        and len(p.E) >= 3 * len(p.upper),
+        lambda p: len(p.upper) >= 3 and len(p.E) % len(p.upper) == 0 and len(p.E) // len(p.upper) % 2 == 1 and len(p.E) >= 3 * len(p.upper),
         "Build the table with bristle.hysteresis.tabulated or from_reversal_curves",
     ),
     Relation(
@@ -170,7 +166,7 @@ RELATIONS = (
         lambda p: not np.any(p.E[:: len(p.upper)]),
         "Nothing lies in a triangle without area: the first column is zero",
     ),
-)  # fmt: skip
+)
 
 MODEL = HysteresisOperator(
     name="everett_table",
@@ -183,9 +179,5 @@ MODEL = HysteresisOperator(
     measure=measure,
     relations=RELATIONS,
     reference="doi:10.1007/978-1-4612-3028-1",
-    example={
-        "extent": 1e-5,
-        "E": [0.0, 6.0, 10.0, 0.0, 6.0, 10.0, 0.0, 6.0, 10.0],
-        "upper": [0.0, 3.0, 5.0],
-    },
+    example={"extent": 1e-5, "E": [0.0, 6.0, 10.0, 0.0, 6.0, 10.0, 0.0, 6.0, 10.0], "upper": [0.0, 3.0, 5.0]},
 )

@@ -49,8 +49,7 @@ class Parameters(NamedTuple):
     low: Annotated[float, Variable("length", "smallest input of the grid")]
     high: Annotated[float, Variable("length", "largest input of the grid")]
     E: Annotated[
-        np.ndarray,
-        Variable("force", "Everett function at the levels: alpha at level i + 1, beta at levels 0 to i, row after row"),
+        np.ndarray, Variable("force", "Everett function at the levels: alpha at level i + 1, beta at levels 0 to i, row after row")
     ]
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0
     capacity: Annotated[int, CAPACITY] = 256

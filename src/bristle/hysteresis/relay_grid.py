@@ -30,9 +30,7 @@ class Parameters(NamedTuple):
     """Parameters of the grid: its levels, and the weight of each cell between them."""
 
     levels: Annotated[np.ndarray, Variable("length", "inputs between which the cells lie, rising")]
-    weights: Annotated[
-        np.ndarray, Variable("force", "measure of each cell: alpha in cell i, beta in cells 0 to i, row after row")
-    ]
+    weights: Annotated[np.ndarray, Variable("force", "measure of each cell: alpha in cell i, beta in cells 0 to i, row after row")]
 
 
 class State(NamedTuple):
@@ -118,10 +116,7 @@ MODEL = RelayGrid(
 )
 
 
-@guarded(
-    operator=model("hysteresis"), extent=amount(Variable("length", "largest input", min=0.0), exclusive=True),
-    count=whole(1, 1000),
-)  # fmt: skip
+@guarded(operator=model("hysteresis"), extent=amount(Variable("length", "largest input", min=0.0), exclusive=True), count=whole(1, 1000))
 def relays_of(operator: Model, extent: Amount, count: int) -> Model:
     """Return the grid of relays with the measure of an operator.
 

@@ -49,13 +49,9 @@ class Curves(NamedTuple):
 class Parameters(NamedTuple):
     """Parameters of the Preisach operator tabulated along reversal curves."""
 
-    reversals: Annotated[
-        np.ndarray, Variable("length", "input at which each curve turned, rising; the last is the top, a row of zeros")
-    ]
+    reversals: Annotated[np.ndarray, Variable("length", "input at which each curve turned, rising; the last is the top, a row of zeros")]
     ends: Annotated[np.ndarray, Variable("length", "input up to which each row of the table reaches")]
-    E: Annotated[
-        np.ndarray, Variable("force", "Everett function, a row for each curve, evenly from its reversal to its end")
-    ]
+    E: Annotated[np.ndarray, Variable("force", "Everett function, a row for each curve, evenly from its reversal to its end")]
     E_top: Annotated[np.ndarray, Variable("force", "Everett function between each reversal and the top")]
     side: Annotated[float, Variable("1", "1 for curves that rise, -1 for mirrored ones", min=-1.0, max=1.0)] = 1.0
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0

@@ -27,9 +27,7 @@ class Curve(NamedTuple):
 
 
 @guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic", "piezo"))
-def table_of_curves(
-    curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any
-) -> Model:
+def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any) -> Model:
     """Return the operator that has these first-order reversal curves.
 
     Every curve comes from saturation on the side that it returns to: the major branch is what the first samples of all
@@ -63,9 +61,7 @@ def table_of_curves(
     top, saturation = float(last.u[-1]), float(last.f[-1])
     distinct = _apart([curve for curve in read if curve.u[0] < top], REVERSAL_TOLERANCE * (top - read[0].u[0]))
     share = np.linspace(0.0, 1.0, columns)
-    rows = [
-        0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct
-    ]
+    rows = [0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct]
     table = Curves(
         reversals=np.array([*(curve.u[0] for curve in distinct), top]),
         ends=np.array([*(curve.u[-1] for curve in distinct), top]),
@@ -88,8 +84,9 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
         raise InputError(
             f"must {'rise' if side > 0.0 else 'fall'} throughout, as the first one does, each input with its output",
-            path=f"curves[{index}]", mend="Begin each curve at its reversal; leave out curves of one sample",
-        )  # fmt: skip
+            path=f"curves[{index}]",
+            mend="Begin each curve at its reversal; leave out curves of one sample",
+        )
     return Curve(path, output)
 
 

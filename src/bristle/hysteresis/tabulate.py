@@ -72,12 +72,7 @@ def tabulated(
 
 @guarded(curves=many(CURVE, least=2), **SIZES)
 def from_reversal_curves(
-    curves: Sequence[tuple[Any, Any]],
-    *,
-    rows: int = NODES,
-    columns: int = NODES,
-    kind: Kind = "translational",
-    **settings: Any,
+    curves: Sequence[tuple[Any, Any]], *, rows: int = NODES, columns: int = NODES, kind: Kind = "translational", **settings: Any
 ) -> Model:
     """Return the operator that has these descending first-order reversal curves.
 
@@ -143,9 +138,7 @@ def _curve(u: Any, f: Any, index: int) -> tuple[float, np.ndarray, np.ndarray]:
     """Return where a curve turned, how far it has come down, and E there."""
     path, output = np.asarray(u, dtype=float), np.asarray(f, dtype=float)
     if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) < 0.0):
-        raise InputError(
-            "must descend: inputs that fall, each with its output", path=f"curves[{index}]", mend="Sort by input",
-        )  # fmt: skip
+        raise InputError("must descend: inputs that fall, each with its output", path=f"curves[{index}]", mend="Sort by input")
     return float(path[0]), path[0] - path, 0.5 * (output[0] - output)
 
 

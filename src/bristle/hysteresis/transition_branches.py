@@ -89,11 +89,11 @@ class TransitionBranches:
 @guarded(
     s=amount(Variable("force/length", "stiffness", min=0.0), exclusive=True),
     f_p=amount(Variable("force", "force at saturation", min=0.0), exclusive=True),
-    x_r=amount(Variable("length", "amplitude of the loop", min=0.0), exclusive=True), count=whole(2, 10_000), kind=KIND,
-)  # fmt: skip
-def transition_branches(
-    s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100, kind: Kind = "translational"
-) -> TransitionBranches:
+    x_r=amount(Variable("length", "amplitude of the loop", min=0.0), exclusive=True),
+    count=whole(2, 10_000),
+    kind=KIND,
+)
+def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100, kind: Kind = "translational") -> TransitionBranches:
     """Return the transition branches of the reformed Dahl model in its loop of amplitude `x_r`.
 
     Parameters

@@ -4,12 +4,7 @@ from bristle.hysteresis_identification.closed_form import fit_closed_form
 from bristle.hysteresis_identification.congruency import Congruency, congruency_of
 from bristle.hysteresis_identification.grid import fit_grid
 from bristle.hysteresis_identification.identify import FITTED, identify_operator
-from bristle.hysteresis_identification.result import (
-    OperatorFit,
-    OperatorIdentification,
-    OperatorPrediction,
-    predict_operator,
-)
+from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, OperatorPrediction, predict_operator
 from bristle.hysteresis_identification.stops import fit_stops, thresholds_over
 
 __all__ = [

@@ -68,9 +68,7 @@ def fit_grid(recorded: Curves, *, cells: int = CELLS, sign: str | None = None, r
     tried = {name: equations.solve(features.signs(name)) for name in ((sign,) if sign else ("magnet", "friction"))}
     chosen = min(tried, key=lambda name: tried[name].rms)
     best = tried[chosen]
-    operator = preisach_grid(
-        kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset
-    )
+    operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
     return GridFit(operator, chosen, best.rms, float(np.mean(equations.scale == 0.0)))
 
 

@@ -70,9 +70,11 @@ def _grid(recorded: Curves, rows: Rows, size: Size) -> Fitted:
 def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
     if recorded.start != "saturated" or len(recorded.curves) < 2:
         raise InputError(
-            "needs first-order reversal curves, which all start from saturation", path="model", value="reversal_table",
+            "needs first-order reversal curves, which all start from saturation",
+            path="model",
+            value="reversal_table",
             mend='Write start = "saturated" if they do, or fit preisach_grid',
-        )  # fmt: skip
+        )
     behind = smoothed(recorded)
     table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
     remark = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
@@ -89,13 +91,22 @@ FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
 
 
 @guarded(
-    recorded=instance(Curves, "recorded curves", "Write read_curves(...)"), model=NAMES, stops=whole(1, 10_000),
-    cells=whole(2, 1000), folds=whole(2, 1000, none=True), progress=PROGRESS,
-)  # fmt: skip
+    recorded=instance(Curves, "recorded curves", "Write read_curves(...)"),
+    model=NAMES,
+    stops=whole(1, 10_000),
+    cells=whole(2, 1000),
+    folds=whole(2, 1000, none=True),
+    progress=PROGRESS,
+)
 def identify_operator(
-    recorded: Curves, model: Any = tuple(FITTED), *, stops: int = COUNT, cells: int = CELLS, folds: int = FOLDS,
+    recorded: Curves,
+    model: Any = tuple(FITTED),
+    *,
+    stops: int = COUNT,
+    cells: int = CELLS,
+    folds: int = FOLDS,
     progress: Progress | None = None,
-) -> OperatorIdentification:  # fmt: skip
+) -> OperatorIdentification:
     """Identify hysteresis operators from recorded input and output, and rank them by what they were not fitted to.
 
     Parameters
@@ -138,9 +149,7 @@ def identify_operator(
     missing = names[len(fits) :]
     fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)
     congruency = congruency_of(recorded)
-    ranked = tuple(
-        replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1)
-    )
+    ranked = tuple(replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1))
     were = "was" if len(missing) == 1 else "were"
     unfinished = f"interrupted: {', '.join(missing)} {were} not fitted" if missing else ""
     return OperatorIdentification(ranked, recorded, congruency, unfinished)
@@ -157,9 +166,12 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
     for name in names:
         if name not in FITTED:
             raise InputError(
-                "is no operator that can be identified", path="model", value=name,
-                allowed=f"{', '.join(FITTED)}, or {ALL}", mend=did_you_mean(str(name), FITTED),
-            )  # fmt: skip
+                "is no operator that can be identified",
+                path="model",
+                value=name,
+                allowed=f"{', '.join(FITTED)}, or {ALL}",
+                mend=did_you_mean(str(name), FITTED),
+            )
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
@@ -181,9 +193,7 @@ def _fit(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[
     return replace(fit, held_out=HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1))))
 
 
-def _without_curves(
-    name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]
-) -> list[float]:  # fmt: skip
+def _without_curves(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> list[float]:
     """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     errors = []
@@ -197,14 +207,13 @@ def _without_curves(
     return errors
 
 
-def _without_blocks(
-    name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]
-) -> list[float]:  # fmt: skip
+def _without_blocks(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> list[float]:
     """Return the error over full scale [%] on blocks of samples, fitted to all others; the memory runs through."""
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
-        raise InputError("is too short for so many folds", path="folds", value=folds,
-                         allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0")  # fmt: skip
+        raise InputError(
+            "is too short for so many folds", path="folds", value=folds, allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0"
+        )
     fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     errors = []
@@ -226,6 +235,4 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
     condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (
-        f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",
-    )
+    return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)

@@ -30,13 +30,7 @@ class Smoothed(NamedTuple):
 
 
 def smoothed(recorded: Curves) -> Smoothed:
-    """Return reversal curves with as much noise taken off as their neighbours say is noise.
-
-    Parameters
-    ----------
-    recorded : Curves
-        Curves from saturation, in any order.
-    """
+    """Return reversal curves with as much noise taken off as their neighbours say is noise."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     if len(order) < 3:
         return Smoothed(recorded, 1)

@@ -50,14 +50,16 @@ def thresholds_over(largest: float, count: int = COUNT, smallest: float | None =
         raise InputError("must be a whole number", path="count", value=count, allowed=">= 2")
     low = largest * 10.0**-DECADES if smallest is None else smallest
     if not 0.0 < low < largest < np.inf:
-        raise InputError("there is no range for the thresholds", path="thresholds", value=f"{low} to {largest}",
-                         mend="The input must move, and by more than its smallest step")  # fmt: skip
+        raise InputError(
+            "there is no range for the thresholds",
+            path="thresholds",
+            value=f"{low} to {largest}",
+            mend="The input must move, and by more than its smallest step",
+        )
     return np.geomspace(low, largest, int(count))
 
 
-def fit_stops(
-    recorded: Curves, *, count: int = COUNT, thresholds: np.ndarray | None = None, rows: Rows = None
-) -> StopsFit:
+def fit_stops(recorded: Curves, *, count: int = COUNT, thresholds: np.ndarray | None = None, rows: Rows = None) -> StopsFit:
     """Fit stops and a spring to recorded hysteresis.
 
     Parameters

@@ -37,15 +37,7 @@ class Trace(NamedTuple):
 
 
 def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace:
-    """Return the memory along an input.
-
-    Parameters
-    ----------
-    u : ndarray, shape (sample,)
-        The input, monotone between samples.
-    history : array_like
-        Inputs that the virgin operator went through before.
-    """
+    """Return the memory along an input."""
     path = np.concatenate([np.asarray(history, dtype=float), np.asarray(u, dtype=float)])
     base = np.full(path.size, VIRGIN)
     turned: list[int] = []

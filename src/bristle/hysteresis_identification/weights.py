@@ -25,21 +25,7 @@ class Weighted(NamedTuple):
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """What least squares needs to know of ``target = columns @ weights + offset``, for any choice of signs.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (weight, weight)
-        Products of the columns, which have mean zero and length one.
-    right : ndarray, shape (weight,)
-        Their products with the target less its mean.
-    scale : ndarray, shape (weight,)
-        Length of the columns; zero for one that does not vary.
-    middle, level : ndarray and float
-        Means of the columns and of the target.
-    square, rows : float and int
-        Sum of squares of the target less its mean, number of rows.
-    """
+    """What least squares needs to know of ``target = columns @ weights + offset``, for any choice of signs."""
 
     gram: np.ndarray
     right: np.ndarray
@@ -66,13 +52,7 @@ class NormalEquations:
         return cls(centred.T @ centred, centred.T @ rest, scale, middle, level, float(rest @ rest), target.size)
 
     def solve(self, signs: np.ndarray | None = None) -> Weighted:
-        """Return the best weights of which each has its sign or is zero; those of sign 0 are free.
-
-        Parameters
-        ----------
-        signs : ndarray of +1, 0 and -1, optional
-            Sign of each weight; all positive where not given.
-        """
+        """Return the best weights of which each has its sign or is zero; those of sign 0 are free."""
         signs = np.ones(self.scale.size) if signs is None else signs
         active = np.flatnonzero(self.scale)
         # A weight of any sign is the difference of two.

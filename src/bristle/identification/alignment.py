@@ -9,26 +9,7 @@ __all__ = ["Alignment"]
 
 @dataclass(frozen=True)
 class Alignment:
-    """How the effort of a log stands in time to its position, and the inertia that was found with it.
-
-    Parameters
-    ----------
-    delay, delay_half_width : float or None
-        By which the effort lags the position, and half of its 95 % interval [s]; None where the log does not show it.
-    smoothing, smoothing_half_width : float or None
-        Time constant of a first-order filter that the effort passed more than the position did; negative where it
-        passed less [s]. None where none is seen.
-    of_position : bool
-        Whether, where the effort passed less, the position passed it; else a command was recorded, which acts later.
-    mass, mass_half_width : float or None
-        Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
-    slow : float
-        Cut-off of what the equations were weighed with [Hz].
-    sought : bool
-        Whether the delay was looked for.
-    filter_open : bool
-        Whether the log leaves open that a filter makes the delay, and none is seen.
-    """
+    """How the effort of a log stands in time to its position, and the inertia that was found with it."""
 
     delay: float | None = None
     delay_half_width: float | None = None
@@ -45,9 +26,12 @@ class Alignment:
         """Return what is known of it, as the treatment of a log tells it."""
         smoothing = "position_smoothing" if self.of_position else "smoothing"
         data = {
-            "delay": self.delay, "delay_half_width": self.delay_half_width,
+            "delay": self.delay,
+            "delay_half_width": self.delay_half_width,
             smoothing: abs(self.smoothing or 0.0) if self.of_position else self.smoothing,
             f"{smoothing}_half_width": self.smoothing_half_width,
-            "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
-        }  # fmt: skip
+            "mass": self.mass,
+            "mass_half_width": self.mass_half_width,
+            "slow": self.slow,
+        }
         return {name: value for name, value in data.items() if value}

@@ -54,22 +54,7 @@ EDGE = 3.0  # standard deviations beyond which an estimated square went astray
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`, as its `replicates` draw them.
-
-    Parameters
-    ----------
-    draws : ndarray, shape (draw, reported and curve)
-        Parameters that the log allows, as the space reports them [SI]; `members` is the same as the model takes it.
-    scatter : Scatter
-        From reversal to reversal.
-    unexplained : float
-        Root mean square of the part of the residual that neither noise, encoder nor scatter explain.
-    residual, slope : ndarray, shape (row,)
-        What the fit left over of the signal, and by how much that rises with the level of friction.
-    jackknife, usual_jackknife : mapping of str to float
-        Standard error of parameters [SI] by leaving out half-cycles, of the log, and of the replicates in the root mean
-        square; empty with too few half-cycles.
-    """
+    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`, as its `replicates` draw them."""
 
     solution: Solution
     replicates: Replicates
@@ -102,9 +87,7 @@ class Bootstrap:
         """The virgin curve: displacement [m or rad], force [N or N*m], and the ends of its 95 % interval."""
         first, space = len(self.reported), self.solution.space
         forces, draws = space.numbers(self.solution.theta)[first:], self.draws[:, first:].T
-        return tuple(
-            (x, float(force), *_percentiles(drawn)) for x, force, drawn in zip(space.curve, forces, draws, strict=True)
-        )
+        return tuple((x, float(force), *_percentiles(drawn)) for x, force, drawn in zip(space.curve, forces, draws, strict=True))
 
 
 def _percentiles(draws: np.ndarray) -> tuple[float, float]:
@@ -113,9 +96,14 @@ def _percentiles(draws: np.ndarray) -> tuple[float, float]:
 
 
 def turned(
-    solution: Solution, thetas: np.ndarray, centre: np.ndarray, doubt: float = 0.0, moved: np.ndarray | float = 0.0,
-    scale: float = 1.0, wide: np.ndarray | None = None,
-) -> list[Turned]:  # fmt: skip
+    solution: Solution,
+    thetas: np.ndarray,
+    centre: np.ndarray,
+    doubt: float = 0.0,
+    moved: np.ndarray | float = 0.0,
+    scale: float = 1.0,
+    wide: np.ndarray | None = None,
+) -> list[Turned]:
     """Return what lies as far from a solution as fits to replicates do from their `centre`, on the other side.
 
     The coordinates of the fits have the shape (draw, coordinate); the two replicates of a pair follow each other. Of
@@ -143,9 +131,16 @@ def _on_edge(solution: Solution) -> np.ndarray:
 
 
 def bootstrap(
-    problem: Problem, solution: Solution, count: int, *, free: np.ndarray | None = None, linear: bool = False,
-    scale: float = 1.0, wide: np.ndarray | None = None, report: Callable[[float], None] = lambda share: None,
-) -> Bootstrap:  # fmt: skip
+    problem: Problem,
+    solution: Solution,
+    count: int,
+    *,
+    free: np.ndarray | None = None,
+    linear: bool = False,
+    scale: float = 1.0,
+    wide: np.ndarray | None = None,
+    report: Callable[[float], None] = lambda share: None,
+) -> Bootstrap:
     """Return fits to `count` replicates of a log, of the `free` coordinates.
 
     They may be taken for `linear` around the solution, their errors for `scale` times as large as they are, and the
@@ -157,9 +152,16 @@ def bootstrap(
     levels = Levels.of(cycles, slope, problem.away.rows)
     visible = levels.scatter(residual)
     drawing = problem.replicates(values, slope, residual)
-    fits = _Fits(drawing, disturbance_of(problem.dataset, visible),
-                 Refit(solution, free, linear=linear), levels, solution.theta, problem.parameters,
-                 Jackknife.of(solution, cycles), Contrast.of(solution, problem.away, free, residual))  # fmt: skip
+    fits = _Fits(
+        drawing,
+        disturbance_of(problem.dataset, visible),
+        Refit(solution, free, linear=linear),
+        levels,
+        solution.theta,
+        problem.parameters,
+        Jackknife.of(solution, cycles),
+        Contrast.of(solution, problem.away, free, residual),
+    )
     rng = np.random.SeedSequence(SEED)
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
@@ -182,10 +184,17 @@ def bootstrap(
     draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale, wide)
     ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
     return Bootstrap(
-        solution, drawing, np.array([draw.numbers for draw in draws]), tuple(draw.values for draw in draws),
-        fits.disturbance, Scatter(level.scatter(), *ends), lacking**0.5, residual, slope,
+        solution,
+        drawing,
+        np.array([draw.numbers for draw in draws]),
+        tuple(draw.values for draw in draws),
+        fits.disturbance,
+        Scatter(level.scatter(), *ends),
+        lacking**0.5,
+        residual,
+        slope,
         *fits.jackknifed(residual, drawn),
-    )  # fmt: skip
+    )
 
 
 def _centred(fits: _Fits, pool: Abreast, seeds: Sequence[np.random.SeedSequence]) -> _Fits:

@@ -36,17 +36,7 @@ BETWEEN = (-0.2, 1.2)  # of the way from one fit to the other
 
 @dataclass(frozen=True)
 class Away:
-    """Where nothing of how friction turns disturbs a signal.
-
-    Parameters
-    ----------
-    rows, far : ndarray, shape (row,) of bool
-        Which rows are away from reversals and rests, and which are far away.
-    position, velocity : ndarray, shape (row,)
-        The motion [m or rad, and a second].
-    turns : float
-        Over the range, up to which waves over the position pass the filter.
-    """
+    """Where nothing of how friction turns disturbs a signal."""
 
     rows: np.ndarray
     far: np.ndarray
@@ -86,9 +76,7 @@ class Contrast:
     rows: np.ndarray
 
     @classmethod
-    def of(
-        cls, solution: Solution, away: Away, free: np.ndarray, residual: np.ndarray | None = None
-    ) -> Contrast:  # fmt: skip
+    def of(cls, solution: Solution, away: Away, free: np.ndarray, residual: np.ndarray | None = None) -> Contrast:
         """Return the contrast of a solution of which some coordinates are free, shape (coordinate,) of bool."""
         space, theta, jacobian = solution.space, solution.theta, solution.jacobian
         at_edge = np.array([name in solution.at_edge for name in space.names])

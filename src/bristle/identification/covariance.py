@@ -35,20 +35,7 @@ SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by 
 
 @dataclass(frozen=True)
 class Covariance:
-    """Standard errors of the free parameters, in their order.
-
-    Parameters
-    ----------
-    std : ndarray, shape (free,)
-        Standard error [SI]; infinite where the log does not determine the parameter, NaN on an edge of its range.
-    robust_std : ndarray, shape (free,)
-        The same for residuals that are correlated over time, up to the length of a block.
-    correlation : ndarray, shape (free, free)
-        Correlation of the estimates; NaN where there is no standard error.
-    condition_number : float
-        Of the Jacobian with columns of unit length; those on an edge, and those that nothing in the log excites,
-        left out.
-    """
+    """Standard errors of the free parameters, in their order."""
 
     std: np.ndarray
     robust_std: np.ndarray
@@ -136,13 +123,7 @@ class Jackknife:
             return cls((), frozenset(), cycles, columns, np.zeros((cycles.count, 0, columns.shape[1])))
         parts = np.stack([part.T @ part for part in cycles.split(columns)])
         inverse = np.linalg.pinv(np.sum(parts, axis=0) - parts, rcond=RANK, hermitian=True)
-        return cls(
-            space.reported,
-            frozenset(solution.at_edge),
-            cycles,
-            columns,
-            -(solution.derivative[:, inner] / scale) @ inverse,
-        )
+        return cls(space.reported, frozenset(solution.at_edge), cycles, columns, -(solution.derivative[:, inner] / scale) @ inverse)
 
     def named(self, std: np.ndarray) -> dict[str, float]:
         """Return standard errors by the name of the parameter."""

@@ -47,8 +47,9 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
-                         allowed="inertia, oscillator")  # fmt: skip
+        raise InputError(
+            "has no inverse: it cannot be identified from a motion", path="plant", value=plant.name, allowed="inertia, oscillator"
+        )
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
@@ -90,9 +91,7 @@ class Segment:
         signals |= {} if transmitted is None else {"transmitted": transmitted}
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
-    def friction(
-        self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None
-    ) -> np.ndarray:
+    def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
         """Return the force of a friction model along the segment [N or N*m], after its first cycle if that is known.
 
         `contact` is where it stood before, from -1 to 1; virgin where not given. `transmitted` passes on to the load.
@@ -103,43 +102,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Dataset:
-    """The segments of a log, and how a signal along them becomes rows of a regression.
-
-    Parameters
-    ----------
-    segments : tuple of Segment
-        What is left of the log.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    sample_time : float
-        Of the log [s].
-    resolution, noise, effort_noise : float
-        Step of the position encoder, standard deviation of the noise of the position [m or rad], and of that of the
-        effort, sample by sample [N or N*m].
-    cutoff : float
-        Of the zero-phase filter [Hz].
-    decimation : int
-        One row for so many samples.
-    dropped : int
-        Samples dropped at each edge of each segment.
-    held : bool or None
-        Whether the recorded effort acts until the next sample; None where nobody said so.
-    delay : float
-        By which the effort lagged the position before it was moved back [s].
-    keeps_rests : bool
-        Whether rows at rest are kept.
-    creeping : bool
-        Whether the motion is too slow to be told from rest, so that no sample is taken for one.
-    row_mask : ndarray or None
-        Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
-    alignment : Alignment or None
-        What was found of its channels in time; None where nobody looked.
-    units : mapping of str to str
-        Of what was recorded of the surroundings, by name.
-    calmed_from : float
-        Share of what friction takes that noise of the position would make the inertia take in as many rows as usual,
-        where that is so much that fewer are kept; else 0.
-    """
+    """The segments of a log, and how a signal along them becomes rows of a regression."""
 
     segments: tuple[Segment, ...]
     kind: Kind
@@ -159,9 +122,7 @@ class Dataset:
     units: Mapping[str, str] = field(default_factory=dict)
     calmed_from: float = 0.0
 
-    def explained(
-        self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None
-    ) -> list[np.ndarray]:
+    def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
         forces = self.friction_along(friction, plant, contacts)
         pairs = zip(self.segments, forces, strict=True)
@@ -194,9 +155,7 @@ class Dataset:
         """
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
-            self.filtered(
-                segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment))
-            )
+            self.filtered(segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment)))
             for segment, contact in zip(self.segments, contacts, strict=True)
         ]
 
@@ -214,12 +173,9 @@ class Dataset:
     def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
         """Return the break-aways of the log: of the effort, `plant` and a constant force [N or N*m] are taken off."""
         recordings = [
-            Recording(segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset)
-            for segment in self.segments
+            Recording(segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset) for segment in self.segments
         ]
-        return break_aways(
-            recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise
-        )
+        return break_aways(recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise)
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a segment behind the filter that effort and position have passed."""

@@ -32,21 +32,7 @@ LEAST = 0.05  # of the level: friction does not vanish on any half-cycle
 
 
 class Disturbance(NamedTuple):
-    """Causes of a disturbance, each with its size.
-
-    Parameters
-    ----------
-    scatter : float
-        Standard deviation of the level of friction from reversal to reversal, as a share of it.
-    noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
-    resolution : float
-        Step of the position encoder [m or rad].
-    jitter : float
-        Standard deviation of the noise of the position besides [m or rad].
-    unexplained : float
-        Share of the residual, in amplitude, that is none of these: what the model lacks.
-    """
+    """Causes of a disturbance, each with its size."""
 
     scatter: float
     noise: float
@@ -90,9 +76,14 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
 
 
 def force_with_scatter(
-    friction: Model, segment: Segment, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator,
+    friction: Model,
+    segment: Segment,
+    starts: Sequence[int],
+    dt: float,
+    scatter: float,
+    rng: np.random.Generator,
     transmitted: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
 
     `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.

@@ -36,14 +36,7 @@ from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.fixed_shape import (
-    DIFFERENCE,
-    TOTAL,
-    ElementSpace,
-    ShapedModel,
-    in_lists,
-    shaped,
-)
+from bristle.identification.fixed_shape import DIFFERENCE, TOTAL, ElementSpace, ShapedModel, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import ParameterSpace, Solution
@@ -91,10 +84,7 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
 
     view = problem.parameters.component
     assert isinstance(view, ShapedModel)
-    return Estimation(
-        problem, solution, problem, elements.all_elements(), residual_without, written=in_lists,
-        further=view.further,
-    )  # fmt: skip
+    return Estimation(problem, solution, problem, elements.all_elements(), residual_without, written=in_lists, further=view.further)
 
 
 def elements_of(context: Context, component: FrictionModel) -> Elements:
@@ -225,8 +215,7 @@ class Elements:
             weights = self._for_factors(factors, fitted)
             return (weights.columns[fitted] @ weights.linear - target) / float(np.std(target))
 
-        best = least_squares(residual, np.zeros(len(self._factors)), bounds=(-FACTOR_MOST, FACTOR_MOST), x_scale=0.1,
-                             max_nfev=EVALUATIONS)  # fmt: skip
+        best = least_squares(residual, np.zeros(len(self._factors)), bounds=(-FACTOR_MOST, FACTOR_MOST), x_scale=0.1, max_nfev=EVALUATIONS)
         return self._for_factors(best.x, fitted)
 
     def _for_factors(self, factors: np.ndarray, fitted: np.ndarray) -> Weights:
@@ -254,10 +243,9 @@ class Elements:
         columns = []
         for multiplied in (*self.thresholds.tolist(), *self._slotted):
             forces = [self._answer(segment, multiplied) for segment in segments]
-            columns.append([
-                self.dataset.rows_of([filtered(force * share) for force, share in zip(forces, cause, strict=True)])
-                for cause in causes
-            ])  # fmt: skip
+            columns.append(
+                [self.dataset.rows_of([filtered(force * share) for force, share in zip(forces, cause, strict=True)]) for cause in causes]
+            )
         return np.moveaxis(np.array(columns), 0, -1)
 
     def _answer(self, segment: Segment, multiplied: float | str) -> np.ndarray:
@@ -285,9 +273,7 @@ class Elements:
     @cached_property
     def _empty(self) -> InverseDynamics:
         """The problem of one element, to be given no force: what is left is linear in each parameter."""
-        return InverseDynamics(
-            self.dataset, replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1)))
-        )
+        return InverseDynamics(self.dataset, replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1))))
 
     @cached_property
     def _constant(self) -> dict[str, np.ndarray]:

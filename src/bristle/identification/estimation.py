@@ -54,23 +54,7 @@ class Context:
 
 @dataclass(frozen=True)
 class Estimation:
-    """What one model was fitted with: `inverse`, the model along the measured motion, and the `problem` made small.
-
-    Parameters
-    ----------
-    solution : Solution
-        Where its search ended, in the parameters that are reported.
-    resampled : tuple of Problem and Solution
-        The same in the coordinates in which it is fitted to replicates.
-    residual_without : callable
-        Returns the residual of all rows, of a fit to those of which an array of bool is true.
-    finished : callable
-        Returns the values of the finished model, from those that a fit to a replicate takes.
-    written : callable
-        Returns the friction model as it is written and run, from the one that was fitted.
-    further : int
-        Free numbers besides the parameters.
-    """
+    """What one model was fitted with: `inverse`, the model along the measured motion, and the `problem` made small."""
 
     inverse: InverseDynamics
     solution: Solution
@@ -104,14 +88,12 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
         solution = search.solve(report, everywhere=context.everywhere)
         problem, search, solution = _without_flat(context, problem, search, solution)
         on_rows = partial(search.refit, solution.values)
-    return Estimation(
-        problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
-    )
+    return Estimation(problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values))
 
 
 def _without_flat(
     context: Context, problem: InverseDynamics, search: Search, solution: Solution
-) -> tuple[InverseDynamics, Search, Solution]:  # fmt: skip
+) -> tuple[InverseDynamics, Search, Solution]:
     """Return the same fit with a velocity of the Stribeck fall held where the log does not show it.
 
     Where friction does not fall, the sum of squares is the same for every such velocity: rounding decides where in that
@@ -124,9 +106,8 @@ def _without_flat(
             continue
         edge = search.space.smallest(name)
         cause = Excitation(
-            context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables,
-            context.settings,
-        ).cause(name)  # fmt: skip
+            context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables, context.settings
+        ).cause(name)
         fixed = Fixed(edge, cause.code, redundant=True, numbers=cause.numbers)
         free = tuple(part for part in parameters.free if part != name)
         held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, name: fixed}))

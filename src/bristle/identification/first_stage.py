@@ -81,9 +81,7 @@ class _Channels(NamedTuple):
     changes: tuple[float, float]
 
 
-def alignment_of(
-    logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True
-) -> Alignment:  # fmt: skip
+def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True) -> Alignment:
     """Return how the channels of some logs of one axis stand in time; the delay is zero where it is not `sought`."""
     rows = wide_rows(logs, axes)
     if rows is None:
@@ -147,9 +145,7 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     )
 
 
-def _alignment_from(
-    rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool
-) -> Alignment:  # fmt: skip
+def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, scale: float, *, sought: bool) -> Alignment:
     """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
     errors = [rung.plain.std(0) for rung in rungs]
     bounds = zip(rungs, errors, strict=True)
@@ -170,12 +166,16 @@ def _alignment_from(
     lag = lag if delay_known or not sought else None
     mass_known = mass_width <= MASS_UNKNOWN * mass
     return Alignment(
-        delay=delay if delay_known else None, delay_half_width=width if delay_known else None,
-        smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
-        mass=mass if mass_known else None, mass_half_width=mass_width if mass_known else None,
-        slow=chosen.plain.cutoff, sought=sought,
+        delay=delay if delay_known else None,
+        delay_half_width=width if delay_known else None,
+        smoothing=lag,
+        smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
+        mass=mass if mass_known else None,
+        mass_half_width=mass_width if mass_known else None,
+        slow=chosen.plain.cutoff,
+        sought=sought,
         filter_open=delay_known and lag is None and _may_be_filter(narrower.free, delay, dt),
-    )  # fmt: skip
+    )
 
 
 def _may_be_filter(fit: InstrumentFit, delay: float, dt: float) -> bool:
@@ -185,9 +185,7 @@ def _may_be_filter(fit: InstrumentFit, delay: float, dt: float) -> bool:
     return lag > dt and abs(fit.c - bent) < AGREE * fit.std(-1)
 
 
-def _with_filter(
-    rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool
-) -> _Channels | None:  # fmt: skip
+def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, scale: float, *, sought: bool) -> _Channels | None:
     """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors.
 
     A filter of less than a sample is no matter, one that the narrower cut-off does not see is noise, and one that tells
@@ -208,10 +206,7 @@ def _with_filter(
     again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
     places = (0, bent.theta.size)[: 1 + sought]
     lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
-    values, changed = (
-        (float(bent.theta[0]), bent.delay),
-        (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay),
-    )
+    values, changed = ((float(bent.theta[0]), bent.delay), (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay))
     return _Channels(lag, bent.std(-1) / abs(lag), values, [bent.std(place) for place in places], changed)
 
 

@@ -17,19 +17,8 @@ from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
-from bristle.identification.diagnostics.estimates import (
-    Judgement,
-    about_estimates,
-    about_fixed,
-    about_level,
-    combinations_of,
-)
-from bristle.identification.diagnostics.excitation import (
-    Excitation,
-    about_amplitudes,
-    about_repeated_logs,
-    about_repetition,
-)
+from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, about_level, combinations_of
+from bristle.identification.diagnostics.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
 from bristle.identification.diagnostics.residual import (
     about_alignment,
     about_held_effort,
@@ -53,9 +42,7 @@ __all__ = ["fit", "fit_of"]
 ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
 
 
-ELEMENTS: dict[FrictionModel, Estimator] = dict(
-    zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True)
-)
+ELEMENTS: dict[FrictionModel, Estimator] = dict(zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True))
 """Models whose lists are found by variable projection, and how."""
 
 
@@ -81,17 +68,29 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
     elements = ELEMENTS.get(base_of(component))
     slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots and not has_level(base_of(component)):
-        raise InputError(f"has no level of sliding friction, which +{slots[0]} raises", path="model",
-                         value=component.name, mend="Take one that has, such as coulomb_viscous")  # fmt: skip
+        raise InputError(
+            f"has no level of sliding friction, which +{slots[0]} raises",
+            path="model",
+            value=component.name,
+            mend="Take one that has, such as coulomb_viscous",
+        )
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
     slots += [slot.name for slot in channel_slots_of(component)]
     if slots:
-        raise InputError(f"has elements, which +{slots[0]} cannot be fitted beside", path="model", value=component.name,
-                         mend="Ask for dahl or lugre with this slot")  # fmt: skip
+        raise InputError(
+            f"has elements, which +{slots[0]} cannot be fitted beside",
+            path="model",
+            value=component.name,
+            mend="Ask for dahl or lugre with this slot",
+        )
     if context.estimator is not None:
-        raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
-                         mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+        raise InputError(
+            "is identified by inverse dynamics only",
+            path="model",
+            value=component.name,
+            mend="Write --method inverse_dynamics, or ask for dahl or lugre",
+        )
     return elements(context, component, report)
 
 
@@ -119,9 +118,10 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     if not estimation.simulates:
         rows = (
             *about_alignment(problem, solution, residual, settings),
-            *about_held_effort(problem, estimates, settings), *about_noise(problem, estimates, settings),
+            *about_held_effort(problem, estimates, settings),
+            *about_noise(problem, estimates, settings),
             *about_residual(problem, values, error, settings),
-        )  # fmt: skip
+        )
     errors: dict[str, Any] = estimation.problem.errors(solution.values)
     names, friction = solution.space.reported, problem.model(values)
     return Fit(
@@ -132,14 +132,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
-        traces=Traces(
-            dataset.time,
-            dataset.velocity,
-            dataset.acceleration,
-            dataset.effort,
-            predicted,
-            problem.mechanical(values),
-        ),
+        traces=Traces(dataset.time, dataset.velocity, dataset.acceleration, dataset.effort, predicted, problem.mechanical(values)),
         force_error_percent=error,
         diagnostics=(
             *about_estimates(estimates, uncertainty.correlation, names, settings.inseparable),
@@ -165,6 +158,7 @@ def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) ->
     except InputError as error:
         raise InputError(
             f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
-            path="model", value=component.name,
+            path="model",
+            value=component.name,
             mend=f"Fit another model to this log. {error.mend}".strip(),
-        ) from None  # fmt: skip
+        ) from None

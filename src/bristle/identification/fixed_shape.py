@@ -18,15 +18,7 @@ from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
 from bristle.identification.parameter_space import ParameterSpace, Turned
 
-__all__ = [
-    "DIFFERENCE",
-    "ELEMENT_MODELS",
-    "TOTAL",
-    "ElementSpace",
-    "ShapedModel",
-    "in_lists",
-    "shaped",
-]
+__all__ = ["DIFFERENCE", "ELEMENT_MODELS", "TOTAL", "ElementSpace", "ShapedModel", "in_lists", "shaped"]
 
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
@@ -34,9 +26,7 @@ ELEMENT_MODELS = (maxwell_slip, gms)
 CURVE = 12  # displacements at which the virgin curve has intervals
 LEAST = 0.05  # of level and stiffness: both stay positive, however far a draw is off
 DIFFERENCE = "difference"  # half of it, between the levels forward and backward
-STIFFNESS = Variable(
-    "force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding"
-)
+STIFFNESS = Variable("force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,16 +140,18 @@ class ElementSpace(ParameterSpace):
     rest: tuple[str, ...]
 
     @classmethod
-    def around(
-        cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]
-    ) -> ElementSpace:
+    def around(cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]) -> ElementSpace:
         """Return the space of elements, and of what counts once whatever the elements do, with lower bounds."""
         names = (*(f"k_{number}" for number in range(thresholds.size)), *single)
         return cls(
-            names, np.array([*np.zeros(thresholds.size), *single.values()]), np.full(len(names), np.inf),
-            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()), thresholds=thresholds,
-            levels=levels, rest=tuple(name for name in free if name not in (*levels, TOTAL)),
-        )  # fmt: skip
+            names,
+            np.array([*np.zeros(thresholds.size), *single.values()]),
+            np.full(len(names), np.inf),
+            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()),
+            thresholds=thresholds,
+            levels=levels,
+            rest=tuple(name for name in free if name not in (*levels, TOTAL)),
+        )
 
     @property
     def reported(self) -> tuple[str, ...]:

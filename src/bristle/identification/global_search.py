@@ -62,9 +62,13 @@ def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, .
 
 
 def evolved(
-    costs: Callable[[Sequence[np.ndarray]], Sequence[float]], box: Sequence[Side], start: np.ndarray, best: BestSoFar,
-    report: Callable[[float], None], seed: int = EVOLUTION_SEED,
-) -> np.ndarray:  # fmt: skip
+    costs: Callable[[Sequence[np.ndarray]], Sequence[float]],
+    box: Sequence[Side],
+    start: np.ndarray,
+    best: BestSoFar,
+    report: Callable[[float], None],
+    seed: int = EVOLUTION_SEED,
+) -> np.ndarray:
     """Return the coordinates of the best member that differential evolution came to; `start` is one of the first.
 
     `best` takes note of all that is tried, `report` is told the share of the work done.
@@ -91,9 +95,16 @@ def evolved(
     # Newer versions of scipy call the seed by another name, too.
     options: dict[str, Any] = {"seed": seed, "workers": everywhere}
     solution = differential_evolution(
-        lambda at: costs([coordinates(at)])[0], [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
-        polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
-        init="latinhypercube", updating="deferred", callback=after,
-        x0=np.array([side.at(side_value) for side, side_value in zip(box, start.tolist(), strict=True)]), **options,
-    )  # fmt: skip
+        lambda at: costs([coordinates(at)])[0],
+        [(side.low, side.high) for side in box],
+        maxiter=GENERATIONS,
+        tol=ALIKE,
+        polish=False,
+        popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
+        init="latinhypercube",
+        updating="deferred",
+        callback=after,
+        x0=np.array([side.at(side_value) for side, side_value in zip(box, start.tolist(), strict=True)]),
+        **options,
+    )
     return coordinates(solution.x)

@@ -104,8 +104,7 @@ def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
     """
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
-        (0, *turns_apart(segment.position, turns, least))
-        for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
+        (0, *turns_apart(segment.position, turns, least)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
     )
 
 

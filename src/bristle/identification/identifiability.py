@@ -39,17 +39,7 @@ STIFFER, PAIRS = 10.0, 8  # times; replicates of such an axis, each with its mir
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter that the log does not see, and by how much it was changed [%].
-
-    Parameters
-    ----------
-    rise : float
-        By how much the error on rows that were held out rises at most, in units of the variance of the residual.
-    flat : bool
-        Whether the error on the fitted rows does not rise either: nothing in the log depends on it.
-    instead : tuple of str
-        Parameters that take its place: the log sees its combination with them only.
-    """
+    """A parameter that the log does not see, and by how much it was changed [%]."""
 
     name: str
     rise: float
@@ -65,9 +55,7 @@ class Unidentifiable:
         return Diagnostic("unseen", self.name, numbers={"percent": self.percent})
 
 
-def unidentifiable(
-    problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings
-) -> tuple[Unidentifiable, ...]:
+def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings) -> tuple[Unidentifiable, ...]:
     """Return the parameters that a log does not see, each with those found before it held.
 
     Only `candidates` are asked about; those that are zero, or on an edge, have no 30 %.
@@ -91,9 +79,7 @@ def unidentifiable(
     return tuple(lost)
 
 
-def as_soft(
-    problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterable[str], settings: Settings
-) -> dict[str, Diagnostic]:
+def as_soft(problem: Problem, found: Bootstrap, free: np.ndarray, names: Iterable[str], settings: Settings) -> dict[str, Diagnostic]:
     """Return why stiffnesses are not identified, of which fits to logs of a far stiffer axis end within the interval.
 
     Fits of the `free` coordinates begin at what made the replicate, so that none is led away from it.
@@ -166,10 +152,9 @@ class _Followed:
         rows = np.ones(count, dtype=bool)
         trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
         return [
-            (fitted, judged,
-             _square(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged]))
+            (fitted, judged, _square(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged]))
             for fitted, judged in trials
-        ]  # fmt: skip
+        ]
 
     @cached_property
     def _variance(self) -> float:
@@ -208,11 +193,7 @@ class _Followed:
     def _follows(self, theta: np.ndarray) -> set[str]:
         """Return the parameters that are others than those of the solution."""
         now, then, least = self.solution.space.values(theta), self.solution.values, self.settings.follows
-        return {
-            name
-            for name in self.solution.space.names
-            if name in now and abs(now[name] - then[name]) > least * abs(then[name]) > 0.0
-        }
+        return {name for name in self.solution.space.names if name in now and abs(now[name] - then[name]) > least * abs(then[name]) > 0.0}
 
 
 def _square(rows: np.ndarray) -> float:

@@ -64,19 +64,32 @@ Progress = Callable[[float, str], None]
 
 
 @guarded(
-    blocks=optional(whole(2, 10_000, none=True)), free=NAMES, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    method=optional(among(*METHODS)), global_search=optional(FLAG),
-    settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")), progress=PROGRESS,
-)  # fmt: skip
+    blocks=optional(whole(2, 10_000, none=True)),
+    free=NAMES,
+    draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
+    method=optional(among(*METHODS)),
+    global_search=optional(FLAG),
+    settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")),
+    progress=PROGRESS,
+)
 @cores_for_simulations()
 def identify(
-    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = DEFAULT_MODELS, *,
+    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]],
+    model: Any = DEFAULT_MODELS,
+    *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
-    cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
-    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 100, method: str | None = None, global_search: bool | None = None,
-    settings: Settings | Mapping[str, float] | None = None, progress: Progress | None = None,
-) -> Identification:  # fmt: skip
+    cutoff: float | str | None = None,
+    decimation: int | None = None,
+    blocks: int | None = None,
+    offset: float | str | None = None,
+    mass: float | str | None = None,
+    free: str | Sequence[str] = (),
+    draws: int = 100,
+    method: str | None = None,
+    global_search: bool | None = None,
+    settings: Settings | Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Identification:
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
     Parameters
@@ -144,16 +157,25 @@ def identify(
         report = share(count - 1, f"fitting {best.name} to simulated logs")
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
     return Identification(
-        (best, *rest), first_log, _treatment(context.dataset, best), tuple(log for log, _ in pairs[1:]), unfinished,
+        (best, *rest),
+        first_log,
+        _treatment(context.dataset, best),
+        tuple(log for log, _ in pairs[1:]),
+        unfinished,
         context.dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values)),
-        left_out, chosen,
-    )  # fmt: skip
+        left_out,
+        chosen,
+    )
 
 
 def _context(
-    pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, progress: Progress | None,
-    cutoff: float | None, decimation: int | None,
-) -> Context:  # fmt: skip
+    pairs: Sequence[tuple[Log, Axis | None]],
+    prior: PriorKnowledge,
+    settings: Settings,
+    progress: Progress | None,
+    cutoff: float | None,
+    decimation: int | None,
+) -> Context:
     """Return what the fits of all models to some logs share."""
     logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
@@ -189,9 +211,7 @@ def _calmed(treated: Dataset, alignment: Alignment, treat: Callable[[int], Datas
     return replace(treat(rows), calmed_from=share) if rows > treated.decimation else treated
 
 
-def _aligned(
-    treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings
-) -> tuple[Dataset, PriorKnowledge]:  # fmt: skip
+def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
     """Return a log whose channels stand in time as they were found to, and what is known then before the fit."""
     noisy = treated.acceleration_noise_share > NOISY * settings.acceleration_noise
     measured = _measured(alignment, prior, 1.0 if noisy else settings.inertia_unsure)
@@ -232,9 +252,8 @@ def _measured(alignment: Alignment, prior: PriorKnowledge, unsure: float) -> dic
 
 
 def _with_uncertainty(
-    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report,
-    pairs: Sequence[tuple[Log, Axis | None]],
-) -> tuple[Fit, str]:  # fmt: skip
+    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report, pairs: Sequence[tuple[Log, Axis | None]]
+) -> tuple[Fit, str]:
     """Return a fit with its intervals, and what was interrupted, in words."""
     try:
         return with_loops(with_uncertainty(fit, estimation, draws, settings, report), pairs), ""
@@ -243,9 +262,8 @@ def _with_uncertainty(
 
 
 def _all_fits(
-    context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int,
-    share: Callable[[int, str], Report],
-) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:  # fmt: skip
+    context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int, share: Callable[[int, str], Report]
+) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:
     """Return the fits of several models, with slots where those are to be looked for, and what was interrupted."""
     fits, estimations, left_out = _fits(context, components, blocks, share)
     ended = len(fits) + len(left_out) < len(components)
@@ -258,9 +276,8 @@ def _all_fits(
 
 
 def _fits(
-    context: Context, components: Sequence[FrictionModel], blocks: int,
-    share: Callable[[int, str], Report],
-) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:  # fmt: skip
+    context: Context, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
+) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:
     """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
     fits: list[Fit] = []
     estimations: dict[str, Estimation] = {}
@@ -293,9 +310,8 @@ def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
 
 
 def _judged(
-    fits: Sequence[Fit], estimations: Mapping[str, Estimation], context: Context, of_logs: Sequence[Diagnostic], *,
-    short: bool,
-) -> list[Fit]:  # fmt: skip
+    fits: Sequence[Fit], estimations: Mapping[str, Estimation], context: Context, of_logs: Sequence[Diagnostic], *, short: bool
+) -> list[Fit]:
     """Return fits best first, with what their logs say, and the best one with what its model lacks."""
     best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
     others = [fit.name for fit in rest]
@@ -304,18 +320,9 @@ def _judged(
 
 
 def _with_slots(
-    context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int,
-    report: Report,
-) -> tuple[list[FrictionModel], bool]:  # fmt: skip
-    """Fit the best model with the slots that its residual names, and so on.
-
-    Returns
-    -------
-    list of FrictionModel
-        The models that were added.
-    bool
-        Whether a person interrupted that while slots were looked for.
-    """
+    context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int, report: Report
+) -> tuple[list[FrictionModel], bool]:
+    """Fit the best model with the slots that its residual names, and so on."""
     added: list[FrictionModel] = []
     for turn in range(TURNS):
         if any(fit.unfinished for fit in fits):
@@ -361,8 +368,11 @@ def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
     for log in logs:
         if log.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {log.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+            raise InputError(
+                "has no effort, which inverse dynamics needs",
+                path=f"log {log.source.name}".strip(),
+                mend="Name the column of force, torque or current in the axis file",
+            )
 
 
 def _unfinished(fits: Sequence[Fit], names: Sequence[str]) -> str:

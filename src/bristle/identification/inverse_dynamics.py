@@ -30,15 +30,7 @@ from bristle.friction.level import TRANSMITTED
 from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
-from bristle.identification.half_cycles import (
-    NUDGE,
-    Groups,
-    beside,
-    half_cycle_starts,
-    half_cycles,
-    room_for_blocks,
-    time_blocks,
-)
+from bristle.identification.half_cycles import NUDGE, Groups, beside, half_cycle_starts, half_cycles, room_for_blocks, time_blocks
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Fold
@@ -203,10 +195,7 @@ class InverseDynamics:
     def columns(self) -> np.ndarray:
         """Regressor of a linear model, shape (row, free): what it answers to one parameter of 1 with all others 0."""
         plant = self.parameters.plant.variables
-        columns = [
-            self.mechanical(self.unit(name)) if name in plant else self.friction(self.unit(name))
-            for name in self.parameters.free
-        ]
+        columns = [self.mechanical(self.unit(name)) if name in plant else self.friction(self.unit(name)) for name in self.parameters.free]
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
 
     def unit(self, *names: str) -> dict[str, float]:
@@ -253,9 +242,11 @@ class InverseDynamics:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
         if blocks > (most := room_for_blocks(self.dataset, settings)):
             raise InputError(
-                "are too many for this log", path="blocks", value=blocks,
+                "are too many for this log",
+                path="blocks",
+                value=blocks,
                 allowed=f"2 to {max(most, 2)}, or 0 for no comparison on held-out blocks",
-            )  # fmt: skip
+            )
         return self.folds(blocks)
 
 
@@ -289,13 +280,7 @@ class RowReplicates:
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
         drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
         segments = tuple(
-            replace(
-                new,
-                surroundings=old.surroundings,
-                first_cycle=old.first_cycle,
-                log=old.log,
-                regressors=old.regressors,
-            )
+            replace(new, surroundings=old.surroundings, first_cycle=old.first_cycle, log=old.log, regressors=old.regressors)
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
         drawn = replace(drawn, segments=segments)
@@ -311,9 +296,14 @@ class RowReplicates:
         for segment, between, starts, residual in motions:
             transmitted = transmitted_by(self._friction, self._plant, between)
             fine = force_with_scatter(
-                self._friction, between, [FINER * start for start in starts], dataset.sample_time / FINER, scatter, rng,
+                self._friction,
+                between,
+                [FINER * start for start in starts],
+                dataset.sample_time / FINER,
+                scatter,
+                rng,
                 transmitted=transmitted,
-            )  # fmt: skip
+            )
             pure = fine[::FINER] + mechanical(plant, segment)
             slope = derivative(pure, dataset.sample_time)
             pure += bent * derivative(slope, dataset.sample_time) - late * slope
@@ -346,14 +336,8 @@ class RowReplicates:
         assert isinstance(rng.bit_generator, np.random.PCG64)
         apart = np.random.Generator(rng.bit_generator.jumped())
         late, *errors, bent = side * apart.standard_normal(2 + len(widths))
-        drawn = {
-            name: self.values[name] + error / NORMAL_95 * width
-            for (name, width), error in zip(widths.items(), errors, strict=True)
-        }
-        return (
-            float(late) * self.problem.delay_std, float(bent) * self.problem.bend_std,
-            self.problem.plant({**self.values, **drawn}),
-        )  # fmt: skip
+        drawn = {name: self.values[name] + error / NORMAL_95 * width for (name, width), error in zip(widths.items(), errors, strict=True)}
+        return (float(late) * self.problem.delay_std, float(bent) * self.problem.bend_std, self.problem.plant({**self.values, **drawn}))
 
     @property
     def _finely(self) -> bool:

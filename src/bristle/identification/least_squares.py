@@ -175,17 +175,11 @@ class Search:
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
-        return (
-            100.0
-            * math.sqrt(2.0 * cost)
-            * self._unit
-            / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
-        )
+        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
 
     def refit(
-        self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3,
-        best: BestSoFar | None = None,
-    ) -> Solution:  # fmt: skip
+        self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3, best: BestSoFar | None = None
+    ) -> Solution:
         """Return the solution from a start nearby; `best` takes note.
 
         Where `rows` are given, it is that of them only, as closely as the error on all others is judged.
@@ -193,9 +187,7 @@ class Search:
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
         return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
 
-    def explored(
-        self, theta: np.ndarray, best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
-    ) -> np.ndarray:
+    def explored(self, theta: np.ndarray, best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED) -> np.ndarray:
         """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
 
         def report_best(share: float) -> None:
@@ -227,9 +219,15 @@ class Search:
         return self.unit or self.scales.force
 
     def descend(
-        self, theta: np.ndarray, rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS,
-        best: BestSoFar | None = None, tolerance: float = 0.0, *, again: bool = True,
-    ) -> Solution:  # fmt: skip
+        self,
+        theta: np.ndarray,
+        rows: np.ndarray | slice = slice(None),
+        limit: int = EVALUATIONS,
+        best: BestSoFar | None = None,
+        tolerance: float = 0.0,
+        *,
+        again: bool = True,
+    ) -> Solution:
         """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
         from scipy.optimize import least_squares
 
@@ -249,10 +247,18 @@ class Search:
         theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
         smooth = self.problem.near(self.space.values(theta)) is self.problem
         jacobian: Any = shared.jacobian if smooth else self._projected_jacobian(rows)
-        return self._solution(least_squares(
-            residual, theta, jac=jacobian, bounds=(low, high), max_nfev=limit,
-            ftol=max(SIMULATED if self.simulates else 1e-9, tolerance), xtol=1e-7, gtol=1e-10,
-        ))  # fmt: skip
+        return self._solution(
+            least_squares(
+                residual,
+                theta,
+                jac=jacobian,
+                bounds=(low, high),
+                max_nfev=limit,
+                ftol=max(SIMULATED if self.simulates else 1e-9, tolerance),
+                xtol=1e-7,
+                gtol=1e-10,
+            )
+        )
 
     def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""

@@ -39,16 +39,7 @@ from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Wei
 from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, refined, waves
 
-__all__ = [
-    "ANYWHERE",
-    "Missing",
-    "columns_by_cause",
-    "force_of",
-    "lagging_columns",
-    "missing_forces",
-    "play_at_flanks",
-    "ripple_in",
-]
+__all__ = ["ANYWHERE", "Missing", "columns_by_cause", "force_of", "lagging_columns", "missing_forces", "play_at_flanks", "ripple_in"]
 
 MOST = 3  # causes
 AS_GOOD = 1.05  # times what another cause leaves: gravity is what turns with an angle, before a parabola or a ripple
@@ -72,29 +63,7 @@ TINY = 1e-9
 
 
 class Missing(NamedTuple):
-    """A force that the model lacks.
-
-    Parameters
-    ----------
-    cause : str
-        What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``,
-        ``gravity``, ``transmitted``, ``flanks``, or a channel of what surrounds the axis.
-    share : float
-        Of the weighted squares of the residual, what it tells on half-cycles that it was not fitted to.
-    force : float
-        Root mean square of it over all rows [N or N*m], without what the parameters of the model would take.
-    period : float
-        Of a ripple [m or rad].
-    amplitude : float
-        Of gravity [N*m].
-    alike : bool or None
-        Whether a ripple is the same in both directions; False where it changes its sign with the motion, None where it
-        does a part of both, or the log tells neither.
-    overtones : tuple of int
-        Of a ripple that is: how often in a period it comes back, 1 first.
-    ratio : float
-        Of the residual where the force on the load changes its side, to that elsewhere.
-    """
+    """A force that the model lacks."""
 
     cause: str
     share: float
@@ -121,9 +90,7 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     return (*missing, *around), left if missing else of_all
 
 
-def _search(
-    rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings
-) -> tuple[list[Missing], float]:  # fmt: skip
+def _search(rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings) -> tuple[list[Missing], float]:
     """Return the causes of these names that tell something of rows, besides what is explained, and what is left."""
     friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.effort))
     least = max(settings.missing_force * friction, settings.missing_effort * effort)
@@ -152,9 +119,7 @@ def _columns_of(rows: Rows, force: Missing) -> np.ndarray:
     return waves(rows.position, rows.side, 1.0 / force.period) if force.period else columns_by_cause(rows)[force.cause]
 
 
-def ripple_in(
-    rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float
-) -> tuple[np.ndarray | None, float]:  # fmt: skip
+def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
     """Return the waves over the position that take most of what is left, added to friction and in proportion to it.
 
     At the usual speed no faster ones than `fastest` [Hz] are looked for.
@@ -178,9 +143,7 @@ def force_of(weighed: Weighed, cause: str, columns: np.ndarray, *, explained: np
     return Missing(cause, share, float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
 
 
-def _likeliest(
-    forces: Sequence[Missing], columns: Mapping[str, np.ndarray], tried: Callable[[str, np.ndarray], Missing]
-) -> Missing:
+def _likeliest(forces: Sequence[Missing], columns: Mapping[str, np.ndarray], tried: Callable[[str, np.ndarray], Missing]) -> Missing:
     """Return the cause that tells most; gravity before a place or a ripple that tell no more, alike in both directions.
 
     The first two columns of either are those.
@@ -193,9 +156,7 @@ def _likeliest(
     return gravity if 1.0 - gravity.share <= AS_GOOD * (1.0 - alike.share) else best
 
 
-def _in_detail(
-    ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndarray, left: np.ndarray, least: float
-) -> Missing:
+def _in_detail(ripple: Missing, rows: Rows, weighed: Weighed, explained: np.ndarray, left: np.ndarray, least: float) -> Missing:
     """Return a ripple with whether it is alike in both directions, and how often in its period it comes back."""
     columns = waves(rows.position, rows.side, 1.0 / ripple.period)
     even, odd = (
@@ -231,10 +192,8 @@ def columns_by_cause(rows: Rows) -> Mapping[str, np.ndarray]:
         "position": np.column_stack([place, place**2, side * place, side * place**2]),
         "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
         **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
-        **{
-            name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
-        },
-    }  # fmt: skip
+        **{name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()},
+    }
 
 
 def lagging_columns(rows: Rows) -> np.ndarray:
@@ -277,9 +236,7 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
     ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
     force = math.sqrt(excess / square.size)
-    if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(
-        np.sqrt(np.mean(rows.friction**2))
-    ):
+    if ratio < settings.missing_flanks or force < settings.missing_sought_force * float(np.sqrt(np.mean(rows.friction**2))):
         return (), 0.0
     left = math.sqrt(elsewhere / np.count_nonzero(around))
     return (Missing("flanks", excess / float(np.sum(square)), force, ratio=ratio),), left

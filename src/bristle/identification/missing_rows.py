@@ -58,19 +58,32 @@ class Rows:
     narrow: float
 
     @classmethod
-    def of(cls, dataset: Dataset, cycles: Groups, residual: np.ndarray, jacobian: np.ndarray, friction: np.ndarray,
-           slope: np.ndarray) -> Rows:  # fmt: skip
+    def of(
+        cls, dataset: Dataset, cycles: Groups, residual: np.ndarray, jacobian: np.ndarray, friction: np.ndarray, slope: np.ndarray
+    ) -> Rows:
         """Return the rows of a data set."""
         surroundings = dict[str, np.ndarray]()
         for name, surrounding in CHANNELS.items():
             if holds(dataset, surrounding):
                 surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
         return cls(
-            dataset.time, dataset.position, dataset.velocity, dataset.acceleration, dataset.effort, residual, jacobian,
-            dataset.effort - residual, friction, slope, cycles, surroundings, dataset.cutoff, dataset.kind,
+            dataset.time,
+            dataset.position,
+            dataset.velocity,
+            dataset.acceleration,
+            dataset.effort,
+            residual,
+            jacobian,
+            dataset.effort - residual,
+            friction,
+            slope,
+            cycles,
+            surroundings,
+            dataset.cutoff,
+            dataset.kind,
             dataset.samples_from_reversal * dataset.sample_time,
             min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
-        )  # fmt: skip
+        )
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return some of the rows, of which an array of bool is true."""

@@ -65,17 +65,12 @@ class OutputError:
     outputs: tuple[Output, ...]
 
     @classmethod
-    def of(
-        cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *,
-        fine: bool = False,
-    ) -> Self:  # fmt: skip
+    def of(cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *, fine: bool = False) -> Self:
         """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
         if any(axis.seeks_lag for axis in axes):
             inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
         pairs = zip(logs, axes, strict=True)
-        return cls(
-            inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log))
-        )
+        return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log)))
 
     @property
     def loop(self) -> type[Output]:
@@ -202,9 +197,7 @@ class OutputError:
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
             name = TIME
         all_rows = np.ones(rows.effort.size, dtype=bool)
-        return name, [
-            Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)
-        ]
+        return name, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
         """Return the logs where there are several, else so many parts of one."""
@@ -213,9 +206,8 @@ class OutputError:
 
 def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     lag = Variable(
-        "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time,
-        excitation="drive",
-    )  # fmt: skip
+        "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time, excitation="drive"
+    )
     return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
@@ -225,13 +217,16 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
     closed = all(
-        axis is not None and axis.controller is not None and log.reference is not None
-        for log, axis in zip(logs, axes, strict=True)
+        axis is not None and axis.controller is not None and log.reference is not None for log, axis in zip(logs, axes, strict=True)
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
-        raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
-                         mend="Describe the [controller] and name the column of the reference")  # fmt: skip
+        raise InputError(
+            "shows in a closed loop only",
+            path="effort.lag",
+            value="identify",
+            mend="Describe the [controller] and name the column of the reference",
+        )
     return loop
 
 
@@ -256,9 +251,7 @@ class SignalReplicates:
         cycles = self.error.half_cycles
         levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
         pure, changes = [pure for pure, _ in self._pure], []
-        for output, (signal, leaning), level, left in zip(
-            self.error.outputs, self._pure, levels, self._split(self.left), strict=True
-        ):
+        for output, (signal, leaning), level, left in zip(self.error.outputs, self._pure, levels, self._split(self.left), strict=True):
             change = output.read(*self._models, self.values, signal, level * leaning, disturbance, rng)
             lacking = disturbance.unexplained * signs(signal.size, rng) * left
             changes.append(np.nan_to_num(change) + lacking)
@@ -272,10 +265,9 @@ class SignalReplicates:
     def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Signal of each segment without disturbance, and what a level of friction that is higher adds to it."""
         return [
-            (output.simulated(*self._models, self.values),
-             np.nan_to_num(output.leaning(*self._models, self.values, slope)))
+            (output.simulated(*self._models, self.values), np.nan_to_num(output.leaning(*self._models, self.values, slope)))
             for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
-        ]  # fmt: skip
+        ]
 
     def _split(self, signal: np.ndarray) -> list[np.ndarray]:
         """Return the samples of each segment."""
@@ -351,14 +343,15 @@ class Simulation:
             solution = replace(ended, unfinished=solution.unfinished)
         free = np.ones(len(solution.space.names), dtype=bool)
         return Estimation(
-            error.inverse, solution, error, (error, solution),
+            error.inverse,
+            solution,
+            error,
+            (error, solution),
             lambda rows: Refit(solution, free, rows).solve(error, solution.theta)[1],
             diagnostics=(Diagnostic(self.loop.code, severity="note"),),
-        )  # fmt: skip
+        )
 
-    def _from_several(
-        self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool
-    ) -> None:
+    def _from_several(self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool) -> None:
         before = EVERYWHERE if everywhere else 0.0
 
         def report_start(number: float) -> None:

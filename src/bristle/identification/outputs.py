@@ -74,9 +74,7 @@ class Output(ABC):
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
 
-    def all_simulated(
-        self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
-    ) -> np.ndarray:  # fmt: skip
+    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
 
         def alone(number: int) -> np.ndarray:
@@ -90,9 +88,15 @@ class Output(ABC):
 
     @abstractmethod
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        disturbance: Disturbance, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
+        self,
+        plant: Model,
+        friction: Model,
+        values: Mapping[str, float],
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
         """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
 
         Nobody knows where the steps of the encoder lie.
@@ -150,9 +154,7 @@ class Position(Output):
         """Return the position of the model [m or rad]."""
         return self.loop.position(plant, friction, effort_of_columns(plant, self.regressors))[0]
 
-    def all_simulated(
-        self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
-    ) -> np.ndarray:  # fmt: skip
+    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]) -> np.ndarray:
         """Return the position of each of several models [m or rad], shape (model, sample); short records as a batch."""
         has_screw = any(plant.component.screw is not None for plant in plants)  # which a batch does not know
         if len(plants) == 1 or has_screw or self.regressors or not self.loop.is_short:
@@ -166,9 +168,15 @@ class Position(Output):
         return Position(self.measured[: loop.count], self.position[: loop.count], loop, columns)
 
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        disturbance: Disturbance, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
+        self,
+        plant: Model,
+        friction: Model,
+        values: Mapping[str, float],
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
         """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
         change = push + disturbance.jitter * rng.standard_normal(self.measured.size)
         if disturbance.resolution <= 0.0:
@@ -225,18 +233,18 @@ class Effort(Output):
     def rough(self, most: int) -> Effort:
         """Return so many samples."""
         columns = tuple(column[:most] for column in self.regressors)
-        return replace(
-            self,
-            loop=self.loop.first(most),
-            measured=self.measured[:most],
-            position=self.position[:most],
-            regressors=columns,
-        )
+        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most], regressors=columns)
 
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        disturbance: Disturbance, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
+        self,
+        plant: Model,
+        friction: Model,
+        values: Mapping[str, float],
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
         """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
         moved = self.loop.moved_by(rng.uniform(0.0, disturbance.resolution))
         seed = int(rng.integers(SEEDS))
@@ -256,9 +264,14 @@ class Effort(Output):
         return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
 
     def _command(
-        self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
+        self,
+        loop: ClosedLoop,
+        plant: Model,
+        friction: Model,
+        values: Mapping[str, float],
+        sensor: Model,
         disturbance: np.ndarray | None = None,
-    ) -> np.ndarray:  # fmt: skip
+    ) -> np.ndarray:
         dressed, beside = self._dressed(friction), effort_of_columns(plant, self.regressors)
         if beside is not None:
             disturbance = beside if disturbance is None else disturbance + beside

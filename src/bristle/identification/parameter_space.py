@@ -134,9 +134,7 @@ class Transform(NamedTuple):
         value = values[self.name]
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
-            return {
-                self.name: self._unit(values), below: value / values[below], factor: -value / values[factor],
-            }  # fmt: skip
+            return {self.name: self._unit(values), below: value / values[below], factor: -value / values[factor]}
         own = {self.name: value if self.form == "log" else self.scale}
         return own | ({self.above: 1.0} if self.above else {})
 
@@ -207,19 +205,7 @@ class TransformedSpace(ParameterSpace):
 
 @dataclass(frozen=True)
 class Solution:
-    """Where least squares ended: the best parameters of one problem.
-
-    Parameters
-    ----------
-    jacobian : ndarray, shape (row, coordinate)
-        Derivative of the predicted signal with respect to the coordinates `theta` of `space`.
-    at_edge : mapping of str to str
-        Of the reported parameters on an edge of their range, which one: ``"smallest"`` or ``"largest"``.
-    cost : float
-        Half the sum of squares that is left over, in units of the search.
-    unfinished : bool
-        Whether a person interrupted the search.
-    """
+    """Where least squares ended: the best parameters of one problem."""
 
     space: ParameterSpace
     theta: np.ndarray
@@ -239,9 +225,7 @@ class Solution:
         return self.space.derivative(self.theta)
 
 
-def _transform(
-    name: str, variable: Variable, scales: Scales, floor: Floor | None, ceiling: Ceiling | None
-) -> Transform:
+def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | None, ceiling: Ceiling | None) -> Transform:
     scale, allowed = scales.magnitude(variable), (variable.min, variable.max)
     if ceiling is not None:
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
@@ -261,9 +245,11 @@ def _sought(name: str, variable: Variable, scales: Scales) -> tuple[float, float
     least, most = max(low, variable.min), min(high, variable.max)
     if not least < most:
         raise InputError(
-            f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI", path=name,
-            allowed=f"{variable.min:g} to {variable.max:g}", mend="Mend the units of the time and the position",
-        )  # fmt: skip
+            f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI",
+            path=name,
+            allowed=f"{variable.min:g} to {variable.max:g}",
+            mend="Mend the units of the time and the position",
+        )
     return least, most
 
 

@@ -74,11 +74,7 @@ class Role(Enum):
 
 def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[str]:
     """Return the parameters of a role, or those that are one and the same `Variable`."""
-    return [
-        name
-        for name, variable in variables.items()
-        if (role.fits(variable) if isinstance(role, Role) else variable == role)
-    ]
+    return [name for name, variable in variables.items() if (role.fits(variable) if isinstance(role, Role) else variable == role)]
 
 
 def acts_in_sliding(variable: Variable) -> bool:
@@ -135,10 +131,7 @@ class Scales(NamedTuple):
             return typical.get(variable.quantity, variable.nominal)
         length, time = powers.get("length", 0.0), powers.get("time", 0.0)
         # A speed and an acceleration have every power of a length and a time between them.
-        parts = (
-            (self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time),
-            (self.acceleration, -length - time),
-        )  # fmt: skip
+        parts = ((self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time), (self.acceleration, -length - time))
         above, below = (math.prod(part ** max(sign * power, 0.0) for part, power in parts) for sign in (1.0, -1.0))
         return above / below
 
@@ -185,13 +178,7 @@ def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
-    """Refuse a log that lacks a channel which a slot depends on, or holds something else under its name.
-
-    Raises
-    ------
-    InputError
-        With the channel, and what to write in the axis file.
-    """
+    """Refuse a log that lacks a channel which a slot depends on, or holds something else under its name."""
     for surrounding in component.surroundings:
         name = surrounding.name
         if _has(dataset, surrounding):
@@ -199,9 +186,10 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
         elif surrounding.is_recorded:
             slot, written = slot_needing(component, name), _written(surrounding, dataset)
             raise InputError(
-                f"has no {name}, which +{slot} needs", path="log",
+                f"has no {name}, which +{slot} needs",
+                path="log",
                 mend=f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}",
-            )  # fmt: skip
+            )
 
 
 def _has(dataset: Dataset, surrounding: Surrounding) -> bool:
@@ -228,15 +216,21 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
         return
     if not _is_of_its_quantity(dataset, surrounding):
         raise InputError(
-            "is of another quantity than the slot takes it for", path=f"{place}.unit", value=unit, allowed=allowed,
+            "is of another quantity than the slot takes it for",
+            path=f"{place}.unit",
+            value=unit,
+            allowed=allowed,
             mend="Mend the unit in the axis file, or the channel in the file of the slot, if that is yours",
-        )  # fmt: skip
+        )
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
         raise InputError(
-            "is out of range, in the middle of its values", path=place, value=usual,
-            allowed=variable.allowed(dataset.kind), mend=f"Is its unit right? It is {variable.description}",
-        )  # fmt: skip
+            "is out of range, in the middle of its values",
+            path=place,
+            value=usual,
+            allowed=variable.allowed(dataset.kind),
+            mend=f"Is its unit right? It is {variable.description}",
+        )
 
 
 class Fixed(NamedTuple):
@@ -302,14 +296,7 @@ class PriorKnowledge:
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
-    """Return which parameters of a model are free and which are held, with the reason.
-
-    Raises
-    ------
-    InputError
-        If parameters by direction are asked of a log that moves in one direction only, or the log lacks a channel
-        that a slot asks for.
-    """
+    """Return which parameters of a model are free and which are held, with the reason."""
     held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
     held |= _redundant(component, stroke_of(dataset))
@@ -349,8 +336,10 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     if side and split:
         raise InputError(
             f"the log moves {side} only, which does not show the friction of the other direction",
-            path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
-        )  # fmt: skip
+            path="model",
+            value=component.name,
+            mend="Record both directions, or drop +asymmetry",
+        )
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
@@ -390,10 +379,7 @@ def _slot_parameters(component: FrictionModel, dataset: Dataset, pitch: float | 
     refuse_unrecorded(component, dataset)
     low = min(float(np.min(segment.position)) for segment in dataset.segments)
     high = max(float(np.max(segment.position)) for segment in dataset.segments)
-    fixed = {
-        MIDDLE: Fixed(0.5 * (low + high), "held_middle"),
-        HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range"),
-    }
+    fixed = {MIDDLE: Fixed(0.5 * (low + high), "held_middle"), HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range")}
     if pitch is not None:
         fixed[PITCH] = Fixed(pitch, "held_pitch")
     return {name: fixed[variable] for name, variable in component.variables.items() if variable in fixed}

@@ -37,10 +37,7 @@ from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
-__all__ = [
-    "CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat",
-    "treat_all",
-]  # fmt: skip
+__all__ = ["CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
@@ -55,18 +52,18 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 
 def treat_all(
-    logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
-    delay: float = 0.0, smoothing: float = 0.0, position_smoothing: float = 0.0,
-) -> Dataset:  # fmt: skip
+    logs: Sequence[Log],
+    axes: Sequence[Axis | None],
+    cutoff: float | None = None,
+    decimation: int | None = None,
+    delay: float = 0.0,
+    smoothing: float = 0.0,
+    position_smoothing: float = 0.0,
+) -> Dataset:
     """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
 
     The effort lags the position by `delay`, of which filters of the time constants `smoothing`, of the effort, and
     `position_smoothing` make part [s].
-
-    Raises
-    ------
-    InputError
-        If a log does not serve, or they are of different kinds, sample times, or treatments.
     """
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
@@ -91,33 +88,30 @@ def treat_all(
 def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
     path = f"log {log.source.name}"
     if part.kind != first.kind:
-        raise InputError(
-            "is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind
-        )
+        raise InputError("is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
     if abs(part.sample_time / first.sample_time - 1.0) > ALIKE:
         period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-        raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path,
-                         mend="Resample one of them, or identify them one by one")  # fmt: skip
+        raise InputError(
+            f"was sampled every {period}, the first log every {first_period}",
+            path=path,
+            mend="Resample one of them, or identify them one by one",
+        )
     for name in ("cutoff", "decimation", "held"):
         if getattr(part, name) != getattr(first, name):
-            raise InputError(f"is to be treated with another {name} than the first log", path=path,
-                             value=getattr(part, name), mend="Write the same into both axis files")  # fmt: skip
+            raise InputError(
+                f"is to be treated with another {name} than the first log",
+                path=path,
+                value=getattr(part, name),
+                mend="Write the same into both axis files",
+            )
 
 
-def treat(
-    log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
-    like: Dataset | None = None,
-) -> Dataset:  # fmt: skip
+def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
     """Return the regression rows of a log.
 
     The axis has the cut-off [Hz], the decimation and the encoder resolution, where no argument overrides them; a tenth
     of the sampling frequency and 10 where nothing is given, at most 4 for a plant with terms. Noise and rows are taken
     from a data set `like` it, of the same motion, instead of being found once more.
-
-    Raises
-    ------
-    InputError
-        If the cut-off or the decimation cannot be used, the log is too short for them, or nothing moves.
     """
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = _cutoff(axis.cutoff if cutoff is None else cutoff, dt)
@@ -130,26 +124,38 @@ def treat(
     lengths = [len(range(*part.indices(len(log)))) for part in parts]
     if max(lengths) < shortest:
         raise InputError(
-            "is too short for this filter and decimation", path="log", value=f"{max(lengths)} samples without a gap",
+            "is too short for this filter and decimation",
+            path="log",
+            value=f"{max(lengths)} samples without a gap",
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
-        )  # fmt: skip
+        )
     whole = [part for part, length in zip(parts, lengths, strict=True) if length >= shortest]
 
     def rows(*, creeping: bool) -> Dataset | None:
         noises = None if like is None else (like.noise, like.effort_noise)
-        segments, noise, effort_noise = zip(*(
-            segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in whole
-        ), strict=True)  # fmt: skip
+        segments, noise, effort_noise = zip(
+            *(segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in whole), strict=True
+        )
         moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
         if axis.in_cycle:
             moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
         dataset = Dataset(
-            moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
-            axis.keeps_rests or creeping, row_mask=None if like is None else like.in_motion,
-            effort_noise=float(np.mean(effort_noise)), creeping=creeping,
+            moving,
+            log.kind,
+            dt,
+            resolution,
+            float(np.mean(noise)),
+            cutoff,
+            decimation,
+            dropped,
+            axis.held,
+            axis.keeps_rests or creeping,
+            row_mask=None if like is None else like.in_motion,
+            effort_noise=float(np.mean(effort_noise)),
+            creeping=creeping,
             units={name: channel.unit for name, channel in log.surroundings.items()},
-        )  # fmt: skip
+        )
         return dataset if moving and dataset.time.size >= ROWS_MIN else None
 
     moves = float(np.ptp(log.position.values)) > CREEPS * resolution
@@ -157,10 +163,11 @@ def treat(
     dataset = rows(creeping=True) if dataset is None and moves else dataset
     if dataset is None:
         raise InputError(
-            "the axis hardly moves", path="log.position",
+            "the axis hardly moves",
+            path="log.position",
             value=f"a range of {with_unit(float(np.ptp(log.position.values)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, over the speeds at which the axis works",
-        )  # fmt: skip
+        )
     return dataset
 
 
@@ -170,17 +177,20 @@ def _refuse_non_finite(log: Log) -> None:
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
             raise InputError(
-                "is not a finite number", path=f"log.{name}[{bad[0]}]", value=float(values[bad[0]]),
+                "is not a finite number",
+                path=f"log.{name}[{bad[0]}]",
+                value=float(values[bad[0]]),
                 mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
-            )  # fmt: skip
+            )
 
 
 def _cutoff(requested: float | None, dt: float) -> float:
     if requested is None:
         return CUTOFF_SHARE / dt
     if not (np.isfinite(requested) and 0.0 < requested < 0.5 / dt):
-        raise InputError("out of range", path="cutoff", value=requested, allowed=f"between 0 and {0.5 / dt:g} Hz, half "
-                         "the sampling frequency")  # fmt: skip
+        raise InputError(
+            "out of range", path="cutoff", value=requested, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency"
+        )
     return float(requested)
 
 
@@ -205,9 +215,15 @@ def smallest_step(position: Channel) -> float:
 
 
 def segment_of(
-    log: Log, part: slice, cutoff: float, resolution: float, noises: tuple[float, float] | None = None, *,
-    held: bool = False, creeping: bool = False,
-) -> tuple[Segment, float, float]:  # fmt: skip
+    log: Log,
+    part: slice,
+    cutoff: float,
+    resolution: float,
+    noises: tuple[float, float] | None = None,
+    *,
+    held: bool = False,
+    creeping: bool = False,
+) -> tuple[Segment, float, float]:
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
 
     `part` has no gap, `cutoff` is that of the filter [Hz], `resolution` the step of the encoder [m or rad]. The
@@ -253,10 +269,11 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
     first = whole_cycle(segment.position, segment.velocity)
     if first is None:
         raise InputError(
-            "does not come back to where it began, so that its first cycle is not known", path="log.start",
+            "does not come back to where it began, so that its first cycle is not known",
+            path="log.start",
             value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
-        )  # fmt: skip
+        )
     return first
 
 
@@ -290,9 +307,8 @@ def _before_filter(segment: Segment, lag: float, dt: float) -> Segment:
     position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -lag, dt)
     velocity = with_sides(np.gradient(position, dt), segment.velocity == 0.0)
     return replace(
-        segment, position=position + origin, velocity=velocity, acceleration=np.gradient(velocity, dt),
-        recorded=recorded + origin,
-    )  # fmt: skip
+        segment, position=position + origin, velocity=velocity, acceleration=np.gradient(velocity, dt), recorded=recorded + origin
+    )
 
 
 def calmed(dataset: Dataset) -> tuple[int, float]:

@@ -65,9 +65,8 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     velocity = derivative(position, dt)
     at_rest = segment.velocity == 0.0
     moved = replace(
-        segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity),
-        acceleration=derivative(velocity, dt),
-    )  # fmt: skip
+        segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity), acceleration=derivative(velocity, dt)
+    )
     return Recovered(moved, visible)
 
 

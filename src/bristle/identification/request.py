@@ -23,17 +23,7 @@ from bristle.logs.log import Log
 from bristle.plants import PLANTS, with_terms
 from bristle.plants.terms import TURNS
 
-__all__ = [
-    "CUTOFF",
-    "METHODS",
-    "asks_for_all",
-    "freed",
-    "models_of",
-    "prior_knowledge_of",
-    "settings_of",
-    "treatment_of",
-    "with_method",
-]
+__all__ = ["CUTOFF", "METHODS", "asks_for_all", "freed", "models_of", "prior_knowledge_of", "settings_of", "treatment_of", "with_method"]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
@@ -42,26 +32,14 @@ MASS = Variable("mass", "moving mass or inertia")
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
-    """Return the friction models that are asked for.
-
-    Parameters
-    ----------
-    model : str, FrictionModel or a list of either
-        Names with slots, ``"coulomb_viscous+asymmetry"``, several separated by commas. ``"all"`` is each model that can
-        be identified and is not named beside it, ``"all+asymmetry"`` each with its slot.
-
-    Raises
-    ------
-    InputError
-        If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
-        this method does not identify.
-    """
+    """Return the friction models that are asked for."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
     for component in (_component_of(item) for item in requested if not _is_all(item)):
         if component.name in components:
-            raise InputError("is asked for twice", path="model", value=component.name,
-                             mend="Write it once; give a model of your own a name of its own")  # fmt: skip
+            raise InputError(
+                "is asked for twice", path="model", value=component.name, mend="Write it once; give a model of your own a name of its own"
+            )
         _refuse_arrays(component)
         components[component.name] = component
     for name in filter(_is_all, requested):
@@ -100,15 +78,23 @@ def _component_of(item: Any) -> SlottedModel:
     if isinstance(item, str):
         return find(item, path="model")
     if isinstance(item, Model):
-        raise InputError("has values already, which are to be identified", path="model", value=item,
-                         mend=f"Write model={item.name!r}, or model.component for one of your own")  # fmt: skip
+        raise InputError(
+            "has values already, which are to be identified",
+            path="model",
+            value=item,
+            mend=f"Write model={item.name!r}, or model.component for one of your own",
+        )
     if not isinstance(item, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
     component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
-        raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
-                         mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
+        raise InputError(
+            "is the name of a model of bristle, and this is another one",
+            path="model",
+            value=base.name,
+            mend='Give yours a name of its own: FrictionModel(name="...")',
+        )
     return component
 
 
@@ -116,9 +102,7 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     """Return the parameters that no fit here finds, and what they are."""
     slips = base_of(component) in ELEMENT_MODELS
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
-    choices = [
-        name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
-    ]
+    choices = [name for name, variable in component.variables.items() if variable.choices and name not in component.defaults]
     kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
     return [(names, kind) for names, kind in kinds if names]
 
@@ -127,9 +111,10 @@ def _refuse_arrays(component: FrictionModel) -> None:
     for names, kind in _not_identified(component):
         raise InputError(
             f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
-            path="model", value=component.name,
+            path="model",
+            value=component.name,
             mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
-        )  # fmt: skip
+        )
 
 
 def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
@@ -142,14 +127,16 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     }
     for name in free:
         if name not in shapes:
-            raise InputError("is no shape that is kept at a default", path="free", value=name,
-                             allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
+            raise InputError(
+                "is no shape that is kept at a default",
+                path="free",
+                value=name,
+                allowed=", ".join(sorted(shapes)) or "none for these models",
+            )
     return tuple(free)
 
 
-def with_method(
-    pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
-) -> list[tuple[Log, Axis | None]]:
+def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
@@ -163,15 +150,12 @@ def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None
     return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
 
 
-def prior_knowledge_of(
-    axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind
-) -> PriorKnowledge:
+def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> PriorKnowledge:
     """Return what is known beforehand: the arguments, in SI of the axis or text with a unit, else the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
     value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
-        raise InputError("out of range", path="mass", value=value, allowed="> 0",
-                         mend="Leave it out to have it identified")  # fmt: skip
+        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Leave it out to have it identified")
     plant = with_terms(PLANTS[axis.plant], gravity=axis.gravity, cogging=_harmonics(axis), columns=_columns(axis))
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
     by_quantity = {name: value for name, value in by_quantity.items() if value is not None}

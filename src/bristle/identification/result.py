@@ -244,9 +244,7 @@ class Fit:
         """Parameters that are identified, but where the model or the effort lacks a force: they make up for it."""
         lacking = (diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in LACKING)
         names = {str(name) for group in lacking if isinstance(group, tuple) for name in group}
-        return tuple(
-            estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names
-        )
+        return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
 
     @property
     def doubted(self) -> tuple[str, ...]:
@@ -349,11 +347,7 @@ class Identification:
             for note in log.notes:
                 logs_by_note.setdefault(note, []).append(log.source.name)
         remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
-        return (
-            *remarks,
-            *self._offset_elsewhere(),
-            *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()),
-        )
+        return (*remarks, *self._offset_elsewhere(), *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
 
     def _offset_elsewhere(self) -> tuple[str, ...]:
         """Return which model found the constant force that the best one puts into its two directions."""

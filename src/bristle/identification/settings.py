@@ -29,32 +29,21 @@ class Settings(CheckThresholds):
     # Parameters: which of them count as identified.
     unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
     hopeless_std: float = _set(100.0, "relative standard error above which none is given")
-    negligible_force: float = _set(
-        0.02, "share of the root mean square effort: a constant force with a smaller error is known to be small",
-    )  # fmt: skip
-    beyond_effort: float = _set(
-        1.2, "share of the largest effort beyond which a friction force counts as one that never acted"
-    )
+    negligible_force: float = _set(0.02, "share of the root mean square effort: a constant force with a smaller error is known to be small")
+    beyond_effort: float = _set(1.2, "share of the largest effort beyond which a friction force counts as one that never acted")
     inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
 
     # Excitation: what a log shows at all.
-    zone_noise: float = _set(
-        10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ"
-    )
+    zone_noise: float = _set(10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ")
     zone_counts: float = _set(5.0, "encoder steps that a pre-sliding zone must exceed", "steps")
     blurred_share: float = _set(
-        0.05, "share of the stiffness of elements that slip within so many steps, from which it is not identified",
-        most=1.0,
-    )  # fmt: skip
+        0.05, "share of the stiffness of elements that slip within so many steps, from which it is not identified", most=1.0
+    )
 
     # Channels in time.
-    delay_rough: float = _set(
-        0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples"
-    )
+    delay_rough: float = _set(0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples")
     delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
-    delay_inertia: float = _set(
-        0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
-    )
+    delay_inertia: float = _set(0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0)
     filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
     inertia_unsure: float = _set(
         0.03, "half-width of the inertia, as a share, beyond which each model has its own, if noise is little", most=1.0
@@ -63,61 +52,58 @@ class Settings(CheckThresholds):
     stages_apart: float = _set(0.02, "share of the inertia by which the rows of a fit may want another one", most=1.0)
 
     # Noise and residual.
-    acceleration_noise: float = _set(
-        0.01, "share of noise in the mean square acceleration from which it is told", most=1.0
-    )
+    acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which it is told", most=1.0)
     noisy_inertia: float = _set(
         0.05, "share of noise in the mean square acceleration beyond which a fit does not tell the inertia", most=1.0
     )
-    half_sample_damping: float = _set(
-        0.1, "share of a damping from which the stiffness over half a sample is told to matter"
-    )
+    half_sample_damping: float = _set(0.1, "share of a damping from which the stiffness over half a sample is told to matter")
     poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
     usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
     useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
     coloured_error: float = _set(15.0, "error of the effort from which a residual that lasts is told", "%")
-    coloured_correlation: float = _set(
-        0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0
-    )
+    coloured_correlation: float = _set(0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0)
     reversal_error: float = _set(5.0, "error of the effort from which missing pre-sliding is looked for", "%")
     reversal_periods: float = _set(3.0, "periods of the cut-off that count as around a reversal", "periods")
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
     reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
     missing_share: float = _set(
-        0.25, "share of the residual, weighed by noise and scatter, that one cause must tell, away from reversals, on "
-        "half-cycles that it was not fitted to, for the model to lack it", most=1.0,
-    )  # fmt: skip
-    missing_share_around: float = _set(
-        0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
+        0.25,
+        "share of the residual, weighed by noise and scatter, that one cause must tell, away from reversals, on "
+        "half-cycles that it was not fitted to, for the model to lack it",
+        most=1.0,
     )
-    missing_force: float = _set(
-        0.006, "share of the friction force, root mean square, below which a model lacks no force"
-    )
+    missing_share_around: float = _set(0.5, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0)
+    missing_force: float = _set(0.006, "share of the friction force, root mean square, below which a model lacks no force")
     missing_effort: float = _set(
         0.006, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
     )
     missing_slow_share: float = _set(
-        0.2, "the same of what is left below the frequencies at which the acceleration is noise, for a force that the "
-        "noise of single rows hides", most=1.0,
-    )  # fmt: skip
-    missing_slow_force: float = _set(
-        0.0015, "share of the friction force, root mean square, below which a model lacks no such force"
+        0.2,
+        "the same of what is left below the frequencies at which the acceleration is noise, for a force that the "
+        "noise of single rows hides",
+        most=1.0,
     )
+    missing_slow_force: float = _set(0.0015, "share of the friction force, root mean square, below which a model lacks no such force")
     missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
     missing_slow_force_around: float = _set(0.005, "the same share of the friction force of such a lag")
     missing_level: float = _set(
-        0.99, "level at which such a cause must take more than with signs drawn by chance for each half-cycle",
-        least=0.5, most=0.999,
+        0.99,
+        "level at which such a cause must take more than with signs drawn by chance for each half-cycle",
+        least=0.5,
+        most=0.999,
         source="P. Kline, A. Santos, Journal of Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006",
-    )  # fmt: skip
+    )
     missing_flanks: float = _set(
-        2.1, "ratio of the residual where the force on the load changes its side, away from reversals, to that of rows "
-        "of the same speed and jerk, from which a drive has play", least=1.0,
-    )  # fmt: skip
+        2.1,
+        "ratio of the residual where the force on the load changes its side, away from reversals, to that of rows "
+        "of the same speed and jerk, from which a drive has play",
+        least=1.0,
+    )
     missing_sought_force: float = _set(
-        0.01, "share of the friction force, root mean square, below which the residual there is no play, and a ripple "
+        0.01,
+        "share of the friction force, root mean square, below which the residual there is no play, and a ripple "
         "that the noise of single rows hides none",
-    )  # fmt: skip
+    )
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Repetition: what a motion cannot tell, whatever is fitted.
@@ -130,13 +116,17 @@ class Settings(CheckThresholds):
     # Identifiability by refitting.
     clear_std: float = _set(0.5, "relative standard error up to which a parameter is asked whether the log sees it")
     moved: float = _set(
-        0.3, "share by which a parameter is moved away, up and down, the others fitted again", least=0.01, most=0.9,
+        0.3,
+        "share by which a parameter is moved away, up and down, the others fitted again",
+        least=0.01,
+        most=0.9,
         source="profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358",
-    )  # fmt: skip
+    )
     seen_rise: float = _set(
-        3.841, "rise of the held-out squared error, in variances of the residual, from which a parameter is seen",
+        3.841,
+        "rise of the held-out squared error, in variances of the residual, from which a parameter is seen",
         source="95 % quantile of chi-square with one degree of freedom",
-    )  # fmt: skip
+    )
     flat_rise: float = _set(0.1, "the same of the fitted rows, below which nothing in the log depends on a parameter")
     follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
 
@@ -147,24 +137,26 @@ class Settings(CheckThresholds):
         "are told to be too narrow",
     )
     white_lags: float = _set(
-        20.0, "lags of the autocorrelation that tell whether a residual is white", "rows", least=1.0,
+        20.0,
+        "lags of the autocorrelation that tell whether a residual is white",
+        "rows",
+        least=1.0,
         source="G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978, doi:10.1093/biomet/65.2.297",
-    )  # fmt: skip
+    )
     white_level: float = _set(0.95, "level of that test", least=0.5, most=0.9999)
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)
     same_error: float = _set(1e-3, "relative difference of held-out errors that is none")
     doubtful_share: float = _set(0.5, "share of parameters not identified from which a model gives way to simpler ones")
-    unfinished_error: float = _set(
-        0.7, "share of the best held-out error below which an interrupted model leads nevertheless"
-    )
+    unfinished_error: float = _set(0.7, "share of the best held-out error below which an interrupted model leads nevertheless")
 
     # The loop in simulation.
     loop_differs: float = _set(
-        0.15, "relative difference between measured and simulated following error, peak to peak or root mean square, "
-        "from which no gain is promised"
-    )  # fmt: skip
+        0.15,
+        "relative difference between measured and simulated following error, peak to peak or root mean square, "
+        "from which no gain is promised",
+    )
 
 
 def thresholds() -> tuple[Threshold, ...]:

@@ -63,24 +63,11 @@ class Widths(NamedTuple):
 
 
 def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch) -> Widths:
-    """Return the half-widths of the 95 % bands around a simulation; infinite where no other one came that far.
-
-    Parameters
-    ----------
-    bands : Bands
-        What the widths are made of.
-    plant, friction : Model
-        The model; parameters that were not fitted are those of it.
-    predicted : Course
-        What was predicted with it.
-    stretch : Stretch
-        Of which log: where the motion turned, friction found another level.
-    """
+    """Return the half-widths of the 95 % bands around a simulation; infinite where no other one came that far."""
     position, effort = _squares(bands, plant, friction, predicted, stretch, MEMBERS)
     left = getattr(bands, LEFT[stretch.loop])
     return Widths(
-        NORMAL_95 * np.sqrt(position + _rounding(stretch) ** 2 + left**2),
-        NORMAL_95 * bands.inflation * np.sqrt(effort + bands.noise**2),
+        NORMAL_95 * np.sqrt(position + _rounding(stretch) ** 2 + left**2), NORMAL_95 * bands.inflation * np.sqrt(effort + bands.noise**2)
     )
 
 
@@ -130,9 +117,7 @@ def _rounding(stretch: Stretch) -> float:
     return ROUNDING * (stretch.axis.resolution or 0.0)
 
 
-def _squares(
-    bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int
-) -> np.ndarray:  # fmt: skip
+def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int) -> np.ndarray:
     """Return the mean square of what other simulations are off, of position and effort, shape (2, sample)."""
     count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
     cycle, force = _along(plant, friction, stretch)

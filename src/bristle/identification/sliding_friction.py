@@ -46,9 +46,7 @@ CHANCE, ABOVE = 0.9, 3.0  # quantile of waves that are none, and times by which 
 SHARE = 0.004  # of the first residual, that a harmonic takes at least
 
 
-def context_of(
-    dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT
-) -> Context:  # fmt: skip
+def context_of(dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT) -> Context:
     """Return what the fits of all models to a log share; an effort of zero is refused."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
@@ -90,9 +88,12 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     # At half of the speeds the wave passes the filter.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
-        raise InputError("does not resolve a pitch", path="log.position",
-                         value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
-                         mend="Give the lead in [transmission] of the axis file")  # fmt: skip
+        raise InputError(
+            "does not resolve a pitch",
+            path="log.position",
+            value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
+            mend="Give the lead in [transmission] of the axis file",
+        )
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
     best = turns[int(np.argmax([_explained(x, residual, count / stroke) for count in turns.tolist()]))]
@@ -110,13 +111,7 @@ def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:
 
 
 def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -> PriorKnowledge:
-    """Return what is known beforehand with the harmonics that an axis leaves to its log.
-
-    Raises
-    ------
-    InputError
-        If the log does not turn far enough to tell them, or shows none.
-    """
+    """Return what is known beforehand with the harmonics that an axis leaves to its log."""
     for place, cogging in enumerate(axis.cogging if axis is not None else ()):
         if cogging.harmonics is None:
             problem = sliding_problem(dataset, prior)
@@ -149,9 +144,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < FEWEST_TURNS:
         raise InputError(
-            f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}", path=path,
-            value="identify", mend="Write which ones, such as harmonics = [6, 12], or record more turns",
-        )  # fmt: skip
+            f"cannot be told from a log that goes through {turns:.2g} turns of the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend="Write which ones, such as harmonics = [6, 12], or record more turns",
+        )
     basis = np.linalg.qr(_scaled(np.column_stack([problem.columns, _along(dataset)])))[0]
     residual = _without(dataset.effort[:, None], basis)[:, 0]
     first, orders = max(int(np.ceil(FEWEST_WAVES / turns)), 1), list[int]()
@@ -162,9 +159,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     while len(orders) < MOST:
         energies = {order: _energy_in(pair, residual) for order, pair in waves.items()}
         of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
-        chance = float(
-            np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE)
-        )
+        chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
         best = max(of_turns, key=lambda order: of_turns[order], default=0)
         if not best or of_turns[best] < max(ABOVE * chance, least):
             break
@@ -174,9 +169,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         waves = {order: _without(columns, pair) for order, columns in waves.items()}
     if not orders:
         raise InputError(
-            f"are not seen in this log: no effort comes back with the turns of the {cogging.turner}", path=path,
-            value="identify", mend="Leave [[cogging]] out, or write harmonics = [6]",
-        )  # fmt: skip
+            f"are not seen in this log: no effort comes back with the turns of the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend="Leave [[cogging]] out, or write harmonics = [6]",
+        )
     return sorted(orders)
 
 
@@ -193,12 +190,11 @@ def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     turns = [segment.position * (order / turn) for segment in dataset.segments]
     sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
     waves = [
-        dataset.rows_of([
-            dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0))
-            for phase, slow in zip(turns, sampled, strict=True)
-        ])
+        dataset.rows_of(
+            [dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0)) for phase, slow in zip(turns, sampled, strict=True)]
+        )
         for bend in (np.cos, np.sin)
-    ]  # fmt: skip
+    ]
     return np.stack(waves, axis=1)
 
 

@@ -23,14 +23,7 @@ import numpy as np
 
 from bristle.core.least_squares import unbounded
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import (
-    ANYWHERE,
-    Missing,
-    columns_by_cause,
-    force_of,
-    lagging_columns,
-    ripple_in,
-)
+from bristle.identification.missing_force import ANYWHERE, Missing, columns_by_cause, force_of, lagging_columns, ripple_in
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Weighed
 from bristle.identification.settings import Settings
 
@@ -61,9 +54,7 @@ def slow_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], fl
     if missing:
         return missing, left
     force = settings.missing_slow_force_around * friction
-    return _largest(
-        rows, rows.explained, {"lag": lag}, _Least(settings.missing_slow_share_around, settings.missing_level, force)
-    )
+    return _largest(rows, rows.explained, {"lag": lag}, _Least(settings.missing_slow_share_around, settings.missing_level, force))
 
 
 class _Least(NamedTuple):
@@ -78,9 +69,7 @@ class _Least(NamedTuple):
     ripple: float = math.inf
 
 
-def _largest(
-    rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least
-) -> tuple[tuple[Missing, ...], float]:  # fmt: skip
+def _largest(rows: Rows, explained: np.ndarray, causes: Mapping[str, np.ndarray], least: _Least) -> tuple[tuple[Missing, ...], float]:
     """Return the cause that tells most behind the filter, none or one, and what is left beside all causes."""
     if rows.cycles.count < FEWEST_CYCLES:
         return (), 0.0

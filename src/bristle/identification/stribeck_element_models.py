@@ -47,9 +47,7 @@ class Curve(NamedTuple):
 
     def element(self, r: float) -> Model:
         """Return an element of stiffness 1 that breaks away at a deflection `r` [m or rad]."""
-        return gms(
-            F_C=self.ratio * r, F_S=r, v_S=self.v_S, C=self.rate * r, k_i=[1.0], nu_i=[1.0], validate=False
-        )  # fmt: skip
+        return gms(F_C=self.ratio * r, F_S=r, v_S=self.v_S, C=self.rate * r, k_i=[1.0], nu_i=[1.0], validate=False)
 
 
 def estimate_stribeck_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
@@ -64,9 +62,16 @@ def estimate_stribeck_elements(context: Context, component: FrictionModel, repor
         return refitted.residual(best.values)
 
     return Estimation(
-        problem, solution, problem, (problem, solution), residual_without, finished=view.finished, written=in_lists,
-        further=view.further, diagnostics=(OF_THIS_SHAPE,),
-    )  # fmt: skip
+        problem,
+        solution,
+        problem,
+        (problem, solution),
+        residual_without,
+        finished=view.finished,
+        written=in_lists,
+        further=view.further,
+        diagnostics=(OF_THIS_SHAPE,),
+    )
 
 
 @dataclass(frozen=True)
@@ -129,7 +134,5 @@ class StribeckElements:
         return list(zip(by_direction(self.component, "F_S"), by_direction(self.component, "F_C"), strict=True))
 
     def _curve(self, solution: Solution) -> Curve:
-        F_S, F_C = (
-            float(np.mean([solution.values[name] for name in names])) for names in zip(*self._levels, strict=True)
-        )
+        F_S, F_C = (float(np.mean([solution.values[name] for name in names])) for names in zip(*self._levels, strict=True))
         return Curve(F_C / F_S, solution.values["v_S"], solution.values["C"] / F_S)

@@ -37,9 +37,8 @@ MOST_SCALE = 2.0  # of errors, of a model that lacks a force: what that was meas
 
 
 def with_uncertainty(
-    fit: Fit, estimation: Estimation, draws: int, settings: Settings,
-    report: Callable[[float], None] = lambda share: None,
-) -> Fit:  # fmt: skip
+    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Callable[[float], None] = lambda share: None
+) -> Fit:
     """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
     clear = frozenset(estimate.name for estimate in fit.estimates if _is_clear(estimate, settings.clear_std))
@@ -74,7 +73,9 @@ def with_uncertainty(
     fitted = [_with_interval(estimate, replicates) for estimate in judged]
     estimates, about = zip(*(_of_both_stages(estimate, estimation.inverse) for estimate in fitted), strict=True)
     return replace(
-        fit, estimates=estimates, resampling=resampling,
+        fit,
+        estimates=estimates,
+        resampling=resampling,
         diagnostics=(
             *fit.diagnostics,
             *reasons.values(),
@@ -84,12 +85,10 @@ def with_uncertainty(
             *_widened(unsure),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
-    )  # fmt: skip
+    )
 
 
-def _blurred(
-    estimates: Sequence[Estimate], lost: Container[str], estimation: Estimation, settings: Settings
-) -> list[str]:  # fmt: skip
+def _blurred(estimates: Sequence[Estimate], lost: Container[str], estimation: Estimation, settings: Settings) -> list[str]:
     """Return the stiffnesses that seem to be identified though their pre-sliding is few steps of the encoder.
 
     They are those that were sought one by one along a measured motion.
@@ -105,16 +104,10 @@ def _blurred(
     return [name for name in seen if name in sought and level < NEARLY * least * values[name]]
 
 
-def _without_stiffness(
-    estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics
-) -> dict[str, Diagnostic]:  # fmt: skip
+def _without_stiffness(estimates: Sequence[Estimate], lost: Container[str], problem: InverseDynamics) -> dict[str, Diagnostic]:
     """Return why what damps a stiffness is not identified, where no stiffness is: beside another one it is another."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    names = [
-        estimate.name
-        for estimate in estimates
-        if estimate.status in ("identified", "held") and estimate.name not in lost
-    ]
+    names = [estimate.name for estimate in estimates if estimate.status in ("identified", "held") and estimate.name not in lost]
     stiff = names_of(Role.STIFFNESS, variables)
     damping = set(names).intersection(names_of(Role.MICRO_DAMPING, variables))
     if not stiff or not set(stiff).isdisjoint(names):
@@ -144,8 +137,7 @@ def _unsure(diagnostics: Sequence[Diagnostic], estimation: Estimation) -> tuple[
     if not TREATMENT_DOUBTS.intersection(diagnostic.code for diagnostic in diagnostics):
         return ()
     variables = problem.parameters.variables
-    return tuple(name for name in solution.space.reported
-                 if name in variables and variables[name].excitation in AT_REVERSALS)  # fmt: skip
+    return tuple(name for name in solution.space.reported if name in variables and variables[name].excitation in AT_REVERSALS)
 
 
 def _widened(names: tuple[str, ...]) -> tuple[Diagnostic, ...]:
@@ -168,14 +160,14 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
     return Bands(
-        draws={
-            name: np.array([member[name] for member in members])
-            for name in members[0]
-            if name not in problem.parameters.loop
-        },
-        scatter=replicates.scatter.value, noise=replicates.disturbance.noise, unexplained=lacking,
-        lasting=correlation_time(rest, problem.row_time, lacking), left_in_closed_loop=jitter, left_in_open_loop=jitter,
-    )  # fmt: skip
+        draws={name: np.array([member[name] for member in members]) for name in members[0] if name not in problem.parameters.loop},
+        scatter=replicates.scatter.value,
+        noise=replicates.disturbance.noise,
+        unexplained=lacking,
+        lasting=correlation_time(rest, problem.row_time, lacking),
+        left_in_closed_loop=jitter,
+        left_in_open_loop=jitter,
+    )
 
 
 def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray, *, linear: bool) -> float:
@@ -244,8 +236,11 @@ def _shifted(estimates: Sequence[Estimate]) -> tuple[Diagnostic, ...]:
 def _how_sure(problem: Problem, fit: Fit, resampling: Resampling, unexplained: float) -> Diagnostic:
     """Return how intervals were found: what disturbed the replicates, and what of the residual is none of it."""
     numbers = {
-        "draws": resampling.bands.count, "resolution": resampling.resolution,
-        "scatter_percent": 100.0 * resampling.scatter.value, "half_cycles": resampling.half_cycles,
-        "unexplained": unexplained, "noise": resampling.bands.noise,
-    }  # fmt: skip
+        "draws": resampling.bands.count,
+        "resolution": resampling.resolution,
+        "scatter_percent": 100.0 * resampling.scatter.value,
+        "half_cycles": resampling.half_cycles,
+        "unexplained": unexplained,
+        "noise": resampling.bands.noise,
+    }
     return Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind)

@@ -89,9 +89,7 @@ def _first(fits: list[Fit], settings: Settings, spread: float) -> Fit:
     if _doubtful(leader, settings):
         scatter = leader.held_out.std_percent if leader.held_out else 0.0
         sound = [
-            fit
-            for fit in fits
-            if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
+            fit for fit in fits if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
         ]
         leader = min(sound, key=_error, default=leader)
     if spread > 0.0:
@@ -146,10 +144,7 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     plain, sizes = count * np.log(squares / best.size), np.array([_size(fit) for fit in fits])
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)
-    return [
-        replace(fit, information=Information(aic, bic, count))
-        for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)
-    ]
+    return [replace(fit, information=Information(aic, bic, count)) for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)]
 
 
 def _square(fit: Fit) -> float:

@@ -139,9 +139,7 @@ class WideRows:
 
         return float(min(np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)).tolist(), key=left))
 
-    def fit(
-        self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS
-    ) -> InstrumentFit:  # fmt: skip
+    def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
         """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
         rows, target = self._weighed(cutoff, delay, c)
         theta = _solved(rows @ rows.T, rows @ target)
@@ -209,9 +207,7 @@ class WideRows:
         first = np.zeros(rows.shape[0])
         first[0] = 1.0
         weight = np.concatenate([s.weight for s in self.stretches])
-        noise = (
-            0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * rows.shape[1] * float(np.mean(weight**2))
-        )
+        noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * rows.shape[1] * float(np.mean(weight**2))
         return abs(noise * float(theta[0]) * float(_solved(rows @ rows.T, first)[0]))
 
     def find_waves(self, delay: float) -> None:
@@ -271,9 +267,8 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
             stride = max(int(FINE / (width * dt)), 1)
             pairs = zip(parts, speeds, strict=True)
             rows = WideRows(
-                [_stretch(*pair, width, dt, stride, top, _waves_of(axes[0])) for pair in pairs if top > 0.0], width,
-                stride * dt, dt, noise,
-            )  # fmt: skip
+                [_stretch(*pair, width, dt, stride, top, _waves_of(axes[0])) for pair in pairs if top > 0.0], width, stride * dt, dt, noise
+            )
             return rows if rows.suffice() else None
     return None
 
@@ -302,8 +297,8 @@ def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) ->
 
 
 def _stretch(
-    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = (),
-) -> _Stretch:  # fmt: skip
+    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = ()
+) -> _Stretch:
     from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
     position = segment.position - segment.position[0]

@@ -35,16 +35,7 @@ from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of
 
-__all__ = [
-    "body_described",
-    "described",
-    "example_named",
-    "file_of",
-    "head_of",
-    "values_of",
-    "variables_of",
-    "walks_of",
-]
+__all__ = ["body_described", "described", "example_named", "file_of", "head_of", "values_of", "variables_of", "walks_of"]
 
 UNITS = {"position": "length", "velocity": "length/time", "force": "force", "damping": "force*time/length"}
 
@@ -64,30 +55,17 @@ def walks_of(model: Model, count: int = LONG) -> dict[str, Any]:
 
 
 def described(
-    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
-    fastest: float = 0.0, named: str = "", around: float = AROUND, proven: bool = True, led: Model | None = None,
-) -> dict[str, Any]:  # fmt: skip
-    """Return what a page knows of a friction model.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    uncertainty : mapping, optional
-        For a parameter, what a model file knows of how sure it is.
-    mass : float, optional
-        What the model moves [kg or kg*m^2].
-    fastest : float
-        Largest speed that it was fitted to, where known [m/s or rad/s].
-    named : str
-        What it is called in the list of models, where that is not its name.
-    around : float
-        How many times a slider goes up and down from the value that it begins with.
-    proven : bool
-        Whether there are walks that prove the bits, and what passivity asks for.
-    led : Model, optional
-        The model that is led in these walks and has these scales, where it has slots that `model` has not.
-    """
+    model: Model,
+    *,
+    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+    mass: float | None = None,
+    fastest: float = 0.0,
+    named: str = "",
+    around: float = AROUND,
+    proven: bool = True,
+    led: Model | None = None,
+) -> dict[str, Any]:
+    """Return what a page knows of a friction model."""
     subject, moving = subject_of(model), subject_of(led or model)
     scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
@@ -98,15 +76,22 @@ def described(
         is_example = kept is not None and moving.model == example_named(moving.model.name)
         facts["walks"] = kept if is_example else walked(moving, plant, scales, SHORT)
     return facts | {
-        "name": named or model.name, "model": model.name, "description": model.component.description,
+        "name": named or model.name,
+        "model": model.name,
+        "description": model.component.description,
         "variables": variables_of(model, module.places, scales.force, uncertainty or {}, around),
         "pull": variables_of(plant, module.places, scales.force, {}),
-        "conditions": conditions_of(model.component), "shares": shares_of(model.component),
+        "conditions": conditions_of(model.component),
+        "shares": shares_of(model.component),
         "passive": passivity_of(model),
         "units": {name: typeset(unit_of(quantity, model.kind)) for name, quantity in UNITS.items()},
-        "scales": scales._asdict(), "head": head_of(model.component), "fastest": fastest, "mass": mass,
-        "varies": bool(variations_of(model.component)), "holds": bool(rest_rule(with_rest(model, "held"))),
-    }  # fmt: skip
+        "scales": scales._asdict(),
+        "head": head_of(model.component),
+        "fastest": fastest,
+        "mass": mass,
+        "varies": bool(variations_of(model.component)),
+        "holds": bool(rest_rule(with_rest(model, "held"))),
+    }
 
 
 def body_described(model: Model) -> dict[str, Any]:
@@ -117,23 +102,29 @@ def body_described(model: Model) -> dict[str, Any]:
     return facts | {"values": {name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()}}
 
 
-def _module(
-    subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]
-) -> tuple[Module, dict[str, Any]]:
+def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]) -> tuple[Module, dict[str, Any]]:
     """Return the module of a friction model with other functions, and what is known of it."""
     module = module_of(subject, plant, choices=True, others=functions)
     return module, {
-        "kind": subject.model.kind, "code": packed(module.binary), "size": len(module.binary),
-        "lasting": module.lasting, "contact": module.contact, "body": module.body, "parameters": module.parameters,
-        "refused": REFUSED, "overflow": OVERFLOW, "places": module.places, "stack": _stack(subject),
-        "elements": elements_of(subject.model, subject.memory_size), "still": module.still,
-    }  # fmt: skip
+        "kind": subject.model.kind,
+        "code": packed(module.binary),
+        "size": len(module.binary),
+        "lasting": module.lasting,
+        "contact": module.contact,
+        "body": module.body,
+        "parameters": module.parameters,
+        "refused": REFUSED,
+        "overflow": OVERFLOW,
+        "places": module.places,
+        "stack": _stack(subject),
+        "elements": elements_of(subject.model, subject.memory_size),
+        "still": module.still,
+    }
 
 
 def variables_of(
-    model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]],
-    around: float = AROUND,
-) -> list[dict[str, Any]]:  # fmt: skip
+    model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]], around: float = AROUND
+) -> list[dict[str, Any]]:
     """Return what a page knows of the parameters of a model.
 
     Parameters
@@ -155,18 +146,26 @@ def variables_of(
         numbers = _numbers(variable, value)
         interval = facts.get("interval") if len(numbers) == 1 else None
         span = force if variable.quantity == "force" else 0.0
-        rows.append({
-            "name": name, "key": key_of(name), "symbol": _symbol(name), "values": numbers,
-            "unit": typeset(variable.unit(model.kind)), "description": " ".join(variable.description.split()),
-            "min": variable.min, "max": variable.max, "choices": list(variable.choices),
-            "array": np.ndim(value) == 1, "whole": model.component.is_integer(name) and not variable.choices,
-            "fixed": name not in movable, "interval": list(interval) if interval else None,
-            "status": str(facts.get("status", "")),
-            "sliders": [
-                slider_for(variable, number, interval=interval, span=span, around=around)._asdict()
-                for number in numbers
-            ],
-        } | ({"directional": True} if variable.directional else {}))  # fmt: skip
+        rows.append(
+            {
+                "name": name,
+                "key": key_of(name),
+                "symbol": _symbol(name),
+                "values": numbers,
+                "unit": typeset(variable.unit(model.kind)),
+                "description": " ".join(variable.description.split()),
+                "min": variable.min,
+                "max": variable.max,
+                "choices": list(variable.choices),
+                "array": np.ndim(value) == 1,
+                "whole": model.component.is_integer(name) and not variable.choices,
+                "fixed": name not in movable,
+                "interval": list(interval) if interval else None,
+                "status": str(facts.get("status", "")),
+                "sliders": [slider_for(variable, number, interval=interval, span=span, around=around)._asdict() for number in numbers],
+            }
+            | ({"directional": True} if variable.directional else {})
+        )
     return rows
 
 

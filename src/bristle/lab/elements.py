@@ -36,6 +36,8 @@ def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
         return {word: [name + side if name + side in names else name for name in row] for word, row in rows.items()}
 
     return {
-        "numbers": int(np.size(kind.k_i)), "word": {"length": "deflection", "force": "force"}[quantity],
-        "unit": typeset(unit_of(quantity, model.kind)), "limits": [of_side("_neg"), of_side("_pos")],
-    }  # fmt: skip
+        "numbers": int(np.size(kind.k_i)),
+        "word": {"length": "deflection", "force": "force"}[quantity],
+        "unit": typeset(unit_of(quantity, model.kind)),
+        "limits": [of_side("_neg"), of_side("_pos")],
+    }

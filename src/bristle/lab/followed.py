@@ -45,20 +45,8 @@ PUSHED = 16.0  # steps of what pushes the axis in its root mean square
 MEASURED = "measured"
 
 
-def followed_part(
-    friction: Model, simulation: SimulationResult | None, following: Following | None
-) -> dict[str, Any] | None:
-    """Return how the loop followed, and what computes it; None where nothing followed.
-
-    Parameters
-    ----------
-    friction : Model
-        What was identified.
-    simulation : SimulationResult, optional
-        The loop as recorded and compensated.
-    following : Following, optional
-        How the axis followed its reference in the log.
-    """
+def followed_part(friction: Model, simulation: SimulationResult | None, following: Following | None) -> dict[str, Any] | None:
+    """Return how the loop followed, and what computes it; None where nothing followed."""
     errors = _errors(simulation, following)
     if not errors:
         return None
@@ -72,9 +60,7 @@ def followed_part(
     return {"traces": [_trace(name, time, error) for name, time, error in errors], "reason": reason, "loop": loop}
 
 
-def _computable(
-    friction: Model, simulation: SimulationResult | None, following: Following | None
-) -> tuple[Variant | None, str]:
+def _computable(friction: Model, simulation: SimulationResult | None, following: Following | None) -> tuple[Variant | None, str]:
     """Return the loop in which friction is fed forward, or why a page has none to compute."""
     if following is not None and following.contradiction is not None:
         return None, "the log contradicts the simulated loop"
@@ -86,9 +72,7 @@ def _computable(
     return (None, reason) if reason else (variant, "")
 
 
-def _errors(
-    simulation: SimulationResult | None, following: Following | None
-) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _errors(simulation: SimulationResult | None, following: Following | None) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return name, time and following error of the log and of each loop that the report tells of."""
     rows = [] if following is None else [(MEASURED, following.time, following.error)]
     contradicted = following is not None and following.contradiction is not None
@@ -97,10 +81,8 @@ def _errors(
     variants = simulation.experiment.variants[: 1 if contradicted else None]
     results = [simulation.variants[variant.name] for variant in variants]
     return rows + [
-        (result.name, result.time, result.reference - result.measured)
-        for result in results
-        if result.status is not Status.NOT_FINITE
-    ]  # fmt: skip
+        (result.name, result.time, result.reference - result.measured) for result in results if result.status is not Status.NOT_FINITE
+    ]
 
 
 def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
@@ -110,8 +92,14 @@ def _trace(name: str, time: np.ndarray, error: np.ndarray) -> dict[str, Any]:
     samples = envelope(error, COLUMNS)
     step = float(np.max(np.abs(error))) / STEPS or 1.0
     numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
-    return {"name": name, "numbers": packed_numbers(numbers), "count": samples.size, "step": step,
-            "time": float(time[0]), "sampleTime": float(time[1] - time[0])}  # fmt: skip
+    return {
+        "name": name,
+        "numbers": packed_numbers(numbers),
+        "count": samples.size,
+        "step": step,
+        "time": float(time[0]),
+        "sampleTime": float(time[1] - time[0]),
+    }
 
 
 def _reason_against(variant: Variant, friction: Model) -> str:
@@ -145,14 +133,25 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     left = drive_over(dt / run.substeps, 0.0, run.current_lag)
     body = None if variant.friction == friction else body_described(variant.friction)
     return {
-        "code": packed(binary), "size": len(binary), "parts": addresses, "body": body,
-        "bodyValues": values_of(variant.friction) if body is None else body["values"], "count": count,
-        "M": variant.plant.values["M"], "mass": variant.feedforward.mass, "all": round(run.duration / dt),
-        "sampleTime": dt, "substeps": run.substeps, "delay": run.delay, "limit": run.effort_limit,
-        "lag": {"inMean": left.in_mean, "atEnd": left.at_end}, "effortBefore": start.effort or 0.0,
+        "code": packed(binary),
+        "size": len(binary),
+        "parts": addresses,
+        "body": body,
+        "bodyValues": values_of(variant.friction) if body is None else body["values"],
+        "count": count,
+        "M": variant.plant.values["M"],
+        "mass": variant.feedforward.mass,
+        "all": round(run.duration / dt),
+        "sampleTime": dt,
+        "substeps": run.substeps,
+        "delay": run.delay,
+        "limit": run.effort_limit,
+        "lag": {"inMean": left.in_mean, "atEnd": left.at_end},
+        "effortBefore": start.effort or 0.0,
         "begin": _begin(variant, start),
-        "settle": round(run.settle / dt), **_signals(variant, reference[0], count),
-    }  # fmt: skip
+        "settle": round(run.settle / dt),
+        **_signals(variant, reference[0], count),
+    }
 
 
 def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:

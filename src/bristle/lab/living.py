@@ -27,39 +27,28 @@ if TYPE_CHECKING:
 __all__ = ["living_part", "uncertainty_of"]
 
 SHARED = ("inflate.js", "numbers.js", "physics.js", "loop.js", "move.js")
-SCRIPTS = (
-    "paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js",
-)  # fmt: skip
+SCRIPTS = ("paths.js", "rows.js", "plot.js", "pointing.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")
 AROUND = 3.0  # times up and down from an identified value
 
 
 def living_part(
-    identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None,
-    following: Following | None = None,
-) -> Living | None:  # fmt: skip
-    """Return what makes the report of an identification move; None where the model cannot be computed on a page.
-
-    Parameters
-    ----------
-    identification : Identification
-        Models fitted to a log, best first.
-    axis : Axis, optional
-        What was known of the axis of the log, the first of several.
-    simulation : SimulationResult, optional
-        The loop as recorded and compensated.
-    following : Following, optional
-        How the axis followed its reference in the log.
-    """
+    identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None, following: Following | None = None
+) -> Living | None:
+    """Return what makes the report of an identification move; None where the model cannot be computed on a page."""
     data = _data(identification, axis)
     if data is None:
         return None
     data["loop"] = followed_part(identification.best.friction, simulation, following)
     shared, script = joined(SHARED), joined(SCRIPTS)
     return Living(
-        policy([shared, script]), Markup(joined(STYLES)), Markup(shared), Markup(script), Markup(as_json(data)),
+        policy([shared, script]),
+        Markup(joined(STYLES)),
+        Markup(shared),
+        Markup(script),
+        Markup(as_json(data)),
         follows=data["loop"] is not None,
-    )  # fmt: skip
+    )
 
 
 def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] | None:
@@ -73,13 +62,15 @@ def _data(identification: Identification, axis: Axis | None) -> dict[str, Any] |
     except InputError:
         return None
     moved = [column.name for column in rows.mechanical if column.name]
-    plant = [
-        row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, AROUND) if not row["fixed"]
-    ]  # fmt: skip
+    plant = [row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, AROUND) if not row["fixed"]]
     return {
-        "model": model, "plant": plant, "rows": rows.as_data(), "effort": typeset(unit_of("force", fit.plant.kind)),
-        "word": "torque" if fit.plant.kind == "rotational" else "force", "logs": 1 + len(identification.further_logs),
-    }  # fmt: skip
+        "model": model,
+        "plant": plant,
+        "rows": rows.as_data(),
+        "effort": typeset(unit_of("force", fit.plant.kind)),
+        "word": "torque" if fit.plant.kind == "rotational" else "force",
+        "logs": 1 + len(identification.further_logs),
+    }
 
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:

@@ -80,14 +80,22 @@ def loop_described() -> dict[str, Any]:
     binary, addresses = module_of_parts(builder, parts)
     law_values, sensor, motion = plain.controller.values, plain.sensor.values, plain.reference.values
     return {
-        "code": packed(binary), "size": len(binary), "parts": addresses, "rig": body_described(plain.friction),
+        "code": packed(binary),
+        "size": len(binary),
+        "parts": addresses,
+        "rig": body_described(plain.friction),
         "paper": {
-            "M": plain.plant.values["M"], "gain": law_values["lambda_"], "K_2": law_values["K_2"],
-            "g": observing.controller.values["g"], "resolution": sensor["resolution"],
-            "amplitude": float(max(motion["amplitudes"])), "frequency": motion["frequency"],
+            "M": plain.plant.values["M"],
+            "gain": law_values["lambda_"],
+            "K_2": law_values["K_2"],
+            "g": observing.controller.values["g"],
+            "resolution": sensor["resolution"],
+            "amplitude": float(max(motion["amplitudes"])),
+            "frequency": motion["frequency"],
         },
-        "sampleTime": plain.run.sample_time, "delay": plain.run.delay,
-    }  # fmt: skip
+        "sampleTime": plain.run.sample_time,
+        "delay": plain.run.delay,
+    }
 
 
 def law_part(builder: Builder, controller: Model, state: Any = None) -> Part:
@@ -97,10 +105,7 @@ def law_part(builder: Builder, controller: Model, state: Any = None) -> Part:
         begin[BEGUN], begin[STATE:] = 1.0, state
     component = controller.component
     assert isinstance(component, Controller)
-    entry = builder.function(
-        law_kernel(component),
-        [Array(begin.size, writable=True), REAL, REAL, type_of(controller.parameters)],
-    )
+    entry = builder.function(law_kernel(component), [Array(begin.size, writable=True), REAL, REAL, type_of(controller.parameters)])
     return Part(entry, begin, controller)
 
 

@@ -35,17 +35,31 @@ FIRST = "preisach_lugre"
 SHARED = ("inflate.js", "physics.js", "loop.js")
 """What a worker runs too."""
 SCRIPTS = (
-    "paths.js", "certificates.js", "plot.js", "pictures.js", "controls.js", "views.js", "bench.js", "asking.js",
-    "slots.js", "tracking.js", "lab.js",
-)  # fmt: skip
+    "paths.js",
+    "certificates.js",
+    "plot.js",
+    "pictures.js",
+    "controls.js",
+    "views.js",
+    "bench.js",
+    "asking.js",
+    "slots.js",
+    "tracking.js",
+    "lab.js",
+)
 STYLES = ("lab.css", "controls.css")
 
 
 def lab_page(
-    model: Model | None = None, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
-    mass: float | None = None, fastest: float = 0.0, source: str = "", provenance: Mapping[str, str] | None = None,
+    model: Model | None = None,
+    *,
+    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+    mass: float | None = None,
+    fastest: float = 0.0,
+    source: str = "",
+    provenance: Mapping[str, str] | None = None,
     replay: Replay | None = None,
-) -> str:  # fmt: skip
+) -> str:
     """Return the page: every friction model with the values of its example, and one with values of its own.
 
     Parameters
@@ -66,24 +80,35 @@ def lab_page(
         A recorded motion that models of the same kind of axis can be led along.
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
-    own = (
-        [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)] if model is not None else []
-    )
+    own = [switched(model, uncertainty=uncertainty, mass=mass, fastest=fastest, named=named)] if model is not None else []
     models = [*own, *(_example(name) for name in MODELS)]
     first = 0 if own else list(MODELS).index(FIRST)
     shared, script, style = joined(SHARED), joined(SCRIPTS), joined(STYLES)
     common = common_module()
     data = {
-        "models": models, "first": first, "replay": _replayed(replay, models[first]["kind"]), "loop": loop_described(),
-        "presets": presets(), "common": {"code": packed(common), "size": len(common)},
+        "models": models,
+        "first": first,
+        "replay": _replayed(replay, models[first]["kind"]),
+        "loop": loop_described(),
+        "presets": presets(),
+        "common": {"code": packed(common), "size": len(common)},
         "slots": {kind: slots_described(kind) for kind in sorted({row["kind"] for row in models})},
-    }  # fmt: skip
+    }
     content = as_json(data).encode("utf-8")
-    return _environment().get_template("lab.html").render(
-        mark=Markup(MARK), policy=policy([shared, script], [style]), style=Markup(style), shared=Markup(shared),
-        script=Markup(script), data=Markup(as_json({"code": packed(content), "size": len(content)})),
-        provenance=dict(provenance or {}), version=version(),
-    )  # fmt: skip
+    return (
+        _environment()
+        .get_template("lab.html")
+        .render(
+            mark=Markup(MARK),
+            policy=policy([shared, script], [style]),
+            style=Markup(style),
+            shared=Markup(shared),
+            script=Markup(script),
+            data=Markup(as_json({"code": packed(content), "size": len(content)})),
+            provenance=dict(provenance or {}),
+            version=version(),
+        )
+    )
 
 
 def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
@@ -93,22 +118,18 @@ def _replayed(replay: Replay | None, kind: str) -> dict[str, Any] | None:
     moves = np.diff(replay.steps, prepend=0.0)
     columns = [replay.time.astype("<f8"), moves.astype("<i4"), replay.friction.astype("<f4")]
     return {
-        "code": packed(b"".join(column.tobytes() for column in columns)), "count": replay.time.size,
-        "step": replay.step, "begins": list(replay.begins), "depth": replay.depth, "hasInertia": replay.has_inertia,
+        "code": packed(b"".join(column.tobytes() for column in columns)),
+        "count": replay.time.size,
+        "step": replay.step,
+        "begins": list(replay.begins),
+        "depth": replay.depth,
+        "hasInertia": replay.has_inertia,
         "kind": kind,
-    }  # fmt: skip
+    }
 
 
 def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
-    """Return what a page may do: run these scripts and their modules, by a worker too, use these styles.
-
-    Parameters
-    ----------
-    scripts : iterable of str
-        The scripts.
-    styles : iterable of str, optional
-        The styles; any that stands in the page where not given, as figures have some for each line.
-    """
+    """Return what a page may do: run these scripts and their modules, by a worker too, use these styles."""
     script = " ".join(hash_of(text) for text in scripts)
     style = "'unsafe-inline'" if styles is None else " ".join(hash_of(text) for text in styles)
     return (
@@ -138,6 +159,5 @@ def _environment() -> jinja2.Environment:
     import jinja2
 
     return jinja2.Environment(
-        loader=jinja2.PackageLoader("bristle.lab"), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
+        loader=jinja2.PackageLoader("bristle.lab"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )

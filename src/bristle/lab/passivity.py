@@ -45,10 +45,12 @@ ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
 CONDITIONS = {
     bouc_wen.Parameters: (["beta"], ">=", ["0.5"], "its hysteresis gives energy back at every speed"),
     gms.Parameters: (
-        ["F_C"], ">=", ["F_S"],
+        ["F_C"],
+        ">=",
+        ["F_S"],
         "an element that slips regains its static force without moving, unless static and Coulomb friction are equal",
     ),
-}  # fmt: skip
+}
 NEVER = {reformed_dahl.Parameters: "charged by short strokes and let go in a long one it gives back more"}
 TEXT = """
 def release(x, dt, p):
@@ -76,10 +78,7 @@ def of_preisach_lugre(v, q, p):
     return let_go(v, q, slip(q / stribeck_force(v, p), slip_law(p)), micro_damping(v, p))
 
 
-BRISTLES = {
-    lugre.Parameters: of_lugre, elastoplastic.Parameters: of_elastoplastic,
-    preisach_lugre.Parameters: of_preisach_lugre,
-}  # fmt: skip
+BRISTLES = {lugre.Parameters: of_lugre, elastoplastic.Parameters: of_elastoplastic, preisach_lugre.Parameters: of_preisach_lugre}
 
 
 def passivity_of(model: Model) -> dict[str, Any] | None:
@@ -105,8 +104,7 @@ def passivity_of(model: Model) -> dict[str, Any] | None:
     if inner in CONDITIONS:
         left, sign, right, because = CONDITIONS[inner]
         pairs = [([named(n, side) for n in left], sign, [named(n, side) for n in right]) for side in sides]
-        return rows | {"conditions": [dict(zip(("left", "sign", "right"), pair, strict=True)) for pair in pairs],
-                       "because": because}  # fmt: skip
+        return rows | {"conditions": [dict(zip(("left", "sign", "right"), pair, strict=True)) for pair in pairs], "because": because}
     return rows if inner in [module.Parameters for module in ALWAYS] else None
 
 

@@ -37,8 +37,12 @@ def presets() -> list[dict[str, str]]:
         turns = np.array([0.0, *(quantity(turn, LENGTH, "translational") for turn in setting["path"]["turns"])])
         speed = quantity(setting["path"]["speed"], SPEED, "translational")
         amplitude = float(np.max(np.abs(turns)))
-        path = {"path": "drawn", "turns": " ".join(f"{turn:.4g}" for turn in turns / amplitude),
-                "amplitude": amplitude, "period": 4.0 * amplitude / speed}  # fmt: skip
+        path = {
+            "path": "drawn",
+            "turns": " ".join(f"{turn:.4g}" for turn in turns / amplitude),
+            "amplitude": amplitude,
+            "period": 4.0 * amplitude / speed,
+        }
         rows.append({"word": word, "state": _state(_contact(setting, contact), path)})
     for word, file, contact in AT_REST:
         rows.append({"word": word, "state": _state(_contact(_setting(file), contact), {"path": "presliding"})})
@@ -49,14 +53,11 @@ def presets() -> list[dict[str, str]]:
 def _tracking() -> list[tuple[str, str]]:
     variants = {variant.name: variant for variant in paper_experiment().variants}
     numbers = loop_described()["paper"]
-    named = {"M": "M", "gain": "gain", "K_2": "K_2", "g": "g", "resolution": "resolution", "amplitude": "A",
-             "frequency": "f"}  # fmt: skip
+    named = {"M": "M", "gain": "gain", "K_2": "K_2", "g": "g", "resolution": "resolution", "amplitude": "A", "frequency": "f"}
     loop = {"loop_body": 1} | {f"loop_{name}": numbers[key] for key, name in named.items()}
     fed = (("equations as printed", "printed"), ("LuGre", "lugre"))
     models = [(word, variants[name].feedforward) for word, name in fed]
-    return [
-        (word, _state(fed.friction, loop, offset=fed.offset)) for word, fed in models if fed.friction is not None
-    ]  # fmt: skip
+    return [(word, _state(fed.friction, loop, offset=fed.offset)) for word, fed in models if fed.friction is not None]
 
 
 def _setting(name: str) -> dict[str, Any]:

@@ -49,27 +49,8 @@ class Replay(NamedTuple):
         return self.step * self.steps
 
 
-def replay_of_log(
-    log: Log, axis: Axis | None, plant: Model | None, treatment: Mapping[str, Any] | None = None
-) -> Replay:  # fmt: skip
-    """Return a log as a motion to be replayed.
-
-    Parameters
-    ----------
-    log : Log
-        What was recorded.
-    axis : Axis, optional
-        What is known of the axis.
-    plant : Model, optional
-        What the friction is on; without it the effort stands for the friction.
-    treatment : mapping, optional
-        How the log was treated for the identification.
-
-    Raises
-    ------
-    InputError
-        If it has no effort, or does not serve.
-    """
+def replay_of_log(log: Log, axis: Axis | None, plant: Model | None, treatment: Mapping[str, Any] | None = None) -> Replay:
+    """Return a log as a motion to be replayed."""
     if log.effort is None:
         raise InputError("has no effort to compare with", path="log", mend="Name its column in the axis")
     log, treated = parted(log, axis), treatment or {}
@@ -107,13 +88,9 @@ def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most:
     stride = -(-sum(x.size for x in positions) // max(left, 1))
     chosen = [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(positions, turns, strict=True)]
     begins = tuple(np.cumsum([0, *map(len, chosen)])[:-1].tolist())
-    time, position, friction = (
-        np.concatenate([part[i][rows] for part, rows in zip(parts, chosen, strict=True)]) for i in range(3)
-    )
+    time, position, friction = (np.concatenate([part[i][rows] for part, rows in zip(parts, chosen, strict=True)]) for i in range(3))
     step = (travel or 1.0) / STEPS
-    return Replay(
-        time, np.round((position - low) / step), step, friction.astype(np.float32), begins, depth, has_inertia
-    )
+    return Replay(time, np.round((position - low) / step), step, friction.astype(np.float32), begins, depth, has_inertia)
 
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:

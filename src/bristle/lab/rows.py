@@ -63,27 +63,7 @@ class Column(NamedTuple):
 
 
 class FittedRows(NamedTuple):
-    """The rows of a log that a model was fitted to.
-
-    Parameters
-    ----------
-    sample_time : float
-        Of the log [s].
-    step : float
-        Of the positions [m or rad].
-    response : ndarray, shape (2 n + 1,)
-        What a row takes of the samples around it, summed up from the first one on.
-    stretches : list of Stretch
-        The motion.
-    measured : Column
-        Effort [N or N*m].
-    mechanical : list of Column
-        What the plant takes for 1 of a parameter, and under no name what no parameter moves.
-    rms : float
-        Root mean square of what the model leaves over in all rows of this log [N or N*m].
-    percent : float
-        The same over that of the effort [%].
-    """
+    """The rows of a log that a model was fitted to."""
 
     sample_time: float
     step: float
@@ -98,36 +78,32 @@ class FittedRows(NamedTuple):
         """Return them as a page unpacks them."""
         parts: list[np.ndarray] = []
         for stretch in self.stretches:
-            parts += [differences(column, times) for column, times in
-                      ((stretch.ends, 2), (stretch.positions, 2), (stretch.rows, 2))]  # fmt: skip
+            parts += [differences(column, times) for column, times in ((stretch.ends, 2), (stretch.positions, 2), (stretch.rows, 2))]
         parts += [differences(column.numbers, 1) for column in (self.measured, *self.mechanical)]
         return {
-            "numbers": packed_numbers(parts), "sampleTime": self.sample_time, "step": self.step,
+            "numbers": packed_numbers(parts),
+            "sampleTime": self.sample_time,
+            "step": self.step,
             "response": [round(float(share), 6) for share in self.response],
             "stretches": [
-                {"origin": stretch.origin, "time": stretch.time, "begin": stretch.begin,
-                 "intervals": stretch.ends.size, "rows": stretch.rows.size}
+                {
+                    "origin": stretch.origin,
+                    "time": stretch.time,
+                    "begin": stretch.begin,
+                    "intervals": stretch.ends.size,
+                    "rows": stretch.rows.size,
+                }
                 for stretch in self.stretches
             ],
-            "measured": self.measured.step, "rms": self.rms, "percent": self.percent,
+            "measured": self.measured.step,
+            "rms": self.rms,
+            "percent": self.percent,
             "mechanical": [{"name": column.name, "step": column.step} for column in self.mechanical],
-        }  # fmt: skip
+        }
 
 
 def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, Any]) -> FittedRows | None:
-    """Return the rows of a log that a model was fitted to; None where its module cannot be led along them.
-
-    Parameters
-    ----------
-    fit : Fit
-        The model, with its traces.
-    log : Log
-        The log, the first of several.
-    axis : Axis, optional
-        What was known of its axis.
-    treatment : mapping
-        How it was treated.
-    """
+    """Return the rows of a log that a model was fitted to; None where its module cannot be led along them."""
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
     dataset = rows_as_fitted(log, axis, treatment, _integer(treatment.get("decimation")))
@@ -144,9 +120,15 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     rms = float(np.sqrt(np.mean(residual**2)))
     finest = rms / STEPS or NEGLIGIBLE * float(np.max(np.abs(measured)))
     return FittedRows(
-        dataset.sample_time, step, response, stretches, _column("", measured[chosen], finest),
-        _mechanical(dataset, fit, chosen, finest), rms, relative_error_percent(measured, measured - residual),
-    )  # fmt: skip
+        dataset.sample_time,
+        step,
+        response,
+        stretches,
+        _column("", measured[chosen], finest),
+        _mechanical(dataset, fit, chosen, finest),
+        rms,
+        relative_error_percent(measured, measured - residual),
+    )
 
 
 def _integer(number: float | None) -> int | None:
@@ -168,9 +150,7 @@ def _summed(response: np.ndarray) -> np.ndarray:
     return summed[middle - reach : middle + reach + 1]
 
 
-def _stretches(
-    dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray
-) -> tuple[list[Stretch], float]:
+def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray) -> tuple[list[Stretch], float]:
     """Return the motion of each segment, and the step of its positions."""
     runs = [_run(segment, dataset.sample_time) for segment in dataset.segments]
     samples = dataset.sampled([np.arange(segment.time.size) for segment in dataset.segments])
@@ -184,10 +164,16 @@ def _stretches(
         dataset.segments, runs, ends, selection, dataset.contacts(fit.friction, fit.plant), strict=True
     ):
         origin = float(segment.position[0])
-        stretches.append(Stretch(
-            origin, float(segment.time[0]) - dataset.sample_time * segment.first_cycle, end,
-            np.round((run[end] - origin) / step), samples[rows] + segment.first_cycle, _begin(fit, contact),
-        ))  # fmt: skip
+        stretches.append(
+            Stretch(
+                origin,
+                float(segment.time[0]) - dataset.sample_time * segment.first_cycle,
+                end,
+                np.round((run[end] - origin) / step),
+                samples[rows] + segment.first_cycle,
+                _begin(fit, contact),
+            )
+        )
     return stretches, step
 
 
@@ -198,9 +184,7 @@ def _ends(runs: Sequence[np.ndarray], near: int) -> list[np.ndarray]:
         return [np.arange(run.size) for run in runs]
     travel = max(float(np.ptp(run)) for run in runs)
     while True:
-        fine = [
-            np.unique(np.clip(turns_of(run, depth)[:, None] + around, 0, run.size - 1)) for run in runs
-        ]  # fmt: skip
+        fine = [np.unique(np.clip(turns_of(run, depth)[:, None] + around, 0, run.size - 1)) for run in runs]
         budget = MOST_INTERVALS - sum(map(len, fine))
         if budget >= (1.0 - TURNS) * MOST_INTERVALS:
             break
@@ -231,9 +215,7 @@ def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -
         if estimate is None or estimate.status != "identified" or isinstance(value, str) or np.ndim(value):
             continue
         change = CHANGE * (abs(value) or 1.0)
-        once, twice = (
-            dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2)
-        )  # fmt: skip
+        once, twice = (dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2))
         if float(np.max(np.abs(twice - 2.0 * once))) <= negligible:
             columns.append(_column(name, once[chosen] / change, finest / abs(value or 1.0)))
             rest -= value / change * once

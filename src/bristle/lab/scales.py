@@ -35,9 +35,10 @@ def scales_of(subject: Subject) -> Scales:
     reach = presliding_distance(subject)
     variables = model.component.variables
     forces = [
-        float(np.max(np.abs(value))) for name, value in model.values.items()
+        float(np.max(np.abs(value)))
+        for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
-    ]  # fmt: skip
+    ]
     speed = float(model.values.get("v_S", FAST * reach))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)

@@ -29,23 +29,9 @@ class Slider(NamedTuple):
 
 
 def slider_for(
-    variable: Variable, value: float, *, interval: tuple[float, float] | None = None, span: float = 0.0,
-    around: float = AROUND,
-) -> Slider:  # fmt: skip
+    variable: Variable, value: float, *, interval: tuple[float, float] | None = None, span: float = 0.0, around: float = AROUND
+) -> Slider:
     """Return the slider of a parameter.
-
-    Parameters
-    ----------
-    variable : Variable
-        What it is, with its range.
-    value : float
-        Where it stands, in SI.
-    interval : tuple of float, optional
-        What is to lie on the slider with it.
-    span : float
-        How far a number of either sign goes that is 0.
-    around : float
-        How many times it goes up and down from the value, where the parameter has no ends.
 
     Examples
     --------
@@ -62,7 +48,6 @@ def slider_for(
         middle = value if 0.0 < value < math.inf else max(variable.nominal, low)
         first = min([middle / around, *(number for number in within if number > 0.0)])
         last = max([middle * around, *within])
-        return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0,
-                      endless=math.isinf(value))  # fmt: skip
+        return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0, endless=math.isinf(value))
     farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)

@@ -32,18 +32,7 @@ from bristle.lab.surroundings import AROUND, Surroundings, around_named, surroun
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic
 
-__all__ = [
-    "SLOTS",
-    "all_walks",
-    "begun",
-    "combinations",
-    "common_module",
-    "offered",
-    "plain_of",
-    "slots_described",
-    "slots_of",
-    "switched",
-]
+__all__ = ["SLOTS", "all_walks", "begun", "combinations", "common_module", "offered", "plain_of", "slots_described", "slots_of", "switched"]
 
 SLOTS = (*LEVELS, *VARIATIONS, "asymmetry")
 """All that can be put on, in the order of a name."""
@@ -63,17 +52,28 @@ MODULE = ("code", "size", "lasting", "contact", "body", "parameters", "places", 
 EITHER_WAY = (-1.0, 1.0)
 # A path is ten distances of pre-sliding long from end to end.
 STARTS = {
-    "x_0": Start(0.0, "reach", (-20.0, 20.0)), "x_L": Start(5.0, "reach"), "p_1": Start(0.2),
+    "x_0": Start(0.0, "reach", (-20.0, 20.0)),
+    "x_L": Start(5.0, "reach"),
+    "p_1": Start(0.2),
     "p_2": Start(0.0, "", (-0.8, 0.8)),
-    "a_1": Start(0.0, "force", EITHER_WAY), "a_2": Start(0.0, "force", EITHER_WAY), "pitch": Start(4.0, "reach"),
-    "c_1": Start(0.1, "force", EITHER_WAY), "s_1": Start(0.0, "force", EITHER_WAY),
-    "c_2": Start(0.0, "force", EITHER_WAY), "s_2": Start(0.0, "force", EITHER_WAY), "k_L": Start(0.5),
-    "k_T": Start(-0.01), "c_T": Start(0.2), "h_c1": Start(0.2, "force", EITHER_WAY),
-    "h_s1": Start(0.0, "force", EITHER_WAY), "h_c2": Start(0.0, "force", EITHER_WAY),
-    "h_s2": Start(0.0, "force", EITHER_WAY), "around_load": Start(1.5, "", (0.0, 5.0)),
+    "a_1": Start(0.0, "force", EITHER_WAY),
+    "a_2": Start(0.0, "force", EITHER_WAY),
+    "pitch": Start(4.0, "reach"),
+    "c_1": Start(0.1, "force", EITHER_WAY),
+    "s_1": Start(0.0, "force", EITHER_WAY),
+    "c_2": Start(0.0, "force", EITHER_WAY),
+    "s_2": Start(0.0, "force", EITHER_WAY),
+    "k_L": Start(0.5),
+    "k_T": Start(-0.01),
+    "c_T": Start(0.2),
+    "h_c1": Start(0.2, "force", EITHER_WAY),
+    "h_s1": Start(0.0, "force", EITHER_WAY),
+    "h_c2": Start(0.0, "force", EITHER_WAY),
+    "h_s2": Start(0.0, "force", EITHER_WAY),
+    "around_load": Start(1.5, "", (0.0, 5.0)),
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
-}  # fmt: skip
+}
 NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
 """What the number of a slot is where nothing varies."""
 SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
@@ -90,9 +90,7 @@ def offered(model: Model) -> tuple[str, ...]:
     base = base_of(model.component)
     levels = has_level(base)
     directional = any(variable.directional for variable in base.variables.values())
-    return tuple(
-        slot for slot in SLOTS if (levels or slot not in LEVELS) and (directional or slot != "asymmetry")
-    )  # fmt: skip
+    return tuple(slot for slot in SLOTS if (levels or slot not in LEVELS) and (directional or slot != "asymmetry"))
 
 
 def plain_of(model: Model) -> Model:
@@ -140,9 +138,7 @@ def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...
     return [*((slot,) for slot in slots), tuple(slots)]
 
 
-def slot_walks(
-    plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool
-) -> dict[str, Any]:  # fmt: skip
+def slot_walks(plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool) -> dict[str, Any]:
     """Return the walks of a model with sets of slots, and what those begin with."""
     around = [start_of(name, scales) for name in Surroundings._fields]
     models = [begun(plain, slots, scales) for slots in combinations(offered(plain), complete=complete)]
@@ -156,13 +152,7 @@ def all_walks(model: Model) -> dict[str, Any]:
 
 
 def slots_described(kind: Kind) -> dict[str, Any]:
-    """Return what a page knows of the slots: what each adds, over the scales of a model.
-
-    Parameters
-    ----------
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    """
+    """Return what a page knows of the slots: what each adds, over the scales of a model."""
     component = surrounded(with_slots(MODELS["coulomb"], SLOTS[:-1]))
     values = {name: STARTS[name].value if name in STARTS else 1.0 for name in component.variables}
     model = make_model(component, values, kind=kind, validate=False)
@@ -185,9 +175,13 @@ def slots_described(kind: Kind) -> dict[str, Any]:
 
 
 def switched(
-    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None,
-    fastest: float = 0.0, named: str = "",
-) -> dict[str, Any]:  # fmt: skip
+    model: Model,
+    *,
+    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+    mass: float | None = None,
+    fastest: float = 0.0,
+    named: str = "",
+) -> dict[str, Any]:
     """Return what a page knows of a friction model whose slots are put on and taken off there.
 
     Parameters are those of `bristle.lab.described.described`. Modules are packed as what follows `common_module`, the
@@ -195,9 +189,7 @@ def switched(
     """
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
-    facts = described(
-        plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model
-    )
+    facts = described(plain, uncertainty={} if slots else uncertainties, mass=mass, fastest=fastest, named=named, led=model)
     if leans := base_of(plain.component).trial_sided is not None:
         # With both directions alike it is the plain one, with no other bit.
         component = _with(plain, ["asymmetry"])
@@ -212,13 +204,20 @@ def switched(
     if "slots" not in facts["walks"]:
         facts["walks"] = facts["walks"] | {"slots": slot_walks(plain, plant, scales, facts["walks"], complete=False)}
     facts |= {
-        "code": packed(binary, before=common), "offered": list(offered(plain)), "leans": leans,
+        "code": packed(binary, before=common),
+        "offered": list(offered(plain)),
+        "leans": leans,
         "wide": {
-            "code": packed(wide.binary, before=common + binary), "size": len(wide.binary), "lasting": wide.lasting,
-            "contact": wide.contact, "body": wide.body, "parameters": wide.parameters, "places": wide.places,
+            "code": packed(wide.binary, before=common + binary),
+            "size": len(wide.binary),
+            "lasting": wide.lasting,
+            "contact": wide.contact,
+            "body": wide.body,
+            "parameters": wide.parameters,
+            "places": wide.places,
             "levels": levels,
         },
-    }  # fmt: skip
+    }
     if slots:
         rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
         base = base_of(plain.component).variables
@@ -241,9 +240,12 @@ def _over(plain: Model, facts: Mapping[str, Any]) -> dict[str, Any]:
         words = f"varying with {slot.channel.variable.description}"
         over.append({"name": slot.name, "file": file_of(slot), "words": words} | ({"around": around} if row else {}))
     return {
-        "model": bare.name, "description": bare.description, "head": head_of(bare), "over": over,
+        "model": bare.name,
+        "description": bare.description,
+        "head": head_of(bare),
+        "over": over,
         "variables": [row | ({} if row["name"] in bare.variables else {"slot": True}) for row in facts["variables"]],
-    }  # fmt: skip
+    }
 
 
 @cache
@@ -263,9 +265,13 @@ def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
     module = module_of(subject, plant, choices=True, others=functions)
     varying = {address for address, _ in module.still}
     levels = [
-        address for name, rows in module.places.items() if _of_both(name, plain) in plain.values
-        and component.variables[name].quantity == "force" for row in rows for address in row if address in varying
-    ]  # fmt: skip
+        address
+        for name, rows in module.places.items()
+        if _of_both(name, plain) in plain.values and component.variables[name].quantity == "force"
+        for row in rows
+        for address in row
+        if address in varying
+    ]
     return module, levels
 
 

@@ -25,28 +25,13 @@ __all__ = ["BLOCK", "LONG", "PUSHED", "SHORT", "STEP", "stored", "walked", "walk
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
-LONG, SHORT = (
-    20 * BLOCK,
-    4 * BLOCK,
-)  # steps of a model of the package, and of one that is walked while a page is written
+LONG, SHORT = (20 * BLOCK, 4 * BLOCK)  # steps of a model of the package, and of one that is walked while a page is written
 PUSHED = 500
 STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots: all lengths of steps once; sets in a block
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
-    """Return the walks of a model, each with the hashes of its blocks.
-
-    Parameters
-    ----------
-    subject : Subject
-        The friction model.
-    plant : Model
-        What is pushed about.
-    scales : Scales
-        How far and how hard.
-    count : int
-        Steps of the contact.
-    """
+    """Return the walks of a model, each with the hashes of its blocks."""
     walk = walk_of(subject, STEP)
     forces = subject.forces(walk.positions(count), STEP)
     # At this step the largest push moves a free mass by about the distance of pre-sliding.
@@ -59,22 +44,8 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     }
 
 
-def walked_together(
-    models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model
-) -> dict[str, Any]:
-    """Return the walks of one contact with several sets of slots, and of the mass with the last of them.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        The friction model with each set.
-    around : sequence of float
-        Load, temperature [K] and effort that passes on [N or N*m].
-    walks : mapping
-        What `walked` gave of this contact.
-    plant : Model
-        What is pushed about.
-    """
+def walked_together(models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
+    """Return the walks of one contact with several sets of slots, and of the mass with the last of them."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
     forces = np.concatenate([_forces(model, positions, around) for model in models])

@@ -75,9 +75,7 @@ class Widget(anywidget.AnyWidget):
     _values = traitlets.Dict().tag(sync=True)
     _problem = traitlets.Unicode().tag(sync=True)
 
-    def __init__(
-        self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0
-    ) -> None:
+    def __init__(self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0) -> None:
         self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
         super().__init__(model=_checked(model))
 
@@ -99,11 +97,10 @@ class Widget(anywidget.AnyWidget):
         before, model = change["old"], change["new"]
         alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
         values = _values_of(model)
-        if not alike or {name: len(row) for name, row in values.items()} != {
-            k: len(v) for k, v in self._values.items()
-        }:
-            facts = described(model, uncertainty=None if isinstance(before, Model) else self._uncertainty,
-                              fastest=self._fastest, proven=False)  # fmt: skip
+        if not alike or {name: len(row) for name, row in values.items()} != {k: len(v) for k, v in self._values.items()}:
+            facts = described(
+                model, uncertainty=None if isinstance(before, Model) else self._uncertainty, fastest=self._fastest, proven=False
+            )
             with self.hold_sync():
                 self._values, self._described = values, plain(facts)
         self._values, self._problem = values, ""
@@ -123,9 +120,11 @@ class Widget(anywidget.AnyWidget):
 def _checked(model: Any) -> Model:
     if not isinstance(model, Model) or model.component.family != "friction":
         raise InputError(
-            "must be a friction model with parameters", path="model", value=model,
+            "must be a friction model with parameters",
+            path="model",
+            value=model,
             mend='Write bristle.friction.coulomb(F_C="20 N"), or take that of an identification',
-        )  # fmt: skip
+        )
     return model
 
 

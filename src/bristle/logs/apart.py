@@ -36,13 +36,7 @@ ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NU
 
 
 def read_apart(reader: str, data: bytes, request: Request) -> Table:
-    """Return the table in a binary file, read in a process of its own by the module `reader` of `bristle.logs`.
-
-    Raises
-    ------
-    InputError
-        What the reader says, or that it did not come back.
-    """
+    """Return the table in a binary file, read in a process of its own by the module `reader` of `bristle.logs`."""
     head = {
         "reader": reader,
         "source": str(request.source),
@@ -56,10 +50,14 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
     environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", code],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
         # A group of its own: Ctrl-C goes to the program that waits, and that one ends the reader.
-        start_new_session=sys.platform != "win32", creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-    )  # fmt: skip
+        start_new_session=sys.platform != "win32",
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+    )
     with process:
         try:
             out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
@@ -82,9 +80,7 @@ def _how_it_ended(code: int, stderr: bytes) -> str:
 
 
 def _no_answer(ending: str, request: Request) -> InputError:
-    return InputError(
-        f"is damaged, or of a kind that is not read ({ending})", path=str(request.source), mend="Copy or save it again"
-    )
+    return InputError(f"is damaged, or of a kind that is not read ({ending})", path=str(request.source), mend="Copy or save it again")
 
 
 def serve() -> None:

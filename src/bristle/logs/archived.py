@@ -20,12 +20,8 @@ _DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:
 _SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
 # Name first, or time first; what follows the value is its state.
-_NAMED = re.compile(
-    rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?'
-)
-_TIMED = re.compile(
-    rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?'
-)
+_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+_TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
 LOOKED_AT = 60  # lines
 FEWEST = 10
 ENOUGH = 0.8  # of the lines looked at
@@ -47,20 +43,7 @@ def is_archived(lines: Sequence[str]) -> bool:
 
 
 def read(lines: Sequence[str], request: Request) -> Table:
-    """Return the signals of an archive, each with its own times.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        The whole file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If there are more signals than an archive has.
-    """
+    """Return the signals of an archive, each with its own times."""
     refuse_larger(len(lines) * NUMBER_BYTES, request.limit, request.source)
     pattern = _pattern_of(lines)
     assert pattern is not None
@@ -76,15 +59,12 @@ def read(lines: Sequence[str], request: Request) -> Table:
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
     if len(signals) > MOST_SIGNALS:
-        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}",
-                         mend="Export one column a signal")  # fmt: skip
+        raise InputError(
+            f"names {len(signals)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}", mend="Export one column a signal"
+        )
     origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = [
-        Series(
-            name,
-            np.array(values) if request.choice(name) else None,
-            _seconds(times, origin) if request.choice(name) else None,
-        )
+        Series(name, np.array(values) if request.choice(name) else None, _seconds(times, origin) if request.choice(name) else None)
         for name, (times, values) in signals.items()
     ]
     notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []

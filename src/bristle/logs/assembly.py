@@ -27,13 +27,7 @@ NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note,
 
 
 def record_of(table: Table, axis: Axis) -> LogData:
-    """Return what was recorded in a table, in SI of the axis, on a uniform grid of time.
-
-    Raises
-    ------
-    InputError
-        If a column is missing, of the wrong unit, not finite, constant or saturated, or time makes no order.
-    """
+    """Return what was recorded in a table, in SI of the axis, on a uniform grid of time."""
     gathered = gather(table, axis)
     for problem in (*gathered.problems, *problems_of(gathered, str(table.source))):
         raise problem
@@ -42,31 +36,32 @@ def record_of(table: Table, axis: Axis) -> LogData:
 
 
 def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
-    """Return the time base of a log: from its column of time, else from the sample time that is known.
-
-    Raises
-    ------
-    InputError
-        If there is neither, both sample times differ, or time makes no order.
-    """
+    """Return the time base of a log: from its column of time, else from the sample time that is known."""
     time = gathered.channels.get("time")
     if time is not None:
         place = f"{table.source}: column {time.column!r}"
         return clock_of(
-            time.values, place, delay=axis.delay, sample_time=axis.sample_time,
-            position=gathered.motion.values if gathered.motion else None, repeats=_repeats(gathered),
-        )  # fmt: skip
+            time.values,
+            place,
+            delay=axis.delay,
+            sample_time=axis.sample_time,
+            position=gathered.motion.values if gathered.motion else None,
+            repeats=_repeats(gathered),
+        )
     period = axis.sample_time or table.sample_time
     if period is None:
         raise InputError(
-            "has no column of time and no sample time", path=str(table.source),
+            "has no column of time and no sample time",
+            path=str(table.source),
             mend='Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]',
-        )  # fmt: skip
+        )
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
         raise InputError(
             f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
-            path=str(table.source), value=period, mend="Leave sample_time out of the axis file",
-        )  # fmt: skip
+            path=str(table.source),
+            value=period,
+            mend="Leave sample_time out of the axis file",
+        )
     stamps = period * np.arange(len(gathered.motion or ()))
     return clock_of(stamps, str(table.source), delay=axis.delay)
 
@@ -83,9 +78,11 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
         return
     motion, per = gathered.motion, 1.0 if "position" in gathered.channels else clock.sample_time
     numbers: dict[str, Number] = {
-        "percent": 100.0 * clock.jitter.usual, "largest": 100.0 * clock.jitter.largest,
-        "sample_time": clock.sample_time, "position_error": per * clock.error_of(motion.values) if motion else 0.0,
-    }  # fmt: skip
+        "percent": 100.0 * clock.jitter.usual,
+        "largest": 100.0 * clock.jitter.largest,
+        "sample_time": clock.sample_time,
+        "position_error": per * clock.error_of(motion.values) if motion else 0.0,
+    }
     if "effort" in gathered.channels:
         numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)
     yield Diagnostic("stamps_jitter", "", "warning", numbers, axis.kind)

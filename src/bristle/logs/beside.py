@@ -19,17 +19,7 @@ Row = tuple[int, list[str]]
 
 @dataclass(frozen=True)
 class Beside:
-    """What stood beside the first rows of numbers.
-
-    Parameters
-    ----------
-    rows : dict of int to list of str
-        The cells of each line that had such ones, by its index, without them.
-    facts : dict of str to str
-        What they say, where a name and a value stand in one row.
-    note : str
-        What was left out.
-    """
+    """What stood beside the first rows of numbers."""
 
     rows: dict[int, list[str]]
     facts: dict[str, str]
@@ -59,11 +49,7 @@ def table_beside(rows: Sequence[Row], decimal_comma: bool) -> Beside | None:
     early = max((k + 1 for _, cells in recorded for k in range(count, start) if any(cells[k : k + 1])), default=0)
     width = max(len(below[-1]), early)
     keep = min(start, width)
-    left = {
-        index: [*cells[:keep], *[""] * (width - keep)]
-        for index, cells in recorded
-        if any(cells[start:]) or len(cells) > width
-    }
+    left = {index: [*cells[:keep], *[""] * (width - keep)] for index, cells in recorded if any(cells[start:]) or len(cells) > width}
     pairs = ([cell for cell in cells[start:] if cell] for _, cells in aside)
     facts = {name: " ".join(values) for name, *values in pairs if values}
     return Beside(left, facts, _note(aside, start, recorded))

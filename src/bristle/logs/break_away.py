@@ -77,19 +77,7 @@ class _Leg(NamedTuple):
 def break_aways(
     recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
 ) -> tuple[BreakAway, ...]:
-    """Return the break-aways of a log, by rate.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        The segments of the log.
-    cutoff : float
-        Of the filter that they have passed [Hz].
-    sample_time : float
-        Of the log [s].
-    resolution, noise : float
-        Step of the position encoder, and standard deviation of the noise of the position [m or rad].
-    """
+    """Return the break-aways of a log, by rate."""
     grain = max(COUNTS * resolution, NOISE * noise)
     measured_legs: list[_Leg] = []
     for recording in recordings:

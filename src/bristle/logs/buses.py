@@ -21,17 +21,11 @@ ENOUGH = 0.8  # of the lines looked at
 
 
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
-    """Refuse a log of a CAN bus: what its bytes mean stands in another file.
-
-    Raises
-    ------
-    InputError
-        If these are lines of one.
-    """
+    """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
     filled = [line for line in lines if line.strip()][:LOOKED_AT]
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
         raise InputError(
-            "is a log of a CAN bus (candump): frames of bytes, and no signals", path=str(source),
-            mend="Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, "
-            "as cantools or asammdf do",
-        )  # fmt: skip
+            "is a log of a CAN bus (candump): frames of bytes, and no signals",
+            path=str(source),
+            mend="Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do",
+        )

@@ -19,23 +19,7 @@ OF_STAMPS = 0.02  # of the steps of a time that rise: fewer are no stamps of sam
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A column that may be a channel.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    values : ndarray
-        Its samples; those that are no numbers are taken as the median.
-    unit, told_by : str
-        Unit of its samples, and whether the header or the name tells it; empty where neither does.
-    meaning : Meaning
-        What its name means.
-    axis : tuple of str or None
-        Which axis its address names.
-    unknown : str
-        What the file says for its unit, where that is none that is known.
-    """
+    """A column that may be a channel."""
 
     name: str
     values: np.ndarray

@@ -10,17 +10,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 
-__all__ = [
-    "CLOCK",
-    "COMMENT",
-    "COMMENTS",
-    "cells_of",
-    "has_content",
-    "is_number",
-    "numbers_in",
-    "why_no_number",
-    "without_comments",
-]
+__all__ = ["CLOCK", "COMMENT", "COMMENTS", "cells_of", "has_content", "is_number", "numbers_in", "why_no_number", "without_comments"]
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
@@ -35,20 +25,15 @@ _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates.
-
-    Raises
-    ------
-    InputError
-        If a quoted cell is longer than any.
-    """
+    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates."""
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
     if delimiter is None:
         return [cell.strip().strip('"').strip() for cell in line.split()]
     if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
-        raise InputError("has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters",
-                         mend="Is it the right file?")  # fmt: skip
+        raise InputError(
+            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Is it the right file?"
+        )
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
 
 
@@ -90,8 +75,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
     """
     if CLOCK.fullmatch(cell):
         return "is a time of day", (
-            "Export the time in seconds from the start, or leave the column of time out of the axis file and write "
-            "sample_time in [timing]"
+            "Export the time in seconds from the start, or leave the column of time out of the axis file and write sample_time in [timing]"
         )
     if _THOUSANDS.fullmatch(cell):
         return "is a number with thousands separators", "Export numbers without them"

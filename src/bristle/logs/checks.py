@@ -40,9 +40,12 @@ def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
         place = f"{source}: column {channel.column!r}"
         if channel.values.size < FEWEST_SAMPLES:
             yield InputError(
-                f"is too short to be used as the {name}", path=place, value=channel.values.size,
-                allowed=f"at least {FEWEST_SAMPLES} samples", mend="Record for longer, or copy it again",
-            )  # fmt: skip
+                f"is too short to be used as the {name}",
+                path=place,
+                value=channel.values.size,
+                allowed=f"at least {FEWEST_SAMPLES} samples",
+                mend="Record for longer, or copy it again",
+            )
             return
     usable = True
     for _, channel in channels:
@@ -93,10 +96,10 @@ def _no_measurement(gathered: Gathered, channel: Channel, place: str) -> Iterato
     if far.size:
         at = int(far[np.argmax(np.abs(channel.values[far]))])
         yield InputError(
-            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; "
-            f"{far.size} such in all",
-            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
-        )  # fmt: skip
+            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; {far.size} such in all",
+            path=place,
+            mend="Repair these samples or delete their rows: a gap in time is understood",
+        )
 
 
 def _lost_readings(gathered: Gathered, place: str) -> Iterator[InputError]:
@@ -108,8 +111,9 @@ def _lost_readings(gathered: Gathered, place: str) -> Iterator[InputError]:
             f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
             f"{'sample' if worst.length == 1 else 'samples'} at {_moment(gathered, worst.start)}, "
             f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost",
-            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
-        )  # fmt: skip
+            path=place,
+            mend="Repair these samples or delete their rows: a gap in time is understood",
+        )
 
 
 def _moment(gathered: Gathered, at: int) -> str:
@@ -132,9 +136,7 @@ def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
         limits = ((own, law.get("limit"), "[controller] limit"), (channel.values, axis.effort_limit, "[effort] limit"))
         for values, limit, key in limits:
             if limit is not None and np.max(np.abs(values)) > (1 + LIMIT_TOLERANCE) * limit:
-                numbers: dict[str, Number] = {
-                    "value": float(np.max(np.abs(values))), "limit": float(limit), "key": key,
-                }  # fmt: skip
+                numbers: dict[str, Number] = {"value": float(np.max(np.abs(values))), "limit": float(limit), "key": key}
                 yield Diagnostic("beyond_limit", "", "warning", numbers, axis.kind)
                 break
     position = gathered.channels.get("position")
@@ -202,9 +204,10 @@ def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
             if beyond.max() <= abrupt:
                 continue
         yield InputError(
-            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, "
-            f"for {length} samples", path=place, mend="Widen the range of the sensor or of the recording",
-        )  # fmt: skip
+            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples",
+            path=place,
+            mend="Widen the range of the sensor or of the recording",
+        )
         return
 
 

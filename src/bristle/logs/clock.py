@@ -36,13 +36,7 @@ DIGITS = 12  # of the sample time that count: what the unit of the stamps leaves
 
 @dataclass(frozen=True)
 class Jitter:
-    """By how much stamps deviate from even ones.
-
-    Parameters
-    ----------
-    usual, largest : float
-        Of the sample time, for 19 of 20 stamps and for all.
-    """
+    """By how much stamps deviate from even ones."""
 
     usual: float
     largest: float
@@ -54,25 +48,7 @@ class Jitter:
 
 @dataclass(frozen=True)
 class Clock:
-    """The uniform grid of time of a log, segment by segment.
-
-    Parameters
-    ----------
-    sample_time : float
-        Time between samples [s].
-    pieces : tuple of (slice, ndarray)
-        For each segment the recorded samples it draws on, and its uniform grid [s].
-    stamps : ndarray
-        Time of the recorded samples, in order [s].
-    uniform : bool
-        Whether the recorded samples lie on the grid already.
-    notes : tuple of str
-        What was resampled or left out.
-    rows : ndarray or None
-        Index of each recorded sample in the file, in the order of time; None where they are all and in order.
-    jitter : Jitter or None
-        What was resampled away.
-    """
+    """The uniform grid of time of a log, segment by segment."""
 
     sample_time: float
     pieces: tuple[tuple[slice, np.ndarray], ...]
@@ -94,17 +70,7 @@ class Clock:
         return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
 
     def sampled(self, values: np.ndarray, lag: float = 0.0, *, smooth: bool = True) -> np.ndarray:
-        """Return recorded values on the grid, as they were recorded `lag` later [s].
-
-        Parameters
-        ----------
-        values : ndarray, shape (recorded_count,)
-            A recorded channel.
-        lag : float
-            By how much it lags [s].
-        smooth : bool
-            Between samples, a cubic spline, else straight lines, as befits a signal that jumps.
-        """
+        """Return recorded values on the grid, as they were recorded `lag` later [s]."""
         values = values if self.rows is None else values[self.rows]
         parts = []
         for raw, grid in self.pieces:
@@ -140,36 +106,21 @@ class Clock:
 
 
 def clock_of(
-    stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time: float | None = None,
-    position: np.ndarray | None = None, repeats: np.ndarray | None = None,
-) -> Clock:  # fmt: skip
-    """Return the uniform grid of time that recorded time stamps lie on or near.
-
-    Parameters
-    ----------
-    stamps : ndarray, shape (recorded_count,)
-        Recorded time [s].
-    place : str
-        Where they come from, for the message.
-    delay : float
-        By how much the effort lags: where no sample of it is left, the grid ends early [s].
-    sample_time : float, optional
-        What the axis file says it is [s].
-    position : ndarray, optional
-        What moves: where the stamps jitter it may tell whether the samples do.
-    repeats : ndarray of bool, optional
-        Whether all channels of a row hold what the row before holds: a row that a stamp repeats is the same row then.
-
-    Raises
-    ------
-    InputError
-        If the stamps stand still or make no order, or have steps that no axis is sampled at.
-    """
+    stamps: np.ndarray,
+    place: str,
+    *,
+    delay: float = 0.0,
+    sample_time: float | None = None,
+    position: np.ndarray | None = None,
+    repeats: np.ndarray | None = None,
+) -> Clock:
+    """Return the uniform grid of time that recorded time stamps lie on or near."""
     order = order_of(stamps, place)
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
-        raise InputError(f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
-                         mend="Mend the unit of the time column")  # fmt: skip
+        raise InputError(
+            f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s", mend="Mend the unit of the time column"
+        )
     even, step = _rounded(order.stamps, usual)
     order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
@@ -270,9 +221,8 @@ def _gap_notes(stamps: np.ndarray, raws: list[slice], usable: list[slice]) -> li
 
 
 def _deviation(
-    stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool,
-    position: np.ndarray | None,
-) -> tuple[np.ndarray, Jitter | None, list[str]]:  # fmt: skip
+    stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
+) -> tuple[np.ndarray, Jitter | None, list[str]]:
     """Return the time of the samples, how far it is from even, and what is to be said of it.
 
     `places` are the samples counted, those that were lost and are bridged among them.
@@ -292,18 +242,16 @@ def _deviation(
             # Where rows are bridged, what lasts in the stamps is kept: a row that was miscounted moves few others.
             is_bridged = places[raw][-1] - places[raw.start] >= raw.stop - raw.start
             even[raw] = stamps[raw] - period * (off if is_bridged else error)
-        note = (f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken "
-                f"as even, {period:.6g} s apart")  # fmt: skip
+        note = (
+            f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken "
+            f"as even, {period:.6g} s apart"
+        )
         return even, None, [note]
     reason = "samples are uneven: their steps differ" if uneven else "time stamps jitter"
-    return stamps, jitter, [
-        f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"
-    ]  # fmt: skip
+    return stamps, jitter, [f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"]
 
 
-def _samples_are_even(
-    stamps: np.ndarray, places: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray
-) -> bool:
+def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray) -> bool:
     """Return whether the position moves evenly from row to row where it does not from stamp to stamp."""
     by_row, by_stamp, count = 0.0, 0.0, 0
     for raw, error in zip(raws, local, strict=True):

@@ -35,9 +35,7 @@ PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), excl
 AXIS = optional(instance(Axis, "an axis"))
 
 
-def record_of_columns(
-    source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None
-) -> LogData:
+def record_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> LogData:
     """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
     described: Axis | None = looked_at(AXIS, axis, "axis", None)
     chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)
@@ -72,13 +70,7 @@ def is_table(source: Any) -> bool:
 
 
 def table_of(source: Any) -> Table:
-    """Return the columns of numbers in a data frame, a data set, a record array or a mapping.
-
-    Raises
-    ------
-    InputError
-        If it is no table, or holds no columns.
-    """
+    """Return the columns of numbers in a data frame, a data set, a record array or a mapping."""
     stated, series = _columns_of(source)
     texts: dict[str, InputError] = {}
     columns: dict[str, np.ndarray] = {}
@@ -102,9 +94,7 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     stated = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
     is_mapping = isinstance(source, Mapping)
     names = getattr(getattr(source, "dtype", None), "names", None)  # an array with named fields
-    for attribute in (
-        ("variables",) if is_mapping else ("column_names", "columns")
-    ):  # xarray; pyarrow; pandas and polars
+    for attribute in ("variables",) if is_mapping else ("column_names", "columns"):  # xarray; pyarrow; pandas and polars
         names = names or getattr(source, attribute, None)
     if names is None and is_mapping:
         names = list(source)
@@ -128,21 +118,14 @@ def _unit_of(values: Any) -> str:
 
 
 def _numbers(values: Any, name: str) -> np.ndarray:
-    """Return a column as numbers; dates as seconds from the first.
-
-    Raises
-    ------
-    InputError
-        If it is not 1-D, or holds what is no number.
-    """
+    """Return a column as numbers; dates as seconds from the first."""
     place = f"{SOURCE}: column {name!r}"
     if np.ma.is_masked(values):
         raise InputError("has masked values", path=place, mend="Fill them, or delete their rows: a gap is understood")
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
     samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
     if samples.ndim != 1:
-        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}",
-                         mend="Give each signal a column of its own")  # fmt: skip
+        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}", mend="Give each signal a column of its own")
     if samples.dtype.kind in "mM":
         return (samples - samples[:1]) / np.timedelta64(1, "s")
     if samples.dtype.kind not in "fiubO":
@@ -152,9 +135,11 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     except (TypeError, ValueError) as error:
         odd = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
         raise InputError(
-            f"holds no number at sample {odd} ({told_by(error)})", path=place, value=samples[odd],
+            f"holds no number at sample {odd} ({told_by(error)})",
+            path=place,
+            value=samples[odd],
             mend="Repair these samples or delete their rows: a gap in time is understood",
-        ) from None  # fmt: skip
+        ) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -202,8 +187,11 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         hints = (did_you_mean(name, NAMES["position"]) for name in table.names)
         close = next(filter(None, hints), "")
         raise InputError(
-            "has no column of the position", path=PLACE, value=some_of(table.names, 40) or "no columns",
-            allowed=", ".join(CHANNELS), mend=close or "Rename it to position, or give an axis",
-        )  # fmt: skip
+            "has no column of the position",
+            path=PLACE,
+            value=some_of(table.names, 40) or "no columns",
+            allowed=", ".join(CHANNELS),
+            mend=close or "Rename it to position, or give an axis",
+        )
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)

@@ -56,18 +56,6 @@ def read(data: bytes, request: Request) -> Table:
     Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a
     blank, rows of empty cells, and what stands before the header are skipped; the header may be missing; a decimal
     comma is understood unless commas separate, and so are ``1.5D-3`` and ``-1.#IND``.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If a cell is no number, a row has another number of cells, or the file ends within a row.
     """
     data, encoding = _decodable(data, request.source)
     special = _special(data, encoding, request)
@@ -86,8 +74,11 @@ def read(data: bytes, request: Request) -> Table:
     if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
         return replace(apart, facts=facts, format=_program_of(layout) or apart.format)
     by_number = _asked_by_number(layout.names, request.choice)
-    chosen = [i for i, numeric in enumerate(layout.numeric)
-              if numeric and (request.choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
+    chosen = [
+        i
+        for i, numeric in enumerate(layout.numeric)
+        if numeric and (request.choice(layout.names[i]) or layout.names[i] in by_number.values())
+    ]
     values = _numbers(body, layout, request.source, chosen, request.limit, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
@@ -103,11 +94,16 @@ def read(data: bytes, request: Request) -> Table:
     names = tuple(name for name, is_numeric in zip(layout.names, numeric, strict=True) if is_numeric)
     texts = _texts(lines[layout.first], layout, request.source)
     return Table(
-        columns, units | {layout.names[i]: "s" for i in dates},
-        texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
-        format=_program_of(layout) or "text", names=names, facts=facts, numbers=by_number,
+        columns,
+        units | {layout.names[i]: "s" for i in dates},
+        texts={name: reason for name, reason in texts.items() if name not in names},
+        notes=(*layout.notes, *notes),
+        format=_program_of(layout) or "text",
+        names=names,
+        facts=facts,
+        numbers=by_number,
         sample_time=None if any(map(is_time, names)) else period_told(facts),
-    )  # fmt: skip
+    )
 
 
 def _asked_by_number(names: Sequence[str], choice: Choice) -> dict[str, str]:
@@ -121,18 +117,14 @@ def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
     separator = (layout.delimiter or "").encode()
     gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body)
-    has_clocks = (
-        times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
-    )
+    has_clocks = times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
     if not (has_clocks or gaps):
         return None
     layout = replace(layout, names=names_beside_times(layout.names))
     columns = partly_empty(body, layout, encoding) if gaps else None
     if columns is None and has_clocks:
         numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
-        columns = dict(
-            zip(numeric, _numbers(body, layout, request.source, numeric, request.limit, encoding), strict=True)
-        )
+        columns = dict(zip(numeric, _numbers(body, layout, request.source, numeric, request.limit, encoding), strict=True))
     if columns is None:
         return None
     by_number = _asked_by_number(layout.names, request.choice)
@@ -163,9 +155,7 @@ def _program_of(layout: Layout) -> str:
 def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
     """Return why columns were left out, for those who ask for them."""
     problems = {}
-    for name, numeric, cell in zip(
-        layout.names, layout.numeric, cells_of(without_comments(row), layout.delimiter), strict=True
-    ):
+    for name, numeric, cell in zip(layout.names, layout.numeric, cells_of(without_comments(row), layout.delimiter), strict=True):
         if not numeric:
             message, mend = why_no_number(cell)
             place = f"{source}: line {layout.first + 1}, column {name!r}"
@@ -179,8 +169,7 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         try:
             data = data.decode("utf-16").encode("utf-8", "replace")
         except UnicodeDecodeError:
-            raise InputError("is truncated: it ends within a character", path=str(source),
-                             mend="Copy or export it again") from None  # fmt: skip
+            raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
     elif b"\0" in data and (order := _order_of_bytes(data[:HEAD_BYTES])):
         data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
     elif b"\0" in data:
@@ -224,8 +213,11 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     while len(starts) <= most:
         end = data.find(b"\n", at)
         if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
-            raise InputError(f"has a line of more than {LONGEST_LINE} characters", path=f"{source}: line {len(starts)}",
-                             mend="Export one row a sample: is it a log?")  # fmt: skip
+            raise InputError(
+                f"has a line of more than {LONGEST_LINE} characters",
+                path=f"{source}: line {len(starts)}",
+                mend="Export one row a sample: is it a log?",
+            )
         if end < 0:
             break
         at = end + 1
@@ -265,9 +257,7 @@ def _last_lines(body: bytes, most: int) -> Iterator[bytes]:
         end = begin - 1
 
 
-def _numbers(
-    body: bytes, layout: Layout, source: Path, chosen: list[int], limit: int, encoding: str
-) -> list[np.ndarray]:
+def _numbers(body: bytes, layout: Layout, source: Path, chosen: list[int], limit: int, encoding: str) -> list[np.ndarray]:
     """Return the chosen columns."""
     # A run of blanks does not tell which cell is missing: all are read, so that rows are of one length.
     numeric = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric]
@@ -287,9 +277,8 @@ def _numbers(
         )
     except ValueError as error:
         raise _bad_row(body, layout, source, encoding) or InputError(
-            f"holds a row that cannot be read ({error})", path=str(source),
-            mend="Export it again: a number in each cell"
-        ) from None  # fmt: skip
+            f"holds a row that cannot be read ({error})", path=str(source), mend="Export it again: a number in each cell"
+        ) from None
     expected = len(values) * (len(layout.numeric) - 1)
     if layout.delimiter and body.count(layout.delimiter.encode()) != expected:
         bad = _bad_row(body, layout, source, encoding)

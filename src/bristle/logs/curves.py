@@ -37,9 +37,13 @@ def _curve(pair: Any, path: str, kind: Kind | None) -> Curve:
 
 
 @guarded(
-    curves=many(_curve, least=1), start=among(*STARTS), kind=among(*KINDS, "magnetic", "piezo"),
-    source=instance(Path, "a path", read=Path), origin=instance(Origin, "an Origin"), notes=many(TEXT),
-)  # fmt: skip
+    curves=many(_curve, least=1),
+    start=among(*STARTS),
+    kind=among(*KINDS, "magnetic", "piezo"),
+    source=instance(Path, "a path", read=Path),
+    origin=instance(Origin, "an Origin"),
+    notes=many(TEXT),
+)
 @dataclass(frozen=True, eq=False)
 class Curves:
     """Hysteresis as it was recorded: no time, only the order of the samples.

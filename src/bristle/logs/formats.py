@@ -21,27 +21,7 @@ START = 4096  # bytes by which a format is recognised
 
 
 class LogFormat(NamedTuple):
-    """A format of logs.
-
-    Parameters
-    ----------
-    name : str
-        Its module in this folder; of one of a person's own, what it is called in messages.
-    title : str
-        What people call it.
-    recognises : callable
-        ``recognises(head, suffix)``: whether a file is of this format, by its first 4096 bytes and the ending of its
-        name in small letters, such as ``".csv"``.
-    holds_tables : bool
-        Whether one file may hold several tables.
-    package, extra : str
-        The package that it asks for, and the extra that this comes with. Such a reader is native code, or may be: it
-        runs in a process of its own.
-    read : callable or None
-        ``read(data, request)``, of a format of a person's own: a `Table`, or arrays by name.
-    example : bytes
-        What a small file of this format holds, of a person's own: what ``bristle check`` tries its reader on.
-    """
+    """A format of logs."""
 
     name: str
     title: str
@@ -84,13 +64,7 @@ _OWN: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of a perso
 
 @contextmanager
 def reading(*formats: LogFormat) -> Iterator[None]:
-    """Read logs of formats of a person's own, too, before all others.
-
-    Parameters
-    ----------
-    *formats : LogFormat
-        Each with a `read`.
-    """
+    """Read logs of formats of a person's own, too, before all others."""
     token = _OWN.set((*formats, *_OWN.get()))
     try:
         yield

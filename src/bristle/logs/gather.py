@@ -76,9 +76,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
     if _motion_of(axis) is None:
-        gathered.problems.append(
-            InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
-        )
+        gathered.problems.append(InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]"))
     if implied:
         onto_one_time(table, gathered)
     _tell_of_shared_columns(gathered)
@@ -107,17 +105,8 @@ def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
 
 
 def axis_of(table: Table) -> Axis:
-    """Return the axis that the names and units of a table speak of, for logs without an axis file.
-
-    Raises
-    ------
-    InputError
-        If no column is called as positions usually are.
-    """
-    names = {
-        channel: next((name for name in table.names if name.lower() in usual), None)
-        for channel, usual in USUAL_NAMES.items()
-    }
+    """Return the axis that the names and units of a table speak of, for logs without an axis file."""
+    names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
     moved = names["position"] or names["velocity"]
     if moved is None:
         text = next((name for name in table.texts if split_unit(name)[0].lower() in USUAL_NAMES["position"]), None)
@@ -178,12 +167,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
 def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
     """Tell where the name of a column speaks of another unit than its numbers are taken in."""
     called, declared = unit_in_name(name), column.unit or table.units.get(name, "")
-    if (
-        len(called) < LONG_ENOUGH
-        or not declared
-        or not units.is_unit(declared)
-        or (column.unit and key in ("time", "position"))
-    ):
+    if len(called) < LONG_ENOUGH or not declared or not units.is_unit(declared) or (column.unit and key in ("time", "position")):
         return  # where an axis file declares the unit of time and position, the check of the log looks at it
     if not units.compatible(called, declared) or not np.isclose(units.factor(called, declared), 1.0, rtol=1e-9):
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
@@ -201,18 +185,24 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     if unknown := table.unknown_unit(name):
         if not column.unit:
             raise InputError(
-                "has a unit that is not known", path=place, value=unknown, allowed=f"a unit of {column.base}",
+                "has a unit that is not known",
+                path=place,
+                value=unknown,
+                allowed=f"a unit of {column.base}",
                 mend='Write the unit that it stands for in the axis file, such as unit = "mm"',
-            )  # fmt: skip
+            )
         gathered.notes.append(f"column {name} has a unit that is not known, {unknown!r}: taken in {column.unit}")
     if not unit or unknown:
         return units.factor(column.unit, column.base, path=place)
     factor = units.factor(unit, column.base, path=place)
     if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
         raise InputError(
-            "has another unit in the log than in the axis file", path=place, value=unit, allowed=column.unit,
+            "has another unit in the log than in the axis file",
+            path=place,
+            value=unit,
+            allowed=column.unit,
             mend=f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there",
-        )  # fmt: skip
+        )
     return factor
 
 

@@ -23,30 +23,14 @@ MOST_OBJECTS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the columns of a group, or of a matrix, of an HDF5 file.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it. A table is the name of a group or matrix; without it, all columns are named
-        ``group/column`` (``structure.field`` in a file of MATLAB), unless there is one group only.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, holds no such table, or takes its numbers from other files.
-    """
+    """Return the columns of a group, or of a matrix, of an HDF5 file."""
     import h5py
 
     try:
         content = h5py.File(io.BytesIO(data), "r")
     except OSError as error:
         raise InputError(
-            f"is truncated or damaged, or no HDF5 file ({error})",
-            path=str(request.source),
-            mend="Copy or save it again",
+            f"is truncated or damaged, or no HDF5 file ({error})", path=str(request.source), mend="Copy or save it again"
         ) from None
     separator = "." if data.startswith(MAT_73) else "/"
     values: dict[str, Stored] = {}

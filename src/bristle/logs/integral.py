@@ -13,21 +13,7 @@ __all__ = ["integral_of", "remark_on"]
 
 
 def integral_of(velocity: Channel, unit: str, sample_time: float, segments: Sequence[slice], start: float) -> Channel:
-    """Return the integral of a velocity by trapezoids; each segment goes on where the one before it ended.
-
-    Parameters
-    ----------
-    velocity : Channel
-        On a uniform grid.
-    unit : str
-        Of the way.
-    sample_time : float
-        Of the grid [s].
-    segments : sequence of slice
-        Stretches without a gap.
-    start : float
-        Where it begins.
-    """
+    """Return the integral of a velocity by trapezoids; each segment goes on where the one before it ended."""
     speed = velocity.values
     steps = 0.5 * sample_time * (speed[1:] + speed[:-1])
     for segment in segments[1:]:

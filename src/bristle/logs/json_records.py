@@ -27,11 +27,7 @@ WIDE = 1000
 LARGE = 10**15  # of a count of µs or less since long ago
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
-NAMES, VALUES, UNITS = (
-    ("name", "signal", "channel", "id", "label"),
-    ("values", "data", "samples", "y"),
-    ("unit", "units"),
-)
+NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values", "data", "samples", "y"), ("unit", "units"))
 MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or columns by name'
 
 
@@ -48,20 +44,7 @@ def looks_like_json(head: bytes) -> bool:
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the columns of a JSON file.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file: one object or list, or one object in each line.
-    request : Request
-        What is read of it; a table is the name of the list of records.
-
-    Raises
-    ------
-    InputError
-        If it is no JSON, or holds no records and no columns.
-    """
+    """Return the columns of a JSON file."""
     content = _parsed(data, request.source)
     try:
         tables = {path: table for path, table in _tables(content, "", 0) if table[0]}
@@ -90,8 +73,9 @@ def _parsed(data: bytes, source: Path) -> Any:
         records = _objects(lines)
         if len(records) >= max(FEWEST, len(lines) - 1):  # the last line of a recording may be cut
             return records
-        raise InputError(f"is truncated or no JSON: {error.msg} in line {error.lineno}", path=str(source),
-                         mend="Copy or save it again") from None  # fmt: skip
+        raise InputError(
+            f"is truncated or no JSON: {error.msg} in line {error.lineno}", path=str(source), mend="Copy or save it again"
+        ) from None
 
 
 def _objects(lines: list[str]) -> list[dict[str, Any]]:
@@ -124,8 +108,7 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
         rows = [row for row in node["data"] if isinstance(row, list)]
         yield path, ({str(name): [row[k] for row in rows] for k, name in enumerate(node["columns"])}, {})
         return
-    columns = {name: list(value.values()) if isinstance(value, dict) else value for name, value in node.items()
-               if _is_column(value)}  # fmt: skip
+    columns = {name: list(value.values()) if isinstance(value, dict) else value for name, value in node.items() if _is_column(value)}
     if len(columns) > 1:
         yield path, (columns, _units_in(node))
         return
@@ -158,8 +141,11 @@ def _of_records(records: list[dict[str, Any]]) -> dict[str, list[Any]]:
     flat = [dict(_flat(record, "", 0)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
     if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
-        raise InputError(f"has {len(names)} different names in {len(flat)} records",
-                         allowed=f"{MOST_NAMES} names; beyond {WIDE}, {MOST_CELLS} values", mend=MEND)  # fmt: skip
+        raise InputError(
+            f"has {len(names)} different names in {len(flat)} records",
+            allowed=f"{MOST_NAMES} names; beyond {WIDE}, {MOST_CELLS} values",
+            mend=MEND,
+        )
     return {name: [record.get(name) for record in flat] for name in names}
 
 
@@ -189,15 +175,23 @@ def _chosen(tables: Mapping[str, Any], table: str | None, source: Path) -> str:
     if table is not None and table in tables:
         return table
     if table is not None and len(tables) > 1:
-        raise InputError(f"holds no table {table!r}", path=str(source), allowed=", ".join(tables),
-                         mend="Mend the name behind ::, or `table` under [log] of the axis file")  # fmt: skip
+        raise InputError(
+            f"holds no table {table!r}",
+            path=str(source),
+            allowed=", ".join(tables),
+            mend="Mend the name behind ::, or `table` under [log] of the axis file",
+        )
     return max(tables, key=lambda name: max(map(len, tables[name][0].values())))
 
 
 def _table(
-    columns: Mapping[str, list[Any]], units: Mapping[str, str], source: Path, choice: Choice, facts: dict[str, str],
+    columns: Mapping[str, list[Any]],
+    units: Mapping[str, str],
+    source: Path,
+    choice: Choice,
+    facts: dict[str, str],
     constants: dict[str, float],
-) -> Table:  # fmt: skip
+) -> Table:
     called, unit_of, notes = names_and_units(columns, units)
     numbers: dict[str, np.ndarray] = {}
     texts: dict[str, InputError] = {}
@@ -213,14 +207,24 @@ def _table(
     time = next((name for name in numbers if is_time(name) and _advances(numbers[name])), None)
     chosen_columns = {name: values for name, values in numbers.items() if choice(name) or name == time}
     series = [
-        Series(name, chosen_columns.get(name),
-               _times_for(numbers[time], values) if time is not None and time != name else None,
-               unit_of.get(name, ""))
+        Series(
+            name,
+            chosen_columns.get(name),
+            _times_for(numbers[time], values) if time is not None and time != name else None,
+            unit_of.get(name, ""),
+        )
         for name, values in numbers.items()
-    ]  # fmt: skip
+    ]
     notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
-    plain = table_of_series([_without_missing(entry) for entry in series if entry.name != time], source, "JSON",
-                           notes=notes, texts=texts, facts=facts, constants=constants)  # fmt: skip
+    plain = table_of_series(
+        [_without_missing(entry) for entry in series if entry.name != time],
+        source,
+        "JSON",
+        notes=notes,
+        texts=texts,
+        facts=facts,
+        constants=constants,
+    )
     if time is None:
         return plain
     return _with_its_name(plain, time, unit_of.get(time) or unit_of_time(time, numbers[time]))
@@ -250,11 +254,12 @@ def _with_its_name(table: Table, name: str, unit: str) -> Table:
         return name if entry == old else entry
 
     return replace(
-        table, columns={called(entry): values for entry, values in table.columns.items()},
-        units={called(entry): unit_of for entry, unit_of in table.units.items() if entry != old}
-        | ({name: unit} if unit else {}),
-        names=tuple(map(called, table.names)), stamps={entry: called(time) for entry, time in table.stamps.items()},
-    )  # fmt: skip
+        table,
+        columns={called(entry): values for entry, values in table.columns.items()},
+        units={called(entry): unit_of for entry, unit_of in table.units.items() if entry != old} | ({name: unit} if unit else {}),
+        names=tuple(map(called, table.names)),
+        stamps={entry: called(time) for entry, time in table.stamps.items()},
+    )
 
 
 def _advances(values: np.ndarray) -> bool:

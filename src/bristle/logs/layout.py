@@ -23,9 +23,36 @@ __all__ = ["Layout", "layout_of"]
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
-    {"deg", "deg/s", "deg/s^2", "rev", "rev/s", "rpm", "1/min", "min", "h", "lbf", "inch", "mm/min", "m/min", "m/s^2",
-     "mm/s^2", "rad/s^2", "degC", "K", "bar", "W", "kW", "Hz", "kHz", "LU", "Grad", "bool", "hex"}
-)  # fmt: skip
+    {
+        "deg",
+        "deg/s",
+        "deg/s^2",
+        "rev",
+        "rev/s",
+        "rpm",
+        "1/min",
+        "min",
+        "h",
+        "lbf",
+        "inch",
+        "mm/min",
+        "m/min",
+        "m/s^2",
+        "mm/s^2",
+        "rad/s^2",
+        "degC",
+        "K",
+        "bar",
+        "W",
+        "kW",
+        "Hz",
+        "kHz",
+        "LU",
+        "Grad",
+        "bool",
+        "hex",
+    }
+)
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
 MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
@@ -33,25 +60,7 @@ MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
 
 @dataclass(frozen=True)
 class Layout:
-    """Where and how the numbers of a text file stand.
-
-    Parameters
-    ----------
-    delimiter : str or None
-        What separates cells; None is any run of blanks.
-    decimal_comma : bool
-        Whether decimals follow a comma.
-    first : int
-        Index of the first line of numbers.
-    numeric : tuple of bool
-        Which columns hold numbers.
-    names, units : tuple of str
-        What the header says, one for each column.
-    notes : tuple of str
-        What had to be called otherwise, or was left out.
-    beside : Beside or None
-        What stood beside the first rows of numbers.
-    """
+    """Where and how the numbers of a text file stand."""
 
     delimiter: str | None
     decimal_comma: bool
@@ -64,13 +73,7 @@ class Layout:
 
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
-    """Return the layout that makes most numbers of the first lines of a file.
-
-    Raises
-    ------
-    InputError
-        If nowhere rows of numbers follow one another, or a cell in the first of them is no number.
-    """
+    """Return the layout that makes most numbers of the first lines of a file."""
     bare = [without_comments(line) for line in lines]
     best = _most_numbers(bare, source)
     if best is None:
@@ -118,9 +121,11 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
             continue
         if len(cells) > MOST_COLUMNS:
             raise InputError(
-                f"has {len(cells)} cells in a row", path=f"{source}: line {index + 1}",
-                allowed=f"up to {MOST_COLUMNS}", mend="Export one row a sample: are rows and columns exchanged?",
-            )  # fmt: skip
+                f"has {len(cells)} cells in a row",
+                path=f"{source}: line {index + 1}",
+                allowed=f"up to {MOST_COLUMNS}",
+                mend="Export one row a sample: are rows and columns exchanged?",
+            )
         rows.append((index, cells))
         count += len(cells)
         if count > MOST_CELLS:
@@ -137,10 +142,7 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
     def kinds(row: int) -> tuple[np.ndarray, np.ndarray]:
         if row not in known_kinds:
             cells = complete[row][1]
-            known_kinds[row] = (
-                np.array([is_number(cell, decimal_comma) for cell in cells]),
-                np.array([not c for c in cells]),
-            )
+            known_kinds[row] = (np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not c for c in cells]))
         return known_kinds[row]
 
     for start in range(len(complete) - 1 + (len(rows) > 2)):

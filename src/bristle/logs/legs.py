@@ -23,25 +23,7 @@ FAST = 0.8  # quantile of the speeds of a leg that a cruise has
 
 @dataclass(frozen=True)
 class Leg:
-    """A stretch in one direction, from a rest or a turning point to the next.
-
-    Parameters
-    ----------
-    first, last : int
-        Samples at which it begins and ends.
-    distance : float
-        How far it goes, with its sign [m or rad].
-    duration : float
-        How long that takes [s].
-    cruise : slice
-        The samples of its longest part at constant speed.
-    cruise_share : float
-        Share of the duration.
-    speed : float
-        Of the cruise, without a sign [m/s or rad/s].
-    from_rest : bool
-        Whether it begins at a rest.
-    """
+    """A stretch in one direction, from a rest or a turning point to the next."""
 
     first: int
     last: int
@@ -54,15 +36,7 @@ class Leg:
 
 
 def graininess(position: np.ndarray, resolution: float | None) -> float:
-    """Return the smallest motion that a recorded position shows [m or rad].
-
-    Parameters
-    ----------
-    position : ndarray, shape (sample,)
-        Recorded position [m or rad].
-    resolution : float or None
-        Step of the encoder [m or rad]; the smallest step of the record where not known.
-    """
+    """Return the smallest motion that a recorded position shows [m or rad]."""
     if resolution is None:
         steps = np.abs(np.diff(position))
         resolution = float(np.min(steps[steps > 0.0], initial=np.inf))

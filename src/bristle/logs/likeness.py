@@ -74,8 +74,7 @@ def pulls_as_a_link(effort: np.ndarray, angle: np.ndarray) -> bool:
     effort, angle = effort[within], angle[within]
     place = angle - angle.mean()
     alone, parabola, link = (
-        float(np.var(_left(effort, [*motion, *more])))
-        for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
+        float(np.var(_left(effort, [*motion, *more]))) for more in ((), (place, place**2), (np.sin(angle), np.cos(angle)))
     )
     return link < (1.0 - PULLED) * min(alone, parabola)
 

@@ -20,11 +20,17 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
 
 @guarded(
     **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},
-    injected=many(channel("effort"), single=True), regressors=many(channel("load"), single=True),
-    sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
-    source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
-    findings=many(instance(Diagnostic, "a Diagnostic")), further=mapping(instance(Channel, "a Channel")),
-)  # fmt: skip
+    injected=many(channel("effort"), single=True),
+    regressors=many(channel("load"), single=True),
+    sample_time=amount(Variable("time", "time between samples", min=0.0)),
+    segments=many(instance(slice, "a slice")),
+    source=instance(Path, "a path", read=Path),
+    origin=instance(Origin, "an Origin"),
+    notes=many(TEXT),
+    kind=KIND,
+    findings=many(instance(Diagnostic, "a Diagnostic")),
+    further=mapping(instance(Channel, "a Channel")),
+)
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
     """What was recorded of a motion axis, in SI of its kind, on a uniform grid of time.
@@ -71,9 +77,7 @@ class Log(LogData):
     """
 
     @classmethod
-    def from_columns(
-        cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None
-    ) -> Log:
+    def from_columns(cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
         """Return the log in a data frame, a data set or a dictionary of arrays.
 
         What is found is looked at as `read_log` looks at a file: a log is refused for samples that are missing or

@@ -50,8 +50,7 @@ class LogData(Tabular):
     def __post_init__(self) -> None:
         for name, signal in self.channels():
             if signal.values.size != len(self):
-                raise InputError("has another length than time", path=name, value=signal.values.size,
-                                 allowed=f"{len(self)} samples")  # fmt: skip
+                raise InputError("has another length than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
         if len(self) == 0:
             raise InputError("has no samples", path="time")
         if not self.sample_time:
@@ -113,10 +112,14 @@ class LogData(Tabular):
 
     def _facts(self) -> dict[str, Any]:
         return {
-            "kind": self.kind, "sample_time": self.sample_time, "source": self.origin.name or self.source.name,
-            "checksum": self.origin.checksum, "columns": {name: channel.column for name, channel in self.channels()},
-            "segments": [[segment.start, segment.stop] for segment in self.segments], "notes": list(self.notes),
-        }  # fmt: skip
+            "kind": self.kind,
+            "sample_time": self.sample_time,
+            "source": self.origin.name or self.source.name,
+            "checksum": self.origin.checksum,
+            "columns": {name: channel.column for name, channel in self.channels()},
+            "segments": [[segment.start, segment.stop] for segment in self.segments],
+            "notes": list(self.notes),
+        }
 
     def _title(self) -> str:
         source = self.origin.name or self.source.name

@@ -24,20 +24,7 @@ DEEPEST = 64
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the columns of a MAT file; fields of structures are named ``structure.field``.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, or holds no column of numbers.
-    """
+    """Return the columns of a MAT file; fields of structures are named ``structure.field``."""
     if data.startswith(MAT):
         _examine(data, request.source, request.limit)
     import scipy.io
@@ -119,8 +106,12 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            raise InputError("is nested too deeply", path=str(source), allowed=f"up to {DEEPEST} cells in one another",
-                             mend="Save the signals as vectors")  # fmt: skip
+            raise InputError(
+                "is nested too deeply",
+                path=str(source),
+                allowed=f"up to {DEEPEST} cells in one another",
+                mend="Save the signals as vectors",
+            )
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:

@@ -32,18 +32,6 @@ def read(data: bytes, request: Request) -> Table:
 
     A joint of a `JointState` is ``NAME.position``, ``NAME.velocity`` and ``NAME.effort``; any other number has the path
     of its field. Where several topics are recorded, theirs stands before it.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it; a table is a topic, or the name of a joint.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, or holds no message that is understood.
     """
     from mcap.reader import make_reader  # pyright: ignore[reportMissingImports]
     from mcap_ros2.decoder import DecoderFactory  # pyright: ignore[reportMissingImports]
@@ -81,15 +69,17 @@ def read(data: bytes, request: Request) -> Table:
 
 
 def _table(
-    fields: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice,
-    notes: list[str],
-) -> Table:  # fmt: skip
-    chosen = {key: value for key, value in fields.items()
-              if table is None or key[0] == table or key[1].startswith(f"{table}.")}  # fmt: skip
+    fields: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice, notes: list[str]
+) -> Table:
+    chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
-        raise InputError("holds no messages with numbers that are understood", path=str(source), value=table,
-                         allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
-                         mend="Record messages of ROS 2, or JSON")  # fmt: skip
+        raise InputError(
+            "holds no messages with numbers that are understood",
+            path=str(source),
+            value=table,
+            allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
+            mend="Record messages of ROS 2, or JSON",
+        )
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())
     series = []

@@ -34,27 +34,22 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     clocks = {name: _seconds(table, name) for name in set(table.stamps.values())}
     base = clocks[own]
     elsewhere = [
-        (key, channel) for key, channel in gathered.named()
-        if channel.column in table.stamps and table.stamps[channel.column] != own
-    ]  # fmt: skip
+        (key, channel) for key, channel in gathered.named() if channel.column in table.stamps and table.stamps[channel.column] != own
+    ]
     inside = np.ones(base.size, dtype=bool)
     step = median_step(base) if base.size > 1 else 0.0
     for _, channel in elsewhere:
         clock = clocks[table.stamps[channel.column]]
         inside &= (base >= clock[0] - COINCIDES * step) & (base <= clock[-1] + COINCIDES * step)
     times_kept = base[inside]
-    on_time = {id(channel): _on(times_kept, clocks[table.stamps[channel.column]], channel, gathered, step)
-               for _, channel in elsewhere}  # fmt: skip
+    on_time = {id(channel): _on(times_kept, clocks[table.stamps[channel.column]], channel, gathered, step) for _, channel in elsewhere}
 
     def brought(channel: Channel) -> Channel:
         if id(channel) in on_time:
             return on_time[id(channel)]
         return channel if channel.values.size != base.size else replace(channel, values=channel.values[inside])
 
-    gathered.channels = {
-        "time": Channel(times_kept, "s", own),
-        **{name: brought(channel) for name, channel in gathered.channels.items()},
-    }
+    gathered.channels = {"time": Channel(times_kept, "s", own), **{name: brought(channel) for name, channel in gathered.channels.items()}}
     gathered.injected = [brought(channel) for channel in gathered.injected]
     left = base.size - times_kept.size
     if left:
@@ -79,9 +74,11 @@ def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathe
     half = CubicSpline(stamps[::2], values[::2])(stamps[1:-1:2]) if stamps.size > 8 else values[1:-1:2]
     error = float(np.sqrt(np.mean((half - values[1:-1:2]) ** 2)))
     numbers: dict[str, Number] = {
-        "column": channel.column, "sample_time": step, "own_sample_time": median_step(stamps),
+        "column": channel.column,
+        "sample_time": step,
+        "own_sample_time": median_step(stamps),
         "percent": 100.0 * float(np.mean(~coincides)),
         "error_percent": 100.0 * error / max(float(np.std(values)), 1e-300),
-    }  # fmt: skip
+    }
     gathered.findings.append(Diagnostic("rates_differ", "", "warning", numbers))
     return replace(channel, values=between)

@@ -28,18 +28,6 @@ def read(data: bytes, request: Request) -> Table:
     """Return the channels of a measurement data file, converted to their physical units.
 
     A channel has its own name where no other has it, else the number of its group before it.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, or holds no channel of numbers.
     """
     import asammdf  # pyright: ignore[reportMissingImports]
 
@@ -83,7 +71,6 @@ def _table(content: Any, source: Path, choice: Choice, limit: int) -> Table:
     finite = [
         channel_series
         for channel_series in series
-        if channel_series.times is None
-        or (channel_series.times.size and math.isfinite(float(channel_series.times[-1])))
+        if channel_series.times is None or (channel_series.times.size and math.isfinite(float(channel_series.times[-1])))
     ]
     return table_of_series(finite, source, "MF4", notes=notes)

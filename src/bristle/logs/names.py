@@ -64,16 +64,21 @@ def with_plain_names(table: Table) -> Table:
         return table
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
     called = dict(zip(table.names, plain, strict=True))
-    notes = [f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}"
-             for name in odd if name in called]  # fmt: skip
-    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out"
-              for name in table.units if name not in units]  # fmt: skip
+    notes = [
+        f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}" for name in odd if name in called
+    ]
+    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out" for name in table.units if name not in units]
     return replace(
-        table, columns=_called(table.columns, called), units=_called(units, called), names=tuple(plain),
-        texts={printable(name): reason for name, reason in table.texts.items()}, notes=(*table.notes, *notes),
-        stamps={called[name]: called[time] for name, time in table.stamps.items()}, about=_called(table.about, called),
+        table,
+        columns=_called(table.columns, called),
+        units=_called(units, called),
+        names=tuple(plain),
+        texts={printable(name): reason for name, reason in table.texts.items()},
+        notes=(*table.notes, *notes),
+        stamps={called[name]: called[time] for name, time in table.stamps.items()},
+        about=_called(table.about, called),
         numbers={number: called.get(name, name) for number, name in table.numbers.items()},
-    )  # fmt: skip
+    )
 
 
 def _plain_units(units: Mapping[str, str]) -> dict[str, str]:

@@ -25,21 +25,7 @@ MOST_ARRAYS = 100_000
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the columns of an array with several of them, or of an archive of single columns.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it. A table is the name of an array; without it, all columns are named ``array/column``, unless
-        there is one array only. Columns without a name are ``column_1`` and so on.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, holds objects of Python, or holds no such array.
-    """
+    """Return the columns of an array with several of them, or of an archive of single columns."""
     try:
         if data.startswith(ARRAY):
             arrays = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
@@ -51,9 +37,7 @@ def read(data: bytes, request: Request) -> Table:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"is truncated or damaged{said_by_library(error)}",
-            path=str(request.source),
-            mend="Copy it again, or save arrays of numbers",
+            f"is truncated or damaged{said_by_library(error)}", path=str(request.source), mend="Copy it again, or save arrays of numbers"
         ) from None
 
 
@@ -82,8 +66,7 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
         header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, dtype = header(file, max_header_size=HEADER)
     if dtype.hasobject:
-        raise InputError("holds objects of Python, which are not read", path=str(source),
-                         mend="Save arrays of numbers")  # fmt: skip
+        raise InputError("holds objects of Python, which are not read", path=str(source), mend="Save arrays of numbers")
     stored = Stored(tuple(shape), dtype, lambda: _array(opened))
     if stored.size * dtype.itemsize > size:
         raise ValueError(f"an array announces {stored.size} numbers and is shorter")

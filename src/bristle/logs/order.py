@@ -19,17 +19,7 @@ WINDOW = 16  # rows over which the usual step is taken
 
 @dataclass(frozen=True)
 class Order:
-    """Rows in the order of time.
-
-    Parameters
-    ----------
-    rows : ndarray or None
-        Index of each row in the file, in the order of time; None where all stand in it already.
-    stamps : ndarray
-        Their stamps [s], which do not fall.
-    notes : tuple of str
-        What was sorted, turned round or put behind.
-    """
+    """Rows in the order of time."""
 
     rows: np.ndarray | None
     stamps: np.ndarray
@@ -41,18 +31,14 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
 
     Rows that stand the newest first are turned round, single ones out of place are sorted, and a clock that begins anew
     begins a second recording behind the first.
-
-    Raises
-    ------
-    InputError
-        If the stamps stand still, or are in no order.
     """
     steps = np.diff(stamps)
     if not steps.any():
         raise InputError(
-            f"stands still at {stamps[0]:.9g} s", path=place,
+            f"stands still at {stamps[0]:.9g} s",
+            path=place,
             mend="Leave the column of time out of the axis file and write sample_time in [timing]",
-        )  # fmt: skip
+        )
     if not np.any(steps < 0):
         return Order(None, stamps)
     if np.all(steps <= 0):
@@ -107,9 +93,10 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
         return order
     if stamps.size - int(repeated.sum()) < fewest:
         raise InputError(
-            f"has {stamps.size - int(repeated.sum())} different stamps in {stamps.size} rows", path=place,
+            f"has {stamps.size - int(repeated.sum())} different stamps in {stamps.size} rows",
+            path=place,
             mend="Leave the column of time out of the axis file and write sample_time in [timing]",
-        )  # fmt: skip
+        )
     rows = np.arange(stamps.size) if order.rows is None else order.rows
     twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
     if count := int(twice.sum()):

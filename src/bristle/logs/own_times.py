@@ -18,21 +18,7 @@ TIME = "time"
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A channel with its times.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    values : ndarray or None
-        Its samples; None where they were not asked for.
-    times : ndarray or None
-        When they were taken; None where nothing tells.
-    unit : str
-        Unit of the samples, where the file says it.
-    about : str
-        What else the file says of it.
-    """
+    """A channel with its times."""
 
     name: str
     values: np.ndarray | None
@@ -42,17 +28,18 @@ class Series:
 
 
 def table_of_series(
-    series: Iterable[Series], source: Path, kind: str, *, time_unit: str = "s", notes: Sequence[str] = (),
-    texts: Mapping[str, InputError] | None = None, facts: Mapping[str, str] | None = None,
-    constants: Mapping[str, float] | None = None, tables: Sequence[str] = (),
-) -> Table:  # fmt: skip
-    """Return the table of channels that bring their own times: one column of time for all that share theirs.
-
-    Raises
-    ------
-    InputError
-        If there is no channel of numbers.
-    """
+    series: Iterable[Series],
+    source: Path,
+    kind: str,
+    *,
+    time_unit: str = "s",
+    notes: Sequence[str] = (),
+    texts: Mapping[str, InputError] | None = None,
+    facts: Mapping[str, str] | None = None,
+    constants: Mapping[str, float] | None = None,
+    tables: Sequence[str] = (),
+) -> Table:
+    """Return the table of channels that bring their own times: one column of time for all that share theirs."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
         raise InputError("holds no column of numbers", path=str(source), mend="Export the signals with their times")
@@ -72,7 +59,16 @@ def table_of_series(
     columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
     units = dict.fromkeys(clocks, time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
     return Table(
-        columns, units, constants or {}, texts or {}, notes=tuple(notes), format=kind, tables=tuple(tables),
-        names=(*clocks, *(channel.name for channel in channels)), stamps=stamps, facts=facts or {},
-        about={channel.name: channel.about for channel in channels if channel.about}, source=source,
-    )  # fmt: skip
+        columns,
+        units,
+        constants or {},
+        texts or {},
+        notes=tuple(notes),
+        format=kind,
+        tables=tuple(tables),
+        names=(*clocks, *(channel.name for channel in channels)),
+        stamps=stamps,
+        facts=facts or {},
+        about={channel.name: channel.about for channel in channels if channel.about},
+        source=source,
+    )

@@ -21,20 +21,7 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the columns of a Parquet file; time stamps become seconds from the first one.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, or holds no column of numbers.
-    """
+    """Return the columns of a Parquet file; time stamps become seconds from the first one."""
     import pyarrow
     import pyarrow.parquet
 
@@ -48,9 +35,7 @@ def read(data: bytes, request: Request) -> Table:
         refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
         content = file.read(columns=selection, use_threads=False)
     except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(
-            f"is truncated or damaged ({error})", path=str(request.source), mend="Copy or export it again"
-        ) from None
+        raise InputError(f"is truncated or damaged ({error})", path=str(request.source), mend="Copy or export it again") from None
     columns, units = {}, {}
     read = names if selection is None else content.schema.names
     for name, part, values in zip(read, content.schema, content.columns, strict=True):

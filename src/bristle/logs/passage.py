@@ -21,29 +21,7 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Passage:
-    """A part of a log in which one kind of experiment was made.
-
-    Parameters
-    ----------
-    kind : str
-        A key of `KINDS`.
-    samples : slice
-        Which samples of the log.
-    begin, end : float
-        Time [s].
-    legs : int
-        Stretches in one direction.
-    speeds : tuple of float
-        Smallest and largest [m/s or rad/s]; both 0 at rest.
-    amplitudes : tuple of float
-        Smallest and largest distance from turning point to turning point, halved [m or rad].
-    levels : int
-        How many different amplitudes.
-    depth : int
-        Largest number of turning points that lie inside one another.
-    frequencies : tuple of float
-        Lowest and highest [Hz] of an oscillation; both 0 for others.
-    """
+    """A part of a log in which one kind of experiment was made."""
 
     kind: str
     samples: slice

@@ -31,29 +31,18 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     ordered: list[Passage] = []
     for part in log.segments or (slice(0, position.size),):
         ordered += passages_along(
-            log.time.values[part], position[part], None if effort is None else effort[part], grain,
-            presliding=axis.presliding if axis is not None else None, start=part.start or 0,
-        )  # fmt: skip
+            log.time.values[part],
+            position[part],
+            None if effort is None else effort[part],
+            grain,
+            presliding=axis.presliding if axis is not None else None,
+            start=part.start or 0,
+        )
     return tuple(ordered)
 
 
 def passages_along(
-    time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, *,
-    presliding: float | None = None, start: int = 0,
-) -> list[Passage]:  # fmt: skip
-    """Return the experiments that one stretch without a gap contains, in order.
-
-    Parameters
-    ----------
-    time, position : ndarray, shape (sample,)
-        Time [s], evenly spaced, and position [m or rad].
-    effort : ndarray, shape (sample,), or None
-        Effort [N or N*m], where there is one.
-    grain : float
-        Smallest motion that the position shows [m or rad] (`bristle.logs.legs.graininess`).
-    presliding : float, optional
-        Amplitude at which friction saturates [m or rad]: tells slides from loops where the effort does not.
-    start : int
-        Number of its first sample in the log.
-    """
+    time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, *, presliding: float | None = None, start: int = 0
+) -> list[Passage]:
+    """Return the experiments that one stretch without a gap contains, in order."""
     return Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []

@@ -30,25 +30,7 @@ class SignalColumn:
 
 @dataclass(frozen=True)
 class CurveColumns:
-    """Where the curves of a hysteresis are in a file.
-
-    Parameters
-    ----------
-    input, output : SignalColumn
-        The columns.
-    kind : {"translational", "rotational", "magnetic", "piezo"}
-        What the units are.
-    start : {"virgin", "saturated"}
-        The state before each curve.
-    tables : str
-        Pattern of the names of the tables that hold one curve each, such as ``"forc_*"``; empty for one table.
-    curve : str
-        Column whose changes begin a new curve; empty for none.
-    shortest : int
-        Number of samples below which a curve is left out.
-    name : str
-        What people call it.
-    """
+    """Where the curves of a hysteresis are in a file."""
 
     input: SignalColumn
     output: SignalColumn
@@ -82,8 +64,12 @@ def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZ
     candidates = [curve for part in _parts(table, columns) for curve in _curves(table, part, columns)]
     chosen = [curve for curve in candidates if curve.u.size >= columns.shortest]
     if not chosen:
-        raise InputError("holds no curve that is long enough", path=str(table.source),
-                         value=f"{len(candidates)} curves", allowed=f"at least {columns.shortest} samples")  # fmt: skip
+        raise InputError(
+            "holds no curve that is long enough",
+            path=str(table.source),
+            value=f"{len(candidates)} curves",
+            allowed=f"at least {columns.shortest} samples",
+        )
     if len(chosen) < len(candidates):
         notes.append(f"{len(candidates) - len(chosen)} curves of less than {columns.shortest} samples were left out")
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
@@ -98,8 +84,12 @@ def _parts(table: Table, columns: CurveColumns) -> list[str]:
     names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
     if not names:
         allowed = ", ".join(table.tables[:5]) or "one table only"
-        raise InputError("fits the name of no table of the log", path="log.tables", value=columns.tables,
-                         allowed=allowed + (" and more" if len(table.tables) > 5 else ""))  # fmt: skip
+        raise InputError(
+            "fits the name of no table of the log",
+            path="log.tables",
+            value=columns.tables,
+            allowed=allowed + (" and more" if len(table.tables) > 5 else ""),
+        )
     return [f"{name}/" for name in names]
 
 
@@ -126,8 +116,9 @@ def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: s
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
         is_what = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
-        raise InputError(is_what, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]),
-                         mend="Cut the curve before that sample, or repair it")  # fmt: skip
+        raise InputError(
+            is_what, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend="Cut the curve before that sample, or repair it"
+        )
     return values
 
 

@@ -33,35 +33,20 @@ REFUSED = {
 }
 
 
-def read_table(
-    given: Readable, table: str | None = None, *, choice: Choice = ALL, size_limit: int = SIZE_LIMIT
-) -> Table:
-    """Return the columns of a log, whatever the file is.
-
-    Parameters
-    ----------
-    given : path-like, bytes, file object or Content
-        A file of one of the `FORMATS`; ``FILE::TABLE`` names a table in it.
-    table : str, optional
-        Name of the table, group or array in a file that holds several; where the path names none.
-    choice : Choice
-        Which columns are read; all by default.
-    size_limit : int
-        Largest file, and largest content that a file announces [byte].
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is empty, truncated, too large, or of a kind that is not read.
-    """
+def read_table(given: Readable, table: str | None = None, *, choice: Choice = ALL, size_limit: int = SIZE_LIMIT) -> Table:
+    """Return the columns of a log, whatever the file is."""
     content = content_of_log(given, limit=size_limit)
     if not content.data[:1024].strip() and not content.data.strip():
         raise InputError("is empty", path=str(content.source), mend="Record or export the log again")
     log_format = format_of(content.data, content.source.suffix)
     _refuse_what_is_no_log(content, log_format)
     if content.part is not None and not log_format.holds_tables:
-        raise InputError("is no file with several tables", path=str(content.source), value=content.part,
-                         mend="Leave out what follows the name of the file")  # fmt: skip
+        raise InputError(
+            "is no file with several tables",
+            path=str(content.source),
+            value=content.part,
+            mend="Leave out what follows the name of the file",
+        )
     request = Request(content.source, content.part or table, choice, size_limit)
     read = _read(log_format, content, request)
     if numbers := _asked_by_number(read, choice):
@@ -123,15 +108,23 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     from bristle.logs.columns import is_table, table_of
 
     if not is_table(read):
-        raise InputError(f"is read by {log_format.name}, which gives a {type(read).__name__}", path=str(content.source),
-                         allowed="a Table, a data frame, or arrays by name")  # fmt: skip
+        raise InputError(
+            f"is read by {log_format.name}, which gives a {type(read).__name__}",
+            path=str(content.source),
+            allowed="a Table, a data frame, or arrays by name",
+        )
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)
     columns = dict(zip(names, table.columns.values(), strict=True))
     return dataclasses.replace(
-        table, columns=columns, units=units, notes=(*table.notes, *notes), format=log_format.title,
-        source=content.source, names=tuple(columns),
-    )  # fmt: skip
+        table,
+        columns=columns,
+        units=units,
+        notes=(*table.notes, *notes),
+        format=log_format.title,
+        source=content.source,
+        names=tuple(columns),
+    )
 
 
 def _refuse_what_is_no_log(content: Content, log_format: LogFormat) -> None:

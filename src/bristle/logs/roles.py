@@ -28,22 +28,7 @@ RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
 
 @dataclass(frozen=True)
 class Role:
-    """A column that is a channel.
-
-    Parameters
-    ----------
-    column : str
-        Its name.
-    unit : str
-        Unit of its numbers; empty where nothing tells it.
-    told_by : str
-        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing;
-        ``drive`` where they are whole numbers as drives store them, ``rated`` where they may be per cent or per mille.
-    reason : str
-        Why it is taken for this channel.
-    unknown : str
-        What the file says for its unit, where that is none that is known.
-    """
+    """A column that is a channel."""
 
     column: str
     unit: str
@@ -54,17 +39,7 @@ class Role:
 
 @dataclass(frozen=True)
 class Roles:
-    """The channels that a table has.
-
-    Parameters
-    ----------
-    channels : mapping of str to Role
-        By channel: ``time``, ``position``, ``velocity``, ``effort``, ``reference`` or ``following_error``.
-    implied_time : bool
-        Whether each column brings its time.
-    others : tuple of str
-        Columns that could have been chosen as well, with the channel.
-    """
+    """The channels that a table has."""
 
     channels: dict[str, Role] = field(default_factory=dict)
     implied_time: bool = False
@@ -90,9 +65,7 @@ def roles_of(table: Table) -> Roles:
         position, reference = reference, position
         left = [column for column in left if column is not position]
     names_used = {column.name for column in (velocity, reference) if column is not None}
-    error = (
-        _error([column for column in left if column.name not in names_used], position) if reference is None else None
-    )
+    error = _error([column for column in left if column.name not in names_used], position) if reference is None else None
     effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
     channels = {"time": time} if time is not None and not table.stamps else {}
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
@@ -115,9 +88,7 @@ def _of_speed(table: Table, columns: list[Candidate]) -> dict[str, Role]:
     if velocity is None:
         return {}
     way = replace(velocity, values=np.cumsum(velocity.values))
-    effort = _effort(
-        [column for column in columns if column is not velocity and not _of_another_axis(column, way)], way
-    )
+    effort = _effort([column for column in columns if column is not velocity and not _of_another_axis(column, way)], way)
     reason = _reason(velocity, "its unit")
     channels = {"velocity": Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)}
     return channels | ({} if effort is None else {"effort": _role_of_effort(effort, table)})
@@ -158,8 +129,9 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
         smooth = [column for column in columns if column.meaning.role in ("", "position") and not column.unit]
         measured = sorted(smooth, key=lambda column: roughness(column.values))[:1]
         partner = [column for column in columns if measured and column is not measured[0]]
-        if not any(explained(column.values, measured[0].values) > GUESSED for column in partner
-                   if column.values.size == measured[0].values.size):  # fmt: skip
+        if not any(
+            explained(column.values, measured[0].values) > GUESSED for column in partner if column.values.size == measured[0].values.size
+        ):
             return None, ()
 
     driven = {column.axis for column in columns if column.axis and column.fits("effort", EFFORTS)}
@@ -178,8 +150,7 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
 def _kinship(column: Candidate, relative: Candidate) -> float:
     """Return how much two signals look like those of one axis: by their addresses, or by their names."""
     (digits, named), (digits_there, named_there) = (
-        (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name)))
-        for name in (column.name, relative.name)
+        (re.findall(r"\d+", name), set(re.findall(r"\b[A-Za-z]{1,3}\d{1,2}\b", name))) for name in (column.name, relative.name)
     )
     shorter = min(len(column.name), len(relative.name))
     letters = enumerate(zip(column.name, relative.name, strict=False))
@@ -191,45 +162,41 @@ def _kinship(column: Candidate, relative: Candidate) -> float:
 def _velocity(columns: list[Candidate], position: Candidate, stamps: np.ndarray | None) -> Candidate | None:
     rate = rate_of(position.values, stamps)
     fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
-    fit = [
-        candidate
-        for candidate in fit
-        if candidate.values.size != rate.size or abs(correlation(rate, candidate.values)) > ALIKE
-    ]
+    fit = [candidate for candidate in fit if candidate.values.size != rate.size or abs(correlation(rate, candidate.values)) > ALIKE]
     fit = fit or [
-        column for column in columns
-        if not column.unit and not column.meaning.role and abs(correlation(rate, column.values)) > ALMOST_SAME
-    ]  # fmt: skip
-    return max(
-        fit,
-        key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate, position),
-        default=None,
-    )
+        column for column in columns if not column.unit and not column.meaning.role and abs(correlation(rate, column.values)) > ALMOST_SAME
+    ]
+    return max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate, position), default=None)
 
 
 def _reference(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [
-        column for column in columns
-        if column.meaning.role in ("", "position") and (not column.unit or column.is_one_of(MOVEMENTS))
+        column
+        for column in columns
+        if column.meaning.role in ("", "position")
+        and (not column.unit or column.is_one_of(MOVEMENTS))
         and column.values.size == position.values.size
-    ]  # fmt: skip
-    named = [
-        column for column in fit if column.meaning.reference and correlation(column.values, position.values) > ALIKE
     ]
+    named = [column for column in fit if column.meaning.reference and correlation(column.values, position.values) > ALIKE]
     alike = [
-        column for column in fit
-        if not column.meaning.role and not column.unit and correlation(column.values, position.values) > ALMOST_SAME
+        column
+        for column in fit
+        if not column.meaning.role
+        and not column.unit
+        and correlation(column.values, position.values) > ALMOST_SAME
         and abs(slope(position.values, column.values) - 1.0) < 0.1
-    ]  # fmt: skip
+    ]
     elsewhere = [
-        column for column in columns
-        if column.meaning.reference and column.meaning.role in ("", "position")
-        and column.values.size != position.values.size and (not column.unit or column.is_one_of(MOVEMENTS))
-    ]  # fmt: skip
+        column
+        for column in columns
+        if column.meaning.reference
+        and column.meaning.role in ("", "position")
+        and column.values.size != position.values.size
+        and (not column.unit or column.is_one_of(MOVEMENTS))
+    ]
     called = [  # as the position is, but for the word, in a unit of its own: an axis that sticks follows it badly
-        column for column in fit
-        if column.meaning.reference and column.unit and _stem(column) == _stem(position)
-    ]  # fmt: skip
+        column for column in fit if column.meaning.reference and column.unit and _stem(column) == _stem(position)
+    ]
     fit = named or called or alike or elsewhere
     return max(fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate, position), default=None)
 
@@ -247,11 +214,7 @@ def _measured_is_the_other(position: Candidate, reference: Candidate) -> bool:
 
 
 def _error(columns: list[Candidate], position: Candidate) -> Candidate | None:
-    fit = [
-        column
-        for column in columns
-        if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))
-    ]
+    fit = [column for column in columns if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))]
     fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
     return max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
 
@@ -259,8 +222,7 @@ def _error(columns: list[Candidate], position: Candidate) -> Candidate | None:
 def _effort(columns: list[Candidate], position: Candidate) -> Candidate | None:
     fit = [column for column in columns if column.fits("effort", EFFORTS)]
     if not fit:
-        free = [column for column in columns if not column.meaning.role and not column.unit
-                and column.values.size == position.values.size]  # fmt: skip
+        free = [column for column in columns if not column.meaning.role and not column.unit and column.values.size == position.values.size]
         best = max(free, key=lambda column: explained(column.values, position.values), default=None)
         return best if best is not None and explained(best.values, position.values) > GUESSED else None
 
@@ -280,16 +242,16 @@ def _effort(columns: list[Candidate], position: Candidate) -> Candidate | None:
 def _reason(column: Candidate, channel: str) -> str:
     if column.meaning.role or column.meaning.reference:
         return "its name"
-    reasons = {"effort": "it goes with the motion", "velocity": "it is the rate of the position",
-               "reference": "it moves as the position does"}  # fmt: skip
+    reasons = {
+        "effort": "it goes with the motion",
+        "velocity": "it is the rate of the position",
+        "reference": "it moves as the position does",
+    }
     return reasons.get(channel, "its unit" if column.unit else "it is the smoothest")
 
 
 def _unit_of_position(
-    position: Candidate,
-    velocity: Candidate | None,
-    reference: Candidate | None,
-    stamps: np.ndarray | None,
+    position: Candidate, velocity: Candidate | None, reference: Candidate | None, stamps: np.ndarray | None
 ) -> tuple[str, str]:
     if position.unit:
         return position.unit, position.told_by

@@ -22,9 +22,25 @@ __all__ = ["Head", "head_of", "read"]
 NAME = "name"
 # What stands in the first column of the rows below the names, as far as the export was asked for them.
 KEYS = frozenset(
-    {"symbolcomment", "data-type", "sampletime[ms]", "variablesize", "symbolbased", "indexgroup", "indexoffset",
-     "symbolname", "netid", "port", "offset", "scalefactor", "bitmask", "unit", "unit scalefactor", "unit offset"}
-)  # fmt: skip
+    {
+        "symbolcomment",
+        "data-type",
+        "sampletime[ms]",
+        "variablesize",
+        "symbolbased",
+        "indexgroup",
+        "indexoffset",
+        "symbolname",
+        "netid",
+        "port",
+        "offset",
+        "scalefactor",
+        "bitmask",
+        "unit",
+        "unit scalefactor",
+        "unit offset",
+    }
+)
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
 DELIMITERS = ("\t", ";", ",", "|")
@@ -36,21 +52,7 @@ NUMBER_BYTES = 8
 
 @dataclass(frozen=True)
 class Head:
-    """What stands above the numbers of a trace.
-
-    Parameters
-    ----------
-    delimiter : str
-        What separates cells.
-    first : int
-        Line of the first numbers.
-    names : tuple of str
-        Cell by cell: the name of a channel; empty where its time stands.
-    rows : mapping of str to tuple of str
-        The rows below the names, by their key.
-    facts : mapping of str to str
-        What stands above them.
-    """
+    """What stands above the numbers of a trace."""
 
     delimiter: str
     first: int
@@ -96,22 +98,7 @@ def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], a
 
 
 def read(lines: Sequence[str], head: Head, request: Request) -> Table:
-    """Return the channels of a trace, each with its time.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        The whole file.
-    head : Head
-        Its head.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If a cell is no number.
-    """
+    """Return the channels of a trace, each with its time."""
     body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
     cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
     body = body[:-1] if cut else body
@@ -133,16 +120,12 @@ def read(lines: Sequence[str], head: Head, request: Request) -> Table:
                 times = (times - _earliest(columns, head)) / TICKS
             about = _about(head, place)
             series.append(Series(name, values if request.choice(name) else None, times, _unit(head, place), about))
-    scaled = [
-        name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")
-    ]
+    scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
     if scaled:
         notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
     if cut:
         notes.append("the file does not end with a line break: its last row may be cut and was left out")
-    return table_of_series(
-        series, request.source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts)
-    )
+    return table_of_series(series, request.source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
 
 
 def _beside_keys(columns: list[list[str]], head: Head) -> list[list[str]]:
@@ -157,16 +140,17 @@ def _beside_keys(columns: list[list[str]], head: Head) -> list[list[str]]:
 def _time_of(columns: list[list[str]], place: int, head: Head, count: int, source: Path) -> np.ndarray | None:
     """Return the times of a channel in ms, or as counts of 100 ns; None where the file tells none."""
     left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
-    cells = (
-        [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
-    )
+    cells = [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
     if any(cells):
         if len(cells[0].lstrip("-")) >= len(str(FILETIME)) and cells[0].isdigit():
             return np.array(cells, dtype=np.int64)
         times = numbers_in(cells, head.delimiter != ",")
         if times is None or times.size != count:
-            raise InputError("has no time for each of its samples", path=f"{source}: column {head.names[place]!r}",
-                             mend="Export it with a column of time for each channel")  # fmt: skip
+            raise InputError(
+                "has no time for each of its samples",
+                path=f"{source}: column {head.names[place]!r}",
+                mend="Export it with a column of time for each channel",
+            )
         return times
     period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
     return None if period is None else period[0] * np.arange(count)

@@ -24,14 +24,6 @@ COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the mot
 def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
     """Return the first sample after each change of direction, whatever the way between two of them.
 
-    Parameters
-    ----------
-    velocity : ndarray, shape (sample,)
-        Velocity [m/s or rad/s], or any signal of its sign, such as the step of a position.
-    sided : bool
-        Whether a velocity of +0.0 or -0.0 belongs to the direction of its sign; else a rest belongs to the motion
-        before it.
-
     Examples
     --------
     >>> reversals(np.array([1.0, 0.0, -1.0, 0.0, -1.0, 1.0]))
@@ -47,17 +39,7 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
 
 
 def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much.
-
-    Parameters
-    ----------
-    position : ndarray, shape (sample,)
-        The motion [m or rad].
-    candidates : sequence of int
-        Samples at which the direction may have changed.
-    least : float
-        The smallest way that counts [m or rad].
-    """
+    """Return those reversals between which the body moves by at least so much."""
     turns: list[int] = []
     before, candidate = 0, None
     for point in [*candidates, position.size - 1]:
@@ -129,15 +111,7 @@ def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
 
 
 def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) -> list[np.ndarray]:
-    """Return the number of the half-cycle of each sample of several segments, counted through all of them.
-
-    Parameters
-    ----------
-    turns : sequence of sequence of int
-        The turns of each segment.
-    counts : sequence of int
-        Samples of each segment.
-    """
+    """Return the number of the half-cycle of each sample of several segments, counted through all of them."""
     first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
     return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]
 
@@ -146,15 +120,6 @@ def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
     """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
 
     From its middle to either end, because around a turning point both ends are alike though the body moves.
-
-    Parameters
-    ----------
-    position : ndarray, shape (sample,)
-        The motion [m or rad].
-    window : int
-        Half of its samples.
-    step : float
-        The largest way of a rest [m or rad].
     """
     padded = np.pad(position, window, mode="edge")
     before, after = padded[: -2 * window], padded[2 * window :]

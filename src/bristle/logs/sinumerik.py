@@ -22,20 +22,7 @@ MEND = "Export the trace as CSV"
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the signals of a trace in XML, each with the times at which it was taken.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If it is no such trace, is damaged, or declares entities.
-    """
+    """Return the signals of a trace in XML, each with the times at which it was taken."""
     if ENTITY.search(data[: 2**16]):
         raise InputError("declares entities, which are not read", path=str(request.source), mend=MEND)
     signals: dict[str, tuple[str, str, str]] = {}
@@ -58,10 +45,15 @@ def read(data: bytes, request: Request) -> Table:
         raise InputError("is no trace with records of signals", path=str(request.source), mend=MEND)
     names, notes = distinct(_names(keys, signals))
     series = [
-        Series(name, np.array(values[key]) if request.choice(name) else None, np.array(times[key]),
-               signals.get(key, ("", "", ""))[1], signals.get(key, ("", "", ""))[2])
+        Series(
+            name,
+            np.array(values[key]) if request.choice(name) else None,
+            np.array(times[key]),
+            signals.get(key, ("", "", ""))[1],
+            signals.get(key, ("", "", ""))[2],
+        )
         for name, key in zip(names, keys, strict=True)
-    ]  # fmt: skip
+    ]
     return table_of_series(series, request.source, "SINUMERIK trace", notes=notes)
 
 
@@ -70,8 +62,10 @@ def _names(keys: list[str], signals: dict[str, tuple[str, str, str]]) -> list[st
     heads = [signals.get(key, (key, "", "")) for key in keys]
     called = [name.strip() for name, _, _ in heads]
     indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
-    return [f"{name} {index}" if called.count(name) > 1 and not name.endswith(index) else name
-            for name, index in zip(called, indices, strict=True)]  # fmt: skip
+    return [
+        f"{name} {index}" if called.count(name) > 1 and not name.endswith(index) else name
+        for name, index in zip(called, indices, strict=True)
+    ]
 
 
 def _keep(record: dict[str, str], times: dict[str, list[float]], values: dict[str, list[float]]) -> None:

@@ -19,20 +19,16 @@ FEWEST = 10
 
 
 def within(log: R, span: tuple[float, float]) -> R:
-    """Return the part of a log between two times [s] of its own clock.
-
-    Raises
-    ------
-    InputError
-        If next to nothing of the log lies there.
-    """
+    """Return the part of a log between two times [s] of its own clock."""
     time = log.time.values
     first, last = (int(index) for index in np.searchsorted(time, span))
     if last - first < FEWEST:
         raise InputError(
-            "holds next to nothing of the log", path="log.span", value=f"{span[0]:g} to {span[1]:g} s",
+            "holds next to nothing of the log",
+            path="log.span",
+            value=f"{span[0]:g} to {span[1]:g} s",
             allowed=f"within {time[0]:g} to {time[-1]:g} s",
-        )  # fmt: skip
+        )
 
     def part(channel: Channel | None) -> Channel | None:
         return None if channel is None else replace(channel, values=channel.values[first:last])

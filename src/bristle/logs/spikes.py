@@ -33,13 +33,6 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
 
     Both steps, there and back, must be far larger than the steps and the changes of step around them: stick-slip, a
     hard stop, noise and flickering counts have neighbours of their own kind, a lost reading has not.
-
-    Parameters
-    ----------
-    values : ndarray, shape (sample,)
-        A position.
-    resolution : float
-        Its smallest step.
     """
     steps = np.diff(values)
     bends = np.abs(np.diff(steps))
@@ -80,18 +73,7 @@ def _stands_out(values: np.ndarray, start: int, length: int) -> bool:
 
 
 def far_outside(values: np.ndarray) -> np.ndarray:
-    """Return the samples that are no measurement: larger than `LARGEST`, or far off for a few samples.
-
-    Parameters
-    ----------
-    values : ndarray, shape (sample,)
-        A channel, finite throughout.
-
-    Returns
-    -------
-    ndarray of int
-        Indices; empty where every sample is plausible.
-    """
+    """Return the samples that are no measurement: larger than `LARGEST`, or far off for a few samples."""
     huge = np.flatnonzero(np.abs(values) > LARGEST)
     if huge.size:
         return huge

@@ -33,22 +33,32 @@ EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and w
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
 LONGEST_FACT = 200
 PERIOD_NAMES = (
-    "sampletime", "sample time", "sampling time", "sampling period", "sampling interval", "abtastzeit",
-    "abtastintervall", "abtasttakt", "takt",
-    "sample period", "sample interval", "sampleinterval", "samplingtime", "samplingperiod", "tsample", "t sample",
-    "delta x", "cycle time", "zykluszeit", "trace cycle", "aufzeichnungstakt", "interval",
-    "dt", "ts",
-)  # fmt: skip
-RATE_NAMES = (
-    "sample rate",
-    "samplerate",
-    "sampling rate",
-    "abtastrate",
-    "abtastfrequenz",
-    "sampling frequency",
-    "sample frequency",
-    "fs",
+    "sampletime",
+    "sample time",
+    "sampling time",
+    "sampling period",
+    "sampling interval",
+    "abtastzeit",
+    "abtastintervall",
+    "abtasttakt",
+    "takt",
+    "sample period",
+    "sample interval",
+    "sampleinterval",
+    "samplingtime",
+    "samplingperiod",
+    "tsample",
+    "t sample",
+    "delta x",
+    "cycle time",
+    "zykluszeit",
+    "trace cycle",
+    "aufzeichnungstakt",
+    "interval",
+    "dt",
+    "ts",
 )
+RATE_NAMES = ("sample rate", "samplerate", "sampling rate", "abtastrate", "abtastfrequenz", "sampling frequency", "sample frequency", "fs")
 _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(.+?)\s*\"?[;,\t]*\s*")
 
 

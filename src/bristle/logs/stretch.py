@@ -38,9 +38,8 @@ class Stretch:
     """One stretch of a log without a gap, on its way to passages."""
 
     def __init__(
-        self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float,
-        presliding: float | None, start: int,
-    ) -> None:  # fmt: skip
+        self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, presliding: float | None, start: int
+    ) -> None:
         self.time, self.position, self.effort, self.start = time, position, effort, start
         self.grain, self.presliding = grain, presliding
         self.dt = float(time[-1] - time[0]) / (time.size - 1)
@@ -179,10 +178,16 @@ class Stretch:
             frequencies = (min(rates), float(np.quantile(rates, 0.98)))
         turning = [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
         return self._passage(
-            kind, legs[0].first, legs[-1].last, legs=len(legs), speeds=(min(speeds), max(speeds)),
-            amplitudes=(float(amplitudes.min()), float(amplitudes.max())), levels=_levels(amplitudes, self.grain),
-            depth=nesting(turning) if kind == "loops" else 0, frequencies=frequencies,
-        )  # fmt: skip
+            kind,
+            legs[0].first,
+            legs[-1].last,
+            legs=len(legs),
+            speeds=(min(speeds), max(speeds)),
+            amplitudes=(float(amplitudes.min()), float(amplitudes.max())),
+            levels=_levels(amplitudes, self.grain),
+            depth=nesting(turning) if kind == "loops" else 0,
+            frequencies=frequencies,
+        )
 
     def _passage(self, kind: str, first: int, last: int, **facts: Any) -> Passage:
         samples = slice(self.start + first, self.start + last + 1)

@@ -83,9 +83,7 @@ def summary_of_columns(table: Table) -> Summary:
         "file": printable(table.origin.name),
         "format": table.format,
         "checksum": table.origin.checksum,
-        "columns": [
-            {"name": name, "unit": table.units.get(name), **_range(values)} for name, values in table.columns.items()
-        ],
+        "columns": [{"name": name, "unit": table.units.get(name), **_range(values)} for name, values in table.columns.items()],
         "constants": dict(table.constants),
         "kind": None,
         "channels": [],
@@ -107,9 +105,7 @@ def _as_log(table: Table, axis: Axis) -> Summary:
     part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
     part["channels"] = [_entry(name, channel) for name, channel in gathered.named()]
     channels = [gathered.channels.get("time"), gathered.motion]
-    fit = all(
-        channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels
-    )
+    fit = all(channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels)
     try:
         clock = clock_for(table, axis, gathered) if fit and channels[1] else None
     except InputError as problem:
@@ -125,9 +121,7 @@ def _as_log(table: Table, axis: Axis) -> Summary:
         if "position" not in gathered.channels:
             entry = _entry("position", log.position) | {"step": log.position.step or None}
             part["channels"].insert([of["name"] for of in part["channels"]].index("velocity"), entry)
-        part["diagnostics"] = [
-            diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))
-        ]
+        part["diagnostics"] = [diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))]
         experiments = passages(log, axis)
         part["passages"] = [passage.as_data() for passage in experiments]
     return Summary(part | {"problems": [_sentence_of(problem, table) for problem in problems]}, log, experiments)

@@ -94,9 +94,7 @@ class Table:
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
-        text = next(
-            (name_of_text for name_of_text in self.texts if name in (name_of_text, split_unit(name_of_text)[0])), None
-        )
+        text = next((name_of_text for name_of_text in self.texts if name in (name_of_text, split_unit(name_of_text)[0])), None)
         if text is not None:
             reason = self.texts[text]
             mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
@@ -129,9 +127,7 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     """
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (
-        f" and {left} more" if left > 0 else ""
-    )
+    return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def spellings(name: str) -> tuple[str, ...]:

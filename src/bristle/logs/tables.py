@@ -23,20 +23,7 @@ NUMBER_BYTES = 8
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
-    """Return what the file of a log holds; ``log.h5::table`` names a table in it.
-
-    Parameters
-    ----------
-    given : path-like, bytes, file object or Content
-        The file.
-    limit : int
-        Largest size [byte].
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
+    """Return what the file of a log holds; ``log.h5::table`` names a table in it."""
     if not isinstance(given, (str, os.PathLike)) or isinstance(given, Content):
         return content_of(given, limit=limit, path="log", what="a log")
     text = os.fspath(given)
@@ -71,20 +58,7 @@ def _numeric_fields(dtype: np.dtype) -> list[str]:
 
 @dataclass(frozen=True)
 class Arrays:
-    """What a file of named arrays holds.
-
-    Parameters
-    ----------
-    values : mapping of str to Stored
-        Each array under its full name, groups before it: a column (1-D), a table (2-D, or with named fields), or a
-        single number.
-    units : mapping of str to str
-        Unit of an array, where the file says it.
-    separator : str
-        Between the name of a group and what is in it.
-    notes : tuple of str
-        What the reader left out.
-    """
+    """What a file of named arrays holds."""
 
     values: Mapping[str, Stored]
     units: Mapping[str, str] = field(default_factory=dict)
@@ -105,20 +79,6 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     A group of columns is a table, and so is an array of several columns; those without a name are ``column_1`` and
     so on. A file that holds one table only is understood whatever that table is called. Only the columns chosen are
     read, and only if what the file announces is not too large.
-
-    Parameters
-    ----------
-    arrays : Arrays
-        What the file holds.
-    request : Request
-        What is read of it.
-    kind : str
-        Kind of file.
-
-    Raises
-    ------
-    InputError
-        If there is no such table, no column of numbers, or more of them than fit.
     """
     tables, constants = _tables_of(arrays)
     names = list(tables)
@@ -136,17 +96,17 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
     else:
         available = tables[chosen]
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
-    columns = _read(
-        {name: column for name, column in available.items() if request.choice(name)},
-        arrays,
-        request.source,
-        request.limit,
-    )
+    columns = _read({name: column for name, column in available.items() if request.choice(name)}, arrays, request.source, request.limit)
     units = {name: arrays.units[full] for name in available if (full := _origin(chosen, name, arrays)) in arrays.units}
     return Table(
-        columns, units, {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
-        notes=tuple(notes), format=kind, tables=() if chosen is not None else tuple(names), names=tuple(available),
-    )  # fmt: skip
+        columns,
+        units,
+        {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
+        notes=tuple(notes),
+        format=kind,
+        tables=() if chosen is not None else tuple(names),
+        names=tuple(available),
+    )
 
 
 def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, _Column]], dict[str, Stored]]:
@@ -195,8 +155,5 @@ def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
     close = close_names(table, names)
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
-        f"holds no table {table!r}",
-        path=str(source),
-        allowed=some_of(names),
-        mend=f"Did you mean {close[0]!r}?" if close else elsewhere,
+        f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=f"Did you mean {close[0]!r}?" if close else elsewhere
     )

@@ -33,18 +33,6 @@ def read(data: bytes, request: Request) -> Table:
     """Return the channels of a TDMS file, scaled as the file says.
 
     A channel has its own name where no other has it, else ``group/channel``.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    request : Request
-        What is read of it.
-
-    Raises
-    ------
-    InputError
-        If the file is truncated or damaged, or holds no channel of numbers.
     """
     _refuse_truncated(data, request.source)
     with _remarks_kept() as remarks:
@@ -59,9 +47,7 @@ def read(data: bytes, request: Request) -> Table:
         about.notes.append("the channels differ in their sample time, which was ignored")
     periods = set(about.increments.values())
     sample_time = periods.pop() if len(periods) == 1 else None
-    return Table(
-        columns, about.units, sample_time=sample_time, notes=tuple(about.notes), format="TDMS", names=tuple(about.names)
-    )
+    return Table(columns, about.units, sample_time=sample_time, notes=tuple(about.notes), format="TDMS", names=tuple(about.names))
 
 
 def _with_own_times(columns: dict[str, np.ndarray], about: _About, source: Path) -> Table:
@@ -80,9 +66,7 @@ class _About(NamedTuple):
     notes: list[str]
 
 
-def _channels(
-    data: bytes, source: Path, choice: Choice, limit: int, remarks: list[str]
-) -> tuple[dict[str, np.ndarray], _About]:
+def _channels(data: bytes, source: Path, choice: Choice, limit: int, remarks: list[str]) -> tuple[dict[str, np.ndarray], _About]:
     """Return the channels of a file; what its reader would mend by itself goes into `remarks`."""
     import nptdms
 

@@ -18,15 +18,7 @@ BEYOND = 0.02  # of the limit: what noise may add to a velocity
 
 
 def doubts_about_velocity(log: LogData, axis: Axis) -> Iterator[str]:
-    """Yield in words where the axis exceeds its limit.
-
-    Parameters
-    ----------
-    log : Log
-        Its position is differentiated.
-    axis : Axis
-        Its largest velocity, where known.
-    """
+    """Yield in words where the axis exceeds its limit."""
     if axis.velocity_limit is None:
         return
     steps = [np.abs(np.diff(log.position.values[segment][::STRIDE])) for segment in log.segments]

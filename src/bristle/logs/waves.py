@@ -24,9 +24,7 @@ def waves(x: np.ndarray, side: np.ndarray, frequency: float) -> np.ndarray:
     return np.hstack([pair, side[:, None] * pair])
 
 
-def frequency_in(
-    x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float, least: float = TURNS_LEAST
-) -> float | None:  # fmt: skip
+def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
     """Return the frequency [1/m or 1/rad] of the waves that take most of a residual; None where the range is too short.
 
     From `least` to `most` turns over the range are looked for.

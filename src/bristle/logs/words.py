@@ -15,77 +15,37 @@ from bristle.logs.table import without_index
 
 __all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
+
+def _words(text: str) -> tuple[str, ...]:
+    """Words of a list that is written with blanks between."""
+    return tuple(text.split())
+
+
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
-    "time": ("time", "zeit", "timestamp", "zeitstempel", "t", "stamp", "sec", "secs", "second", "seconds", "sekunden",
-             "temps", "tiempo", "tempo", "abtastzeitpunkt", "elapsed"),
-    "error": ("followingerror", "schlepp", "poserr", "positionerror", "lageabweichung", "regelabweichung",
-              "regeldifferenz", "contouringerror", "trackingerror", "poslag", "posdiff", "ctrldev", "schleppabstand",
-              "schleppfehler",
-              "perr", "pe", "positioningerror", "lagefehler", "following", "fehler", "error", "err", "deviation"),
-    "effort": ("torque", "trq", "tau", "moment", "drehmoment", "momentenistwert", "nm", "force", "kraft", "effort",
-               "current", "actcurr", "strom", "iq", "isq", "icmd", "ist_strom", "motorstrom", "amps",
-               "ampere", "motorcurrent", "load",
-               "thrust", "stellgroesse", "stellgrosse", "control", "voltage", "spannung", "u", "pwm",
-               "vorschubkraft", "m",
-               "f", "i", "couple", "stromsoll", "last", "auslastung", "duty"),
-    "velocity": ("velocity", "vel", "speed", "geschwindigkeit", "geschw", "drehzahl", "rpm", "omega", "v", "qd", "dq",
-                 "nist", "nsoll", "rate", "spd", "n", "w", "vitesse", "xdot", "qdot"),
+    "time": _words("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
+    "error": _words(
+        "followingerror schlepp poserr positionerror lageabweichung regelabweichung regeldifferenz contouringerror trackingerror poslag "
+        "posdiff ctrldev schleppabstand schleppfehler perr pe positioningerror lagefehler following fehler error err deviation"
+    ),
+    "effort": _words(
+        "torque trq tau moment drehmoment momentenistwert nm force kraft effort current actcurr strom iq isq icmd ist_strom motorstrom "
+        "amps ampere motorcurrent load thrust stellgroesse stellgrosse control voltage spannung u pwm vorschubkraft m f i couple "
+        "stromsoll last auslastung duty"
+    ),
+    "velocity": _words("velocity vel speed geschwindigkeit geschw drehzahl rpm omega v qd dq nist nsoll rate spd n w vitesse xdot qdot"),
     "acceleration": ("acceleration", "accel", "acc", "beschleunigung", "beschl", "a", "qdd"),
     "temperature": ("temperature", "temperatur", "temp", "celsius"),
-    "position": ("position", "pos", "lage", "weg", "ort", "winkel", "angle", "encoder", "enc", "hub", "travel",
-                 "displacement", "x", "q", "s", "y", "z", "phi", "theta", "strecke", "drehwinkel", "schlitten",
-                 "counts", "stroke", "pfb",
-                 "linearscale", "massstab", "lagegeber", "actpos", "xact", "location"),
-}  # fmt: skip
-REFERENCE = (
-    "set",
-    "soll",
-    "sollwert",
-    "ref",
-    "reference",
-    "referenz",
-    "cmd",
-    "command",
-    "commanded",
-    "demand",
-    "target",
-    "desired",
-    "goal",
-    "setpoint",
-    "sp",
-    "setpos",
-    "fuehrungsgroesse",
-    "vorgabe",
-    "ziel",
-    "nominal",
-    "kommando",
-    "refpos",
-    "dem",
-    "des",
-    "trajectory",
-    "vcmd",
-    "pcmd",
+    "position": _words(
+        "position pos lage weg ort winkel angle encoder enc hub travel displacement x q s y z phi theta strecke drehwinkel schlitten "
+        "counts stroke pfb linearscale massstab lagegeber actpos xact location"
+    ),
+}
+REFERENCE = _words(
+    "set soll sollwert ref reference referenz cmd command commanded demand target desired goal setpoint sp setpos fuehrungsgroesse "
+    "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
-ACTUAL = (
-    "act",
-    "actual",
-    "ist",
-    "istwert",
-    "fbk",
-    "feedback",
-    "fb",
-    "meas",
-    "measured",
-    "measurement",
-    "real",
-    "rbv",
-    "current_position",
-    "gemessen",
-    "mess",
-    "messwert",
-    "state",
-)
+ACTUAL = _words("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
 SHORTEST_PART = 3  # letters of a word for a reference that begins or ends a name
 WITHIN = 4  # letters from which on a word counts within another one
 # Parts of longer words that mean something else than they say.
@@ -95,46 +55,13 @@ NOT_WITHIN = {
     "load": ("download", "upload"),
     "temp": ("tempo", "attempt"),
 }
-STATUS = (
-    "status",
-    "enable",
-    "enabled",
-    "trigger",
-    "mode",
-    "state",
-    "modus",
-    "freigabe",
-    "flag",
-    "index",
-    "counter",
-    "id",
-    "error_code",
-    "digital",
-    "bit",
-    "sample",
-    "row",
-    "number",
-    "nr",
-    "seq",
-    "fault",
+STATUS = _words(
+    "status enable enabled trigger mode state modus freigabe flag index counter id error_code digital bit sample row number nr seq fault"
 )
 
 
 class Meaning(NamedTuple):
-    """What the name of a column means.
-
-    Parameters
-    ----------
-    role : str
-        ``position``, ``velocity``, ``effort``, ``time``, ``error``, ``temperature``, ``acceleration``, ``status``, or
-        empty.
-    reference : bool
-        Whether it is what the axis should do.
-    actual : bool
-        Whether it says that it was measured.
-    sure : float
-        How sure that is, from 0 to 1.
-    """
+    """What the name of a column means."""
 
     role: str = ""
     reference: bool = False
@@ -183,8 +110,9 @@ def meaning_of(name: str, about: str = "") -> Meaning:
     if not best.role and about:
         best = _meaning(words_of(about))
         best = best._replace(sure=0.5 * best.sure)
-    return best._replace(reference=best.reference or (full.reference and not best.actual),
-                         actual=best.actual or (full.actual and not best.reference))  # fmt: skip
+    return best._replace(
+        reference=best.reference or (full.reference and not best.actual), actual=best.actual or (full.actual and not best.reference)
+    )
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
@@ -195,9 +123,7 @@ def _meaning(words: Sequence[str]) -> Meaning:
     scores: dict[str, float] = {}
     for role, vocabulary in ROLES.items():
         exact = max((_weight(word) for word in words if word in vocabulary), default=0.0)
-        inside = max(
-            (0.8 * _weight(word) for word in vocabulary if len(word) >= WITHIN and _within(word, joined)), default=0.0
-        )
+        inside = max((0.8 * _weight(word) for word in vocabulary if len(word) >= WITHIN and _within(word, joined)), default=0.0)
         scores[role] = max(exact, inside)
     if (
         scores["error"] > 0.5
@@ -211,10 +137,7 @@ def _meaning(words: Sequence[str]) -> Meaning:
     if not scores[role]:
         return Meaning(reference=reference, actual=actual)
     return Meaning(
-        role,
-        reference and not (actual and not _says(words, ("soll", "sollwert", "setpoint", "command"))),
-        actual,
-        min(scores[role], 1.0),
+        role, reference and not (actual and not _says(words, ("soll", "sollwert", "setpoint", "command"))), actual, min(scores[role], 1.0)
     )
 
 
@@ -271,34 +194,148 @@ def is_time(name: str) -> bool:
 
 # How units are written on screens and in exports -> how this package writes them.
 WRITTEN = {
-    "u/min": "rpm", "upm": "rpm", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm", "min⁻¹": "rpm", "r/min": "rpm",
-    "rev/min": "rpm", "umdr/min": "rpm", "umin": "rpm",
-    "u/s": "rev/s", "rps": "rev/s", "u": "rev", "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev",
-    "umdrehung": "rev", "revs": "rev", "revolutions": "rev", "turns": "rev", "r": "rev",
-    "grad": "deg", "degree": "deg", "degrees": "deg", "grad/s": "deg/s", "degree/s": "deg/s", "deg.": "deg",
-    "°": "deg", "º": "deg", "°/s": "deg/s", "º/s": "deg/s", "deg/sec": "deg/s", "dps": "deg/s",
-    "radian": "rad", "radians": "rad", "rad/sec": "rad/s",
-    "inc": "count", "incr": "count", "inkr": "count", "inkr.": "count", "inkremente": "count", "increments": "count",
-    "increment": "count", "counts": "count", "cnt": "count", "cnts": "count",
-    "count": "count", "ticks": "count", "tick": "count", "pulse": "count", "pulses": "count", "lsb": "count",
-    "digit": "count", "digits": "count", "digit(s)": "count", "lu": "count",
-    "inc/s": "count/s", "counts/s": "count/s", "cnt/s": "count/s", "cts": "count", "cts/s": "count/s",
+    "u/min": "rpm",
+    "upm": "rpm",
+    "1/min": "rpm",
+    "min-1": "rpm",
+    "min^-1": "rpm",
+    "min⁻¹": "rpm",
+    "r/min": "rpm",
+    "rev/min": "rpm",
+    "umdr/min": "rpm",
+    "umin": "rpm",
+    "u/s": "rev/s",
+    "rps": "rev/s",
+    "u": "rev",
+    "umdr": "rev",
+    "umdr.": "rev",
+    "umdrehungen": "rev",
+    "umdrehung": "rev",
+    "revs": "rev",
+    "revolutions": "rev",
+    "turns": "rev",
+    "r": "rev",
+    "grad": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "grad/s": "deg/s",
+    "degree/s": "deg/s",
+    "deg.": "deg",
+    "°": "deg",
+    "º": "deg",
+    "°/s": "deg/s",
+    "º/s": "deg/s",
+    "deg/sec": "deg/s",
+    "dps": "deg/s",
+    "radian": "rad",
+    "radians": "rad",
+    "rad/sec": "rad/s",
+    "inc": "count",
+    "incr": "count",
+    "inkr": "count",
+    "inkr.": "count",
+    "inkremente": "count",
+    "increments": "count",
+    "increment": "count",
+    "counts": "count",
+    "cnt": "count",
+    "cnts": "count",
+    "count": "count",
+    "ticks": "count",
+    "tick": "count",
+    "pulse": "count",
+    "pulses": "count",
+    "lsb": "count",
+    "digit": "count",
+    "digits": "count",
+    "digit(s)": "count",
+    "lu": "count",
+    "inc/s": "count/s",
+    "counts/s": "count/s",
+    "cnt/s": "count/s",
+    "cts": "count",
+    "cts/s": "count/s",
     "inc/sec": "count/s",
-    "%o": "‰", "permille": "‰", "per mille": "‰", "promille": "‰", "0.1%": "‰", "0,1%": "‰", "0.1 %": "‰",
-    "0,1 %": "‰", "‰ rated": "‰", "1/1000": "‰", "o/oo": "‰",
-    "percent": "%", "prozent": "%", "% rated": "%", "%rated": "%", "% mn": "%", "%mn": "%", "pct": "%", "% nenn": "%",
-    "nm": "N*m", "n m": "N*m", "n.m": "N*m", "n-m": "N*m", "newtonmeter": "N*m", "newton": "N", "newtons": "N",
-    "mnm": "mN*m", "knm": "kN*m", "ncm": "N*cm", "cnm": "N*cm", "nmm": "N*mm",
-    "arms": "A", "a_rms": "A", "a rms": "A", "aeff": "A", "a_eff": "A", "a eff": "A", "apk": "A", "amp": "A",
-    "amps": "A", "ampere": "A", "a(rms)": "A", "marms": "mA",
-    "volt": "V", "volts": "V", "sek": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sekunde": "s",
-    "sekunden": "s", "msec": "ms", "millisec": "ms", "milliseconds": "ms", "millisekunden": "ms", "usec": "us",
-    "microseconds": "us", "sec.": "s",
-    "meter": "m", "metre": "m", "meters": "m", "millimeter": "mm", "mm/sec": "mm/s", "m/sec": "m/s", "micron": "um",
-    "microns": "um", "mikrometer": "um", "inch": "inch", "in": "inch", "celsius": "degC", "°c": "degC",
-    "deg c": "degC", "degc": "degC",
-    "mm/min.": "mm/min", "kgm²": "kg*m^2", "s²": "s^2", "m/s²": "m/s^2", "mm/s²": "mm/s^2",
-}  # fmt: skip
+    "%o": "‰",
+    "permille": "‰",
+    "per mille": "‰",
+    "promille": "‰",
+    "0.1%": "‰",
+    "0,1%": "‰",
+    "0.1 %": "‰",
+    "0,1 %": "‰",
+    "‰ rated": "‰",
+    "1/1000": "‰",
+    "o/oo": "‰",
+    "percent": "%",
+    "prozent": "%",
+    "% rated": "%",
+    "%rated": "%",
+    "% mn": "%",
+    "%mn": "%",
+    "pct": "%",
+    "% nenn": "%",
+    "nm": "N*m",
+    "n m": "N*m",
+    "n.m": "N*m",
+    "n-m": "N*m",
+    "newtonmeter": "N*m",
+    "newton": "N",
+    "newtons": "N",
+    "mnm": "mN*m",
+    "knm": "kN*m",
+    "ncm": "N*cm",
+    "cnm": "N*cm",
+    "nmm": "N*mm",
+    "arms": "A",
+    "a_rms": "A",
+    "a rms": "A",
+    "aeff": "A",
+    "a_eff": "A",
+    "a eff": "A",
+    "apk": "A",
+    "amp": "A",
+    "amps": "A",
+    "ampere": "A",
+    "a(rms)": "A",
+    "marms": "mA",
+    "volt": "V",
+    "volts": "V",
+    "sek": "s",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "sekunde": "s",
+    "sekunden": "s",
+    "msec": "ms",
+    "millisec": "ms",
+    "milliseconds": "ms",
+    "millisekunden": "ms",
+    "usec": "us",
+    "microseconds": "us",
+    "sec.": "s",
+    "meter": "m",
+    "metre": "m",
+    "meters": "m",
+    "millimeter": "mm",
+    "mm/sec": "mm/s",
+    "m/sec": "m/s",
+    "micron": "um",
+    "microns": "um",
+    "mikrometer": "um",
+    "inch": "inch",
+    "in": "inch",
+    "celsius": "degC",
+    "°c": "degC",
+    "deg c": "degC",
+    "degc": "degC",
+    "mm/min.": "mm/min",
+    "kgm²": "kg*m^2",
+    "s²": "s^2",
+    "m/s²": "m/s^2",
+    "mm/s²": "mm/s^2",
+}
 NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
 CASED = {
     "Nm": "N*m",
@@ -345,14 +382,45 @@ NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles tha
 SLOWEST = 0.05  # s between samples of an axis
 LONG_AGO = 1e8  # s
 ENDINGS = {
-    "s": "s", "sec": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "ns": "ns", "m": "m", "mm": "mm",
+    "s": "s",
+    "sec": "s",
+    "ms": "ms",
+    "msec": "ms",
+    "us": "us",
+    "usec": "us",
+    "ns": "ns",
+    "m": "m",
+    "mm": "mm",
     "um": "um",
-    "nm": "N*m", "rad": "rad", "mrad": "mrad", "deg": "deg", "grad": "deg", "rev": "rev", "mms": "mm/s",
-    "rpm": "rpm", "rads": "rad/s",
-    "degs": "deg/s", "n": "N", "kn": "kN", "a": "A", "ma": "mA", "v": "V", "percent": "%", "pct": "%",
-    "permille": "‰", "inc": "count", "counts": "count", "cnt": "count",
-    "mps": "m/s", "dps": "deg/s", "mnm": "mN*m", "amps": "A", "umin": "rpm", "seconds": "s", "nanosec": "ns",
-}  # fmt: skip
+    "nm": "N*m",
+    "rad": "rad",
+    "mrad": "mrad",
+    "deg": "deg",
+    "grad": "deg",
+    "rev": "rev",
+    "mms": "mm/s",
+    "rpm": "rpm",
+    "rads": "rad/s",
+    "degs": "deg/s",
+    "n": "N",
+    "kn": "kN",
+    "a": "A",
+    "ma": "mA",
+    "v": "V",
+    "percent": "%",
+    "pct": "%",
+    "permille": "‰",
+    "inc": "count",
+    "counts": "count",
+    "cnt": "count",
+    "mps": "m/s",
+    "dps": "deg/s",
+    "mnm": "mN*m",
+    "amps": "A",
+    "umin": "rpm",
+    "seconds": "s",
+    "nanosec": "ns",
+}
 
 
 def unit_in_name(name: str) -> str:
@@ -369,11 +437,7 @@ def unit_in_name(name: str) -> str:
     ('nm', 'N*m', '')
     """
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
-    if (
-        len(parts) > 2
-        and parts[-1].lower() in ("s", "sec", "min")
-        and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u")
-    ):
+    if len(parts) > 2 and parts[-1].lower() in ("s", "sec", "min") and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u"):
         return f"{plain_unit(parts[-2])}/{parts[-1].lower()[:3].removesuffix('ec')}".replace("rev/min", "rpm")
     if len(parts) < 2 or len(parts[-1]) > 8:
         return ""

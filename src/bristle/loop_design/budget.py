@@ -77,10 +77,7 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
     named = tuple(replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items())
     result = simulate(Experiment(variant.name, variant.plant.kind, named), progress)
     errors = {name: _error(result, name) for name in loops}
-    entries = [
-        Entry(cause.name, cause.description, errors[f"{cause.name} alone"], errors[f"without {cause.name}"])
-        for cause in causes
-    ]
+    entries = [Entry(cause.name, cause.description, errors[f"{cause.name} alone"], errors[f"without {cause.name}"]) for cause in causes]
     entries.sort(key=lambda entry: entry.without.peak_to_peak)
     return Budget(variant.name, errors[ALL_CAUSES], errors[NO_CAUSE], tuple(entries), runs)
 

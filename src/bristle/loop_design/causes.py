@@ -111,16 +111,12 @@ def _of_compensator(variant: Variant) -> list[Cause]:
         return replace(loop, feedforward=replace(loop.feedforward, gain=gain))
 
     def right_shape(loop: Variant) -> Variant:
-        return replace(
-            loop, feedforward=replace(loop.feedforward, friction=true, gain=loop.feedforward.gain / best)
-        )  # fmt: skip
+        return replace(loop, feedforward=replace(loop.feedforward, friction=true, gain=loop.feedforward.gain / best))
 
     size = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
     causes = [Cause("amplitude", size, right_size)] if not math.isclose(feedforward.gain, best, rel_tol=1e-3) else []
     if feedforward.friction != true:
-        causes.append(
-            Cause("shape", "the compensator turns otherwise than the friction, at the same size", right_shape)
-        )
+        causes.append(Cause("shape", "the compensator turns otherwise than the friction, at the same size", right_shape))
     return causes
 
 

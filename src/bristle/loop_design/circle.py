@@ -72,9 +72,8 @@ def circle_of(variant: Variant) -> tuple[float, float]:
 
 
 def run_circles(
-    variants: tuple[Variant, ...], radius: float, feed: float,
-    progress: Callable[[float, str], None] | None = None,
-) -> tuple[Circle, ...]:  # fmt: skip
+    variants: tuple[Variant, ...], radius: float, feed: float, progress: Callable[[float, str], None] | None = None
+) -> tuple[Circle, ...]:
     """Return the circle that each of some loops runs, on both axes.
 
     The two axes are alike, but each has noise and irregularities of its own.

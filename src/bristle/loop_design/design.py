@@ -87,10 +87,7 @@ def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
 
 
 @guarded(experiment=EXPERIMENT, variant=optional(TEXT), bandwidth=optional(_bandwidth), progress=PROGRESS)
-def design(
-    experiment: Any, *, variant: str | None = None, bandwidth: Amount | None = None,
-    progress: Progress | None = None,
-) -> Design:  # fmt: skip
+def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | None = None, progress: Progress | None = None) -> Design:
     """Design the loop of an experiment.
 
     Parameters
@@ -117,20 +114,14 @@ def design(
     """
     chosen = _chosen(experiment.variants, variant)
     if any(one.effort is not None for one in experiment.variants):
-        raise InputError("drives an open loop, which has no gains", path="effort",
-                         mend="Write [controller] and [reference] instead")  # fmt: skip
+        raise InputError("drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] instead")
     assessments = tuple(assess(variant) for variant in experiment.variants)
     verdict = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
     runs = verdict is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
-    proposals = proposals_for(
-        chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85)
-    )  # fmt: skip
+    proposals = proposals_for(chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85))
     circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))
-    return Design(
-        experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals,
-        circles,
-    )  # fmt: skip
+    return Design(experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals, circles)
 
 
 def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
@@ -141,9 +132,8 @@ def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
     by_name = {variant.name: variant for variant in variants}
     if name not in by_name:
         raise InputError(
-            "there is no such variant", path="variant", value=name, allowed=", ".join(by_name),
-            mend=did_you_mean(name, by_name),
-        )  # fmt: skip
+            "there is no such variant", path="variant", value=name, allowed=", ".join(by_name), mend=did_you_mean(name, by_name)
+        )
     return by_name[name]
 
 
@@ -164,9 +154,7 @@ def _friction_at(variant: Variant, speed: float) -> float:
     sides, screw = [(variant.friction, 1.0)], variant.plant.component.screw
     if variant.table is not None and screw is not None:
         sides.append((variant.table, screw(variant.plant.parameters).arm))
-    return sum(
-        0.5 * arm * (steady_force(model, speed * arm) - steady_force(model, -speed * arm)) for model, arm in sides
-    )  # fmt: skip
+    return sum(0.5 * arm * (steady_force(model, speed * arm) - steady_force(model, -speed * arm)) for model, arm in sides)
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

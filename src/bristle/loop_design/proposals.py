@@ -56,9 +56,8 @@ class Proposal:
 
 
 def proposals_for(
-    variant: Variant, *, bandwidth: float | None = None, simulated: bool = True,
-    progress: Callable[[float, str], None] | None = None,
-) -> tuple[Proposal, ...]:  # fmt: skip
+    variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
+) -> tuple[Proposal, ...]:
     """Return the loop as it is and others in its place, the ones that would not diverge simulated.
 
     Parameters

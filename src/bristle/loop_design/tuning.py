@@ -82,14 +82,14 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     run = variant.run
     plants = [
         (amplitude, phase, linear_plant(lagging(variant, lag), amplitude))
-        for lag, phase in _lags(run.current_lag) for amplitude in (SMALL, LARGE)
-    ]  # fmt: skip
+        for lag, phase in _lags(run.current_lag)
+        for amplitude in (SMALL, LARGE)
+    ]
 
     def keeps_margins(omega: float) -> bool:
         controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
         return all(
-            _is_safe(SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time), phase)
-            for amplitude, phase, plant in plants
+            _is_safe(SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time), phase) for amplitude, phase, plant in plants
         )
 
     if bandwidth is not None and keeps_margins(bandwidth):
@@ -159,11 +159,7 @@ def _disturbance_observer(bandwidth: float, fixed: Mapping[str, Any], variant: V
     return {"lambda_": bandwidth, "K_1": bandwidth, "g": 0.2 * bandwidth}
 
 
-GAINS: dict[str, Gains] = {
-    "cascade": _cascade,
-    "sliding_mode": _sliding_mode,
-    "disturbance_observer": _disturbance_observer,
-}
+GAINS: dict[str, Gains] = {"cascade": _cascade, "sliding_mode": _sliding_mode, "disturbance_observer": _disturbance_observer}
 
 
 def inertia_of(variant: Variant) -> float:

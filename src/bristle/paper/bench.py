@@ -54,27 +54,13 @@ def write_models(folder: str | PathLike[str]) -> None:
 
 
 def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_slip") -> Model:
-    """Return the friction that is identified from the encoder and the effort command of an experiment's run.
-
-    Parameters
-    ----------
-    experiment : path-like
-        A loop that follows a slow motion. Of its run nothing else is used; its delays are known to who set it up.
-    model : str
-        What is fitted.
-    """
+    """Return the friction that is identified from the encoder and the effort command of an experiment's run."""
     described = read_experiment(experiment)
     return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).best.friction
 
 
 def logged(described: Experiment) -> Log:
-    """Return what the first loop of an experiment logs of itself: the encoder, and the effort command as it acted.
-
-    Parameters
-    ----------
-    described : Experiment
-        A loop that follows a slow motion.
-    """
+    """Return what the first loop of an experiment logs of itself: the encoder, and the effort command as it acted."""
     variant = described.variants[0]
     result, run = simulate(described).variants[variant.name], variant.run
     samples = np.arange(result.command.size)
@@ -91,15 +77,13 @@ def logged(described: Experiment) -> Log:
 
 
 def axis_of(described: Experiment) -> Axis:
-    """Return what is known of the axis of an experiment before anything is identified from its log.
-
-    Parameters
-    ----------
-    described : Experiment
-        Of its first loop inertia and encoder are known.
-    """
+    """Return what is known of the axis of an experiment before anything is identified from its log."""
     variant = described.variants[0]
     return Axis(
-        kind=described.kind, mass=variant.plant.values["M"], held=True, cutoff=CUTOFF, decimation=DECIMATION,
+        kind=described.kind,
+        mass=variant.plant.values["M"],
+        held=True,
+        cutoff=CUTOFF,
+        decimation=DECIMATION,
         resolution=variant.sensor.values["resolution"],
-    )  # fmt: skip
+    )

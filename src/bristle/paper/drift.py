@@ -50,9 +50,7 @@ def figure_3(setting: Setting) -> Reproduced:
     shares = {name: abs(drifts[name]) / _width(run) for name, run in runs.items()}
     sensed, start = runs[RIG].sensed, int(runs[RIG].cycles[0])
     assert sensed is not None
-    ripple, push = (
-        sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start))
-    )
+    ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
     dissipated, enclosed = (_work(setting, runs[RIG], torque) for torque in (sensed.friction, sensed.read))
     return Reproduced(
         number=3,
@@ -66,11 +64,16 @@ def figure_3(setting: Setting) -> Reproduced:
         ],
         draw=lambda: _draw(runs, drifts, runs[RIG]),
         origin=setting.origin,
-        numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares, "torque_sensor": ripple,
-                 "torque_sensor_at_break_away": push, "work_of_friction": dissipated,
-                 "work_by_torque_sensor": enclosed},
+        numbers={
+            "drift_per_cycle": drifts,
+            "share_of_the_orbit": shares,
+            "torque_sensor": ripple,
+            "torque_sensor_at_break_away": push,
+            "work_of_friction": dissipated,
+            "work_by_torque_sensor": enclosed,
+        },
         extras={"course": (lambda: _draw_all(sensed, runs[RIG].x), *COURSE)},
-    )  # fmt: skip
+    )
 
 
 def _goes_round(name: str, run: Rippled, share: float) -> str:
@@ -114,17 +117,12 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
         titles[SENSOR] = f"{RIG}, {SENSOR}"
         last = int(first.cycles[-2])
         torques = {"friction": measured.sensed.friction, SENSOR: measured.sensed.read}
-        close_up = (
-            f"{RIG}, last cycle less a line",
-            {name: _since(measured, torque, last) for name, torque in torques.items()},
-        )
+        close_up = (f"{RIG}, last cycle less a line", {name: _since(measured, torque, last) for name, torque in torques.items()})
     for name, run in runs.items():
         traces[name] = _since(run, run.torque, start)
         step = f"{with_unit(drifts[name], 'm')} a cycle" if abs(drifts[name]) > RESTS * widest else "no drift"
         titles[name] = f"{name}, friction: {step}" if run is measured else f"{name}: {step}"
-    return ripple(
-        first.time, first.driving, traces, end - start, titles, "translational", "rotational", close_up=close_up
-    )
+    return ripple(first.time, first.driving, traces, end - start, titles, "translational", "rotational", close_up=close_up)
 
 
 def _since(run: Rippled, torque: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:

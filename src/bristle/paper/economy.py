@@ -28,10 +28,7 @@ from bristle.engine import response
 from bristle.paper.measurement import Record, measured
 from bristle.paper.setting import Setting
 
-__all__ = [
-    "WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "repeated",
-    "seeded",
-]  # fmt: skip
+__all__ = ["WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "repeated", "seeded"]
 
 STOPS = 25
 UNSEEN = 6  # random motions
@@ -51,19 +48,7 @@ class Fitted(NamedTuple):
 
 
 class Economy(NamedTuple):
-    """Errors in percent of the largest torque.
-
-    Parameters
-    ----------
-    counts : list of int
-        Branches measured.
-    errors : dict of str to ndarray, shape (count, seed)
-        By the way to the model; NaN where it cannot be made from so few branches.
-    floor : float
-        What a model of the mean of the contact would leave: how far apart two runs of it are, over the root of two.
-    duration : float
-        Time that one branch takes, at the mean [s].
-    """
+    """Errors in percent of the largest torque."""
 
     counts: list[int]
     errors: dict[str, np.ndarray]
@@ -87,22 +72,8 @@ def quiet(friction: Model) -> Model:
     return friction.with_values(scatter=0.0) if "scatter" in friction.values else friction
 
 
-def economy(
-    setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None
-) -> Economy:
-    """Return the errors of models made from few and many measured branches of a contact.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment: extent and number of branches, speed, resolution, noise.
-    friction : Model
-        The contact.
-    seeds : int
-        How many times everything is measured.
-    progress : callable, optional
-        Called with the share done and what is measured next.
-    """
+def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
+    """Return the errors of models made from few and many measured branches of a contact."""
     counts = [round(count) for count in setting["measurement", "branches"]]
     extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
     unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
@@ -134,9 +105,7 @@ def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Reco
     generator = np.random.default_rng(1000 + index)
     extent = setting["measurement", "extent"]
     turns = [-extent, extent, -extent, *(0.9 * extent * generator.uniform(-1.0, 1.0, TURNS))]
-    first, second = (
-        measured(setting, seeded(friction, seed), turns, generator).since(2) for seed in (100 + index, 200 + index)
-    )
+    first, second = (measured(setting, seeded(friction, seed), turns, generator).since(2) for seed in (100 + index, 200 + index))
     return first, second
 
 
@@ -149,15 +118,7 @@ def _percent(difference: np.ndarray, torque: np.ndarray) -> float:
 
 
 def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
-    """Return the operator with the loops of (16) and (17): s and f_p by least squares.
-
-    Parameters
-    ----------
-    record : Record
-        Any motion that begins in saturation or has run in.
-    arm : float
-        Travel of the table for a radian of the screw [m/rad].
-    """
+    """Return the operator with the loops of (16) and (17): s and f_p by least squares."""
     from scipy.optimize import least_squares
 
     x, force = _decimated(record.x), _decimated(record.torque) / arm
@@ -176,15 +137,7 @@ def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
 
 
 def fitted_stops(record: Record, arm: float) -> Fitted:
-    """Return the Prandtl-Ishlinskii operator by non-negative least squares, thresholds spaced geometrically.
-
-    Parameters
-    ----------
-    record : Record
-        Any motion that begins in saturation or has run in.
-    arm : float
-        Travel of the table for a radian of the screw [m/rad].
-    """
+    """Return the Prandtl-Ishlinskii operator by non-negative least squares, thresholds spaced geometrically."""
     x, force = _decimated(record.x), _decimated(record.torque) / arm
     reach = float(np.ptp(x))
     thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
@@ -198,15 +151,7 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
 
 
 def fitted_table(record: Record, arm: float) -> Fitted | None:
-    """Return the operator with an Everett function tabulated from descending branches; None from fewer than two.
-
-    Parameters
-    ----------
-    record : Record
-        Branches, each a rise from the lower end and the descent to it.
-    arm : float
-        Travel of the table for a radian of the screw [m/rad].
-    """
+    """Return the operator with an Everett function tabulated from descending branches; None from fewer than two."""
     turns = record.turns
     if turns.size < 5:
         return None

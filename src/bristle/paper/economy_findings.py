@@ -30,11 +30,6 @@ def verdict(cost: Economy) -> Verdict:
     """Return whether the reformed Dahl model from the fewest branches does about as well as the surface from the most.
 
     In part, where an operator fitted to the same few branches does better.
-
-    Parameters
-    ----------
-    cost : Economy
-        The errors.
     """
     means = _means(cost)
     few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
@@ -44,15 +39,7 @@ def verdict(cost: Economy) -> Verdict:
 
 
 def sentences(cost: Economy, still: Economy) -> list[str]:
-    """Return in words what measuring more brings.
-
-    Parameters
-    ----------
-    cost : Economy
-        The errors on a contact that scatters.
-    still : Economy
-        Those on one that repeats itself exactly.
-    """
+    """Return in words what measuring more brings."""
     return [
         f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
         *_pairwise(cost),
@@ -91,15 +78,7 @@ def _error_text(errors: np.ndarray, digits: int) -> str:
 
 
 def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
-    """Return the errors [%] for the summary, by the way to the model, in the order of the branches.
-
-    Parameters
-    ----------
-    cost : Economy
-        The errors on a contact that scatters.
-    still : Economy
-        Those on one that repeats itself exactly.
-    """
+    """Return the errors [%] for the summary, by the way to the model, in the order of the branches."""
     return {
         "branches": cost.counts,
         "error_percent": _means(cost),
@@ -115,21 +94,9 @@ def _deviation(errors: np.ndarray) -> np.ndarray:
 
 
 def table(cost: Economy, still: Economy) -> Table:
-    """Return the errors side by side.
-
-    Parameters
-    ----------
-    cost : Economy
-        The errors on a contact that scatters.
-    still : Economy
-        Those on one that repeats itself exactly.
-    """
+    """Return the errors side by side."""
     columns = [economy.errors[name] for economy in (cost, still) for name in WAYS]
-    rows = [
-        (str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)
-    ]  # fmt: skip
+    rows = [(str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)]
     heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
-    caption = (
-        "Error on motions that were not measured [%], of the largest torque; mean and standard deviation over seeds"
-    )
+    caption = "Error on motions that were not measured [%], of the largest torque; mean and standard deviation over seeds"
     return Table(caption, heads, rows)

@@ -31,29 +31,7 @@ SETUP = (
 
 
 class Equation(NamedTuple):
-    """One equation of the paper.
-
-    Parameters
-    ----------
-    number : int
-        As the paper counts.
-    title : str
-        What it is, in a few words.
-    printed : str
-        As printed, in TeX.
-    stands : {"as printed", "corrected", "completed"}
-        What became of it: completed where nothing is wrong and something was missing.
-    formula : str
-        As it is computed here, in TeX; empty where that is as printed.
-    file : str
-        What computes it, below ``src/bristle``.
-    test : str
-        File and name of a test, below ``tests``.
-    run : str
-        A command, or a line of Python after `SETUP`.
-    gives : str
-        What the line of Python prints; empty for a command.
-    """
+    """One equation of the paper."""
 
     number: int
     title: str

@@ -22,21 +22,7 @@ FIGURES = "paper/test_figures.py"
 
 
 class Erratum(NamedTuple):
-    """One place of the paper.
-
-    Parameters
-    ----------
-    kind : {"misprint", "gap", "reading", "remark"}
-        What kind of error it is, or none.
-    location : str
-        Number of an equation or figure, or a section.
-    printed : str
-        What is printed, and what is wrong with it.
-    correct : str
-        What is right.
-    test : str
-        File and name of the test, below ``tests``.
-    """
+    """One place of the paper."""
 
     kind: Kind
     location: str
@@ -122,8 +108,7 @@ ERRATA = (
         "gap",
         "(9)",
         "Asks that f_h reaches G(v). That it can is a condition on the operator, which is not given.",
-        "The saturation of the operator must exceed the break-away force, f_p > F_s; else z grows for as long as the "
-        "body slides.",
+        "The saturation of the operator must exceed the break-away force, f_p > F_s; else z grows for as long as the body slides.",
         f"{ERRATA_TESTS}::test_6_the_deflection_is_bounded_only_with_f_p_above_F_S",
     ),
     Erratum(
@@ -144,16 +129,14 @@ ERRATA = (
         "gap",
         "(23)",
         "Right once (22) is, but feeds F_p forward as if it were known, and takes (21) for what then happens.",
-        "u contains an estimate F̂, and ς̇ = −K₁ ς − K₂ sgn ς + (F_p − F̂)/J: the surface is reached only where K₂ "
-        "exceeds sup |F_p − F̂|/J.",
+        "u contains an estimate F̂, and ς̇ = −K₁ ς − K₂ sgn ς + (F_p − F̂)/J: the surface is reached only where K₂ exceeds sup |F_p − F̂|/J.",
         f"{ERRATA_TESTS}::test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated",
     ),
     Erratum(
         "reading",
         "below (3)",
         "σ₁ is called the viscous friction of the bristles, and σ₂ the viscous friction.",
-        "Right of the bristles: σ₁ damps them while they stretch. It is no friction of the body: in steady sliding it "
-        "does nothing.",
+        "Right of the bristles: σ₁ damps them while they stretch. It is no friction of the body: in steady sliding it does nothing.",
         "papers/test_canudas_1995.py::test_micro_damping_is_not_viscous_friction",
     ),
     Erratum(
@@ -186,8 +169,7 @@ ERRATA = (
         "reading",
         "(12), γ z(t)",
         "Reads like a product of γ and a z(t) that is “monotonically increased or decreased”.",
-        "γ[z] is an operator on the path of z, and z is monotone by pieces: at one z there is one force after each "
-        "history.",
+        "γ[z] is an operator on the path of z, and z is monotone by pieces: at one z there is one force after each history.",
         f"{PREISACH}::test_12_the_force_belongs_to_the_path_and_not_to_z",
     ),
     Erratum(
@@ -205,8 +187,7 @@ ERRATA = (
         "(16), (17), reversals",
         "x_r is “the linear position at the velocity reversal”. Right, with f′ = s ((f_p − f)/(f_p + f_r))², where the "
         "loop is that between ±x_r; f_r is not the force at any other reversal.",
-        "From a reversal at β with the force f_β: f = f_β + P s d/(P + s d), P = f_p − f_β, d = x − β; mirrored "
-        "descending.",
+        "From a reversal at β with the force f_β: f = f_β + P s d/(P + s d), P = f_p − f_β, d = x − β; mirrored descending.",
         f"{ERRATA_TESTS}::test_16_and_17_are_the_branch_from_a_general_reversal",
     ),
     Erratum(
@@ -246,8 +227,7 @@ ERRATA = (
     Erratum(
         "remark",
         "(5)–(7), origin",
-        "The hysteresis of (6) is a Preisach operator; but bristles whose stiffness remembers, and slip by f_h/G, are "
-        "older.",
+        "The hysteresis of (6) is a Preisach operator; but bristles whose stiffness remembers, and slip by f_h/G, are older.",
         "The model of Leuven (J. Swevers and others, 2000) with exponent 1.",
         "papers/test_swevers_2000.py::test_the_exponent_one_is_the_source_paper",
     ),
@@ -284,8 +264,7 @@ ERRATA = (
     Erratum(
         "remark",
         "(17), virgin",
-        "The first loading is not spoken of. The branch from f_r = 0 is not the line on which the tips of the loops "
-        "lie.",
+        "The first loading is not spoken of. The branch from f_r = 0 is not the line on which the tips of the loops lie.",
         "For a Preisach operator the virgin curve must be that line; they differ by up to 0.106 f_p.",
         f"{ERRATA_TESTS}::test_17_the_virgin_branch_is_not_the_locus_of_the_tips",
     ),

@@ -9,16 +9,7 @@ import numpy as np
 from bristle.core.typography import number
 from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, percent
 from bristle.paper.sound_loop import Sound, break_away_extra, sound_extra, sound_table
-from bristle.paper.tracking import (
-    BEFORE,
-    CALIBRATED,
-    NAMES,
-    PRINTED,
-    WITH_CONSTANT,
-    Tracked,
-    spread_of,
-    with_spread,
-)
+from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
 from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
@@ -83,36 +74,28 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
     return Reproduced(
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
-        found=[
-            *_sentences_12(tracked, peaks),
-            *_directions(tracked, worse),
-            *_strangers(tracked, *((sound.loop,) if sound else ())),
-        ],
+        found=[*_sentences_12(tracked, peaks), *_directions(tracked, worse), *_strangers(tracked, *((sound.loop,) if sound else ()))],
         draw=lambda: tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
         beside=(sound.loop.origin, sound.levels.origin) if sound else (),
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
-                name: spread_of(loop, "following_error", "peak_to_peak")
-                for name, loop in variants.items()
-                if loop.spread
+                name: spread_of(loop, "following_error", "peak_to_peak") for name, loop in variants.items() if loop.spread
             },
             "forward_over_backward": worse,
             **(sound.numbers if sound else {}),
         },
         tables=(_by_variant(tracked), _by_direction(tracked), *((sound_table(sound),) if sound else ())),
         extras={"break-away": break_away_extra(sound), "sound-margins": sound_extra(sound)} if sound else {},
-    )  # fmt: skip
+    )
 
 
 def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
     ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
     sentences = [f"Root mean square forward over backward: {ratios}."]
     if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
-        sentences.append(
-            "At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain."
-        )
+        sentences.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
     return sentences
 
 
@@ -143,9 +126,7 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
 def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     variants, less = tracked.result.variants, {name: 1.0 - peaks[name] / peaks[BEFORE] for name in peaks}
     paper = percent(1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE], 1.0)
-    sentences = [
-        f"Without compensator {_peak(variants[BEFORE])} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."
-    ]
+    sentences = [f"Without compensator {_peak(variants[BEFORE])} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
     for name, condition in (
         (PRINTED, "With (5)–(7) as printed, nothing scaled and no constant"),
         (WITH_CONSTANT, "With the constant beside them that their loops leave over"),
@@ -177,8 +158,7 @@ def _by_variant(tracked: Tracked) -> Table:
         effort = 1e3 * tracked.arm
         driven = with_spread(effort * loop.effort_rms, effort * spread_of(loop, "effort", "rms"), 0.1)
         rows.append((name, FED_FORWARD.get(name, ""), *cells, driven))
-    heads = ("Variant", "What is fed forward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]",
-             "Effort rms [mN·m]")  # fmt: skip
+    heads = ("Variant", "What is fed forward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
     runs = next(iter(tracked.result.variants.values())).runs
     caption = f"Following error: mean ± standard deviation over {runs} runs with other noise and scatter"
     return Table(caption, heads, rows).without_empty_columns()
@@ -186,13 +166,17 @@ def _by_variant(tracked: Tracked) -> Table:
 
 def _by_direction(tracked: Tracked) -> Table:
     rows = [
-        (NAMES[name], direction, *(
-            with_spread(1e6 * value, 1e6 * spread_of(loop, "by_direction", direction, key), 0.01)
-            for key, value in (("mean", e.mean), ("rms", e.rms), ("peak_to_peak", e.peak_to_peak))
-        ))
+        (
+            NAMES[name],
+            direction,
+            *(
+                with_spread(1e6 * value, 1e6 * spread_of(loop, "by_direction", direction, key), 0.01)
+                for key, value in (("mean", e.mean), ("rms", e.rms), ("peak_to_peak", e.peak_to_peak))
+            ),
+        )
         for name, loop in tracked.published.items()
         for direction, e in loop.by_direction.items()
-    ]  # fmt: skip
+    ]
     heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
     return Table("Following error by direction", heads, rows)
 
@@ -265,12 +249,17 @@ def figure_14(tracked: Tracked) -> Reproduced:
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
         draw=lambda: control_effort(
-            tracked.pictured, tracked.settle, tracked.turn(0.5 * CHATTER, 0.5 * CHATTER), tracked.arm, "rotational",
-            friction=True, mean_over=MEAN_OVER,
+            tracked.pictured,
+            tracked.settle,
+            tracked.turn(0.5 * CHATTER, 0.5 * CHATTER),
+            tracked.arm,
+            "rotational",
+            friction=True,
+            mean_over=MEAN_OVER,
         ),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
-    )  # fmt: skip
+    )
 
 
 def _torque(value: float) -> str:

@@ -52,22 +52,19 @@ CLAIMS = {
 }
 """The claims in short, by figure."""
 BESIDE = {
-    "lugre": "LuGre", "gate": "(5)–(7) with a gate", "identified": "a model, identified",
-    "observer": "an observer, no model", "observer_feedforward": "both",
-}  # fmt: skip
+    "lugre": "LuGre",
+    "gate": "(5)–(7) with a gate",
+    "identified": "a model, identified",
+    "observer": "an observer, no model",
+    "observer_feedforward": "both",
+}
 """What else runs in the loop of the paper, and what it is."""
 REPORTED = {BEFORE: "the paper, no compensator", COMPENSATED: "the paper, its compensator"}
 FOLLOWING, EFFORT = 12, 14  # figures
 
 
 def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
-    """Return how many claims of the paper hold here, and which do not, or not as it says.
-
-    Parameters
-    ----------
-    figures : sequence of Reproduced
-        The figures that were rebuilt.
-    """
+    """Return how many claims of the paper hold here, and which do not, or not as it says."""
     tested = [figure for figure in figures if figure.verdict not in UNTESTED]
     if not tested:
         return Ruling("with_care", "Nothing was claimed that could be tested")
@@ -89,13 +86,7 @@ def _named(figures: Sequence[Reproduced]) -> str:
 
 
 def paper_front(figures: Sequence[Reproduced]) -> Front:
-    """Return the first page of the figures that were rebuilt.
-
-    Parameters
-    ----------
-    figures : sequence of Reproduced
-        The figures.
-    """
+    """Return the first page of the figures that were rebuilt."""
     ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
     loop, effort = by_number.get(FOLLOWING), by_number.get(EFFORT)
     kinds = Counter(erratum.kind for erratum in ERRATA)
@@ -108,11 +99,8 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
             "the rig is of another structure than the compensators of the paper: thirty elements that scatter",
             f"{len(ERRATA)} remarks on what is printed, each with a test: {wrong}",
         ],
-        [
-            "what you have changed: `bristle paper --from DIR`",
-            "your own axis: `bristle identify log.csv --axis axis.toml --model all`",
-        ],
-    )  # fmt: skip
+        ["what you have changed: `bristle paper --from DIR`", "your own axis: `bristle identify log.csv --axis axis.toml --model all`"],
+    )
     facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
     return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(loop), "claims", ALL_HOLD)
 
@@ -129,12 +117,11 @@ def _quality(loop: Reproduced) -> list[str]:
         f"following error, peak to peak: {errors[BEFORE]} without a compensator, {errors[variant]} with "
         f"{NAMES[variant]}; the paper: {paper}",
         f"that is {_less(loop.numbers['peak_to_peak'], variant)} less; the paper: {_less(IN_PAPER, COMPENSATED)}",
-    ]  # fmt: skip
+    ]
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
         peaks = {name: _peak_of(sound[name]) for name in (BEFORE, PRINTED, WITH_CONSTANT, *BESIDE) if name in sound}
-        listed = "; ".join(f"{NAMES.get(name) or BESIDE[name]} {length_text(value, 'translational')}"
-                         for name, value in peaks.items())  # fmt: skip
+        listed = "; ".join(f"{NAMES.get(name) or BESIDE[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
         lines.append(f"in a loop of sound margins: {listed}")
     return lines
 
@@ -180,5 +167,8 @@ def _picture(loop: Reproduced | None) -> Picture | None:
             {REPORTED[name]: 1e6 * value for name, value in IN_PAPER.items()},
             "Following error [µm], peak to peak",
         ),
-        alternative, caption, file="figure-00", published=f"{caption} The rig is simulated.",
-    )  # fmt: skip
+        alternative,
+        caption,
+        file="figure-00",
+        published=f"{caption} The rig is simulated.",
+    )

@@ -14,15 +14,7 @@ __all__ = ["figure_7"]
 
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
-    """Return figure 7: the rig and its control scheme, drawn from their experiments.
-
-    Parameters
-    ----------
-    tracked : Tracked
-        The loop.
-    setting : Setting
-        The mechanics.
-    """
+    """Return figure 7: the rig and its control scheme, drawn from their experiments."""
     from bristle.figures import Mechanics, rig_layout
 
     variant = next(variant for variant in tracked.experiment.variants if variant.name == tracked.after)
@@ -42,6 +34,12 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
         ],
         draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
         origin=tracked.origin,
-        numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution, "lead": lead,
-                 "inertia": bench.J, "inertia_before_sensor": bench.J_m},
-    )  # fmt: skip
+        numbers={
+            "sample_time": run.sample_time,
+            "delay": run.delay,
+            "resolution": resolution,
+            "lead": lead,
+            "inertia": bench.J,
+            "inertia_before_sensor": bench.J_m,
+        },
+    )

@@ -37,15 +37,14 @@ def figure_5(setting: Setting) -> Reproduced:
         verdict="built in" if uneven > noise and apart > noise else "refuted",
         found=[
             f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {number(1e3 * top, digits=3)} mN·m.",
-            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within "
-            f"{number(1e3 * apart, digits=2)} mN·m.",
+            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within {number(1e3 * apart, digits=2)} mN·m.",
             sensor_says(bench, sensor, "At this speed"),
         ],
         draw=lambda: _draw({"amplitude by amplitude": loops, f"the largest, {repeats} times": again}),
         origin=setting.origin,
         numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist(), "torque_sensor": sensor},
         tables=(_table(rounds | {largest: again}),),
-    )  # fmt: skip
+    )
 
 
 def _draw(panels: dict[str, list[Record]]):
@@ -53,19 +52,28 @@ def _draw(panels: dict[str, list[Record]]):
     from bristle.figures import loop_family
 
     return loop_family(
-        {title: {"friction": [(record.actual.x, record.actual.torque) for record in loops],
-                 "torque sensor": [(record.x, record.torque) for record in loops]} for title, loops in panels.items()},
-        "translational", "rotational",
-    )  # fmt: skip
+        {
+            title: {
+                "friction": [(record.actual.x, record.actual.torque) for record in loops],
+                "torque sensor": [(record.x, record.torque) for record in loops],
+            }
+            for title, loops in panels.items()
+        },
+        "translational",
+        "rotational",
+    )
 
 
 def _table(loops: dict[float, list[Record]]) -> Table:
     """Return where the loops of each amplitude end, repeated."""
     rows = [
-        (number(1e6 * amplitude, digits=2), str(len(rounds)),
-         *(spread(1e3 * np.array([edge(record.torque) for record in rounds])) for edge in (np.max, np.min)))
+        (
+            number(1e6 * amplitude, digits=2),
+            str(len(rounds)),
+            *(spread(1e3 * np.array([edge(record.torque) for record in rounds])) for edge in (np.max, np.min)),
+        )
         for amplitude, rounds in loops.items()
-    ]  # fmt: skip
+    ]
     heads = ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip")
     return Table("Torque at the tips of the loops [mN·m], mean and standard deviation over the rounds", heads, rows)
 
@@ -74,35 +82,22 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
     """Return rounds of each amplitude [m], the smallest first, each on a contact that scatters in its own way."""
     amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
     return {
-        amplitude: measured_loop(
-            setting, seeded(setting.contact(RIG), index), amplitude, rounds, np.random.default_rng(index)
-        )
+        amplitude: measured_loop(setting, seeded(setting.contact(RIG), index), amplitude, rounds, np.random.default_rng(index))
         for index, amplitude in enumerate(amplitudes)
     }
 
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
-    """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment.
-    progress : callable, optional
-        Called with the share done and what is measured next.
-    """
+    """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured."""
     from bristle.figures import error_over_count, loop_family
 
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
-    run_in = measured(
-        setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)
-    ).since(2)  # fmt: skip
+    run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
     modelled = [_round(fitted.torque, record) for record in loops]
     shares = [
-        float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque)))
-        for m, record in zip(modelled, loops, strict=True)
+        float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque))) for m, record in zip(modelled, loops, strict=True)
     ]
     cost = economy(setting, setting.contact(RIG), round(setting["measurement", "seeds"]), progress)
     still = economy(setting, quiet(setting.contact(RIG)), 1)
@@ -118,17 +113,25 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
             *sentences(cost, still),
         ],
         draw=lambda: loop_family(
-            {"as measured, and the model fitted to one loop": {
-                "measured": [(record.x, record.torque) for record in loops],
-                "reformed Dahl": [(record.x, m) for record, m in zip(loops, modelled, strict=True)]}},
-            "translational", "rotational",
+            {
+                "as measured, and the model fitted to one loop": {
+                    "measured": [(record.x, record.torque) for record in loops],
+                    "reformed Dahl": [(record.x, m) for record, m in zip(loops, modelled, strict=True)],
+                }
+            },
+            "translational",
+            "rotational",
         ),
         origin=setting.origin,
         numbers={"s": s, "f_p": f_p, "offset": offset, "error_of_loops": shares, **numbers(cost, still)},
         tables=(table(cost, still),),
-        extras={"economy": (lambda: error_over_count(
-            cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"), *CAPTION)},
-    )  # fmt: skip
+        extras={
+            "economy": (
+                lambda: error_over_count(cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"),
+                *CAPTION,
+            )
+        },
+    )
 
 
 def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record) -> np.ndarray:

@@ -20,19 +20,7 @@ APART = 5e-8  # of the table between two readings [m]
 
 
 class Record(NamedTuple):
-    """What was read while the table moved from turning point to turning point.
-
-    Parameters
-    ----------
-    x : ndarray, shape (sample,)
-        Position of the table [m], in counts.
-    torque : ndarray, shape (sample,)
-        Torque [N*m].
-    turns : ndarray of int, shape (turn,)
-        The samples at which the table turned.
-    actual : Walk
-        Where the table really was, and the friction torque itself.
-    """
+    """What was read while the table moved from turning point to turning point."""
 
     x: np.ndarray
     torque: np.ndarray
@@ -53,19 +41,7 @@ class Record(NamedTuple):
 
 
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
-    """Return the record of a motion of the table.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment: speed, resolution and noise.
-    friction : Model
-        The contact, virgin.
-    turns : iterable of float
-        Where the table turns [m].
-    generator : numpy.random.Generator
-        Where the noise comes from.
-    """
+    """Return the record of a motion of the table."""
     resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
     sensed, actual = _moved(setting, friction, list(turns))
     read = resolution * np.round(sensed.x / resolution) if resolution > 0.0 else sensed.x
@@ -86,25 +62,10 @@ def _moved(setting: Setting, friction: Model, turns: list[float]) -> tuple[Walk,
     return Walk(sensor.x[read], sensor.torque[read], ends), Walk(actual.x[read], actual.torque[read], ends)
 
 
-def measured_loop(
-    setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator
-) -> list[Record]:
+def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:
     """Return the last rounds of a symmetric loop, after a sweep from the largest one down to it.
 
     The sweep is what puts loops of every amplitude around one middle, where both directions are not alike.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment: amplitudes, speed, resolution and noise.
-    friction : Model
-        The contact, virgin.
-    amplitude : float
-        Of the loop [m].
-    rounds : int
-        How many rounds are returned.
-    generator : numpy.random.Generator
-        Where the noise comes from.
     """
     largest = float(np.max(setting["measurement", "amplitudes"]))
     falling = np.linspace(largest, amplitude, SWEEP).repeat(2)

@@ -40,9 +40,7 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
 
 def equation_table() -> Table:
     """Return the equations of the paper: how each stands, and what computes it."""
-    rows = [
-        (f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS
-    ]
+    rows = [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS]
     return Table("The equations of the paper", ("Equation", "What", "Here", "Computed by", "Run"), rows)
 
 
@@ -73,29 +71,23 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
             "What is printed, what is right, and where that is tested. "
             + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
             ("Place", "Kind", "As printed", "Correct", "Test"),
-            [
-                (erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2])
-                for erratum in ERRATA
-            ],
+            [(erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2]) for erratum in ERRATA],
         ),
-    )  # fmt: skip
+    )
 
 
 def _section(figure: Reproduced) -> Section:
     words, file = figure.words, f"figure-{figure.number:02d}"
     drawn = picture(
-        f"paper-{figure.number}", figure.draw, words.alternative, f"Figure {figure.number}. {words.alternative}.",
-        file=file, published=" ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED]),
-    )  # fmt: skip
+        f"paper-{figure.number}",
+        figure.draw,
+        words.alternative,
+        f"Figure {figure.number}. {words.alternative}.",
+        file=file,
+        published=" ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED]),
+    )
     extras = [
-        picture(
-            f"paper-{figure.number}-{name}",
-            draw,
-            alternative,
-            caption,
-            file=f"{file}-{name}",
-            published=f"{caption} {SIMULATED}",
-        )
+        picture(f"paper-{figure.number}-{name}", draw, alternative, caption, file=f"{file}-{name}", published=f"{caption} {SIMULATED}")
         for name, (draw, alternative, caption) in figure.extras.items()
     ]
     return Section(figure, drawn._replace(id=f"fig-{figure.number}"), extras)

@@ -41,18 +41,25 @@ def figure_4(setting: Setting) -> Reproduced:
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         origin=setting.origin,
-        numbers={"torque": by_turns, "by_corrected_sums": right, "by_printed_sums_of_relays_0_and_1": unit,
-                 "by_printed_sums_of_relays_of_both_signs": signed, "half_of_the_saturation_loop": constant},
+        numbers={
+            "torque": by_turns,
+            "by_corrected_sums": right,
+            "by_printed_sums_of_relays_0_and_1": unit,
+            "by_printed_sums_of_relays_of_both_signs": signed,
+            "half_of_the_saturation_loop": constant,
+        },
         tables=(_table(path, stages, half),),
-    )  # fmt: skip
+    )
 
 
 def _stage(operator: Model, path: list[float], arm: float) -> tuple[float, ...]:
     """Return the torque [N*m] after a path: by turning points, by the sums corrected, and printed in both readings."""
     forces = (
-        float(response(operator, path)[-1]), summed(operator, path), summed_as_printed(operator, path),
+        float(response(operator, path)[-1]),
+        summed(operator, path),
+        summed_as_printed(operator, path),
         summed_as_printed(operator, path, lower=-1),
-    )  # fmt: skip
+    )
     return tuple(arm * force for force in forces)
 
 
@@ -64,9 +71,9 @@ def _table(path: list[float], stages: list[tuple[float, ...]], constant: str) ->
         rows.append((f"({LETTERS[i]})", equation, *cells))
     return Table(
         f"Torque in mN·m where the input is at each stage: half the saturation loop is {constant} mN·m",
-        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by",
-         "As printed, relays of ±1"), rows,
-    )  # fmt: skip
+        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by", "As printed, relays of ±1"),
+        rows,
+    )
 
 
 def _rounding(apart: float) -> str:
@@ -82,11 +89,10 @@ def _verdict(apart: float, constant: float) -> Verdict:
 
 def _must_nest(setting: Setting, path: list[float]) -> None:
     """Refuse a history whose turns are not each inside the ones before: the sums stand for those that remain."""
-    nested = all(
-        min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False)
-    )  # fmt: skip
+    nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
     if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
         raise InputError(
-            "must begin far down and turn inside the two before, at least twice", path=f"{setting.source}: path.turns",
+            "must begin far down and turn inside the two before, at least twice",
+            path=f"{setting.source}: path.turns",
             value=setting["path", "turns"].tolist(),
-        )  # fmt: skip
+        )

@@ -37,12 +37,16 @@ def figure_1(setting: Setting) -> Reproduced:
         verdict="built in in part" if abs(missing[LUGRE]) > 5.0 * abs(missing[RIG]) else "refuted",
         found=sentences,
         draw=lambda: marked_path(
-            traces(walks), {name: [0, *path.turns] for name, path in walks.items()}, "ABCBD",
-            {name: f"{name}: {closure_text(missing[name])}" for name in walks}, "translational", "rotational",
+            traces(walks),
+            {name: [0, *path.turns] for name, path in walks.items()},
+            "ABCBD",
+            {name: f"{name}: {closure_text(missing[name])}" for name in walks},
+            "translational",
+            "rotational",
         ),
         origin=setting.origin,
         numbers={"missing_at_return": missing},
-    )  # fmt: skip
+    )
 
 
 def figure_8(setting: Setting) -> Reproduced:
@@ -52,15 +56,12 @@ def figure_8(setting: Setting) -> Reproduced:
     if np.any(setting["path", "turns"] <= 0.0):
         raise InputError("must lead forward", path=f"{setting.source}: path.turns", allowed="> 0 m")
     walks, bench, rig = walks_of(setting, RIG), bench_of(setting), setting.contact(RIG)
-    runs = [
-        led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in repeated(setting, rig)
-    ]
+    runs = [led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in repeated(setting, rig)]
     sensor = sensor_numbers([run.sensed for run in runs])
     walks[RIG] = runs[0].sensor
     # A limit that scatters may lie above the one that it starts with.
     break_away_torques = {
-        name: max(setting.arm * holding_of(model).forward, float(np.max(walks[name].torque)))
-        for name, model in setting.contacts.items()
+        name: max(setting.arm * holding_of(model).forward, float(np.max(walks[name].torque))) for name, model in setting.contacts.items()
     }
     reached = {name: _reached(path, NEARLY * break_away_torques[name]) for name, path in walks.items()}
     again = [_reached(run.sensor, NEARLY * float(np.max(run.sensor.torque))) for run in runs]
@@ -80,9 +81,14 @@ def figure_8(setting: Setting) -> Reproduced:
         ],
         draw=lambda: break_away(traces(paths), marks, PUBLISHED, "translational", "rotational"),
         origin=setting.origin,
-        numbers={"position_at_95_percent": reached, "break_away": break_away_torques, "positions_of_runs": again,
-                 "torques_of_runs": tops, "torque_sensor": sensor},
-    )  # fmt: skip
+        numbers={
+            "position_at_95_percent": reached,
+            "break_away": break_away_torques,
+            "positions_of_runs": again,
+            "torques_of_runs": tops,
+            "torque_sensor": sensor,
+        },
+    )
 
 
 def _reached(path: Walk, torque: float) -> float:

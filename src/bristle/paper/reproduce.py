@@ -25,8 +25,15 @@ __all__ = ["FIGURES", "reproduce"]
 Progress = Callable[[float, str], None]
 
 CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
-    1: figure_1, 2: figure_2, 3: figure_3, 4: figure_4, 5: figure_5, 8: figure_8, 9: figure_9, 10: figure_10,
-}  # fmt: skip
+    1: figure_1,
+    2: figure_2,
+    3: figure_3,
+    4: figure_4,
+    5: figure_5,
+    8: figure_8,
+    9: figure_9,
+    10: figure_10,
+}
 LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {11: figure_11, 13: figure_13, 14: figure_14}
 FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7, 12}))
 # How long the branches of figure 6 and the loops take, against other figures.
@@ -35,9 +42,8 @@ ALL_LOOPS = (*LOOPS, 12)
 
 
 def reproduce(
-    numbers: Iterable[int] = FIGURES, *, folder: Path = EXPERIMENTS, allow_code: bool = False,
-    progress: Progress | None = None,
-) -> list[Reproduced]:  # fmt: skip
+    numbers: Iterable[int] = FIGURES, *, folder: Path = EXPERIMENTS, allow_code: bool = False, progress: Progress | None = None
+) -> list[Reproduced]:
     """Reproduce figures of the paper.
 
     Parameters
@@ -73,9 +79,7 @@ def reproduce(
         part(0.0, "")
         if number in ALL_LOOPS:
             tracked.listeners[:] = [partial(_third, part, 0) if number == 12 else part]
-            figures.append(
-                figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked)
-            )
+            figures.append(figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked))
         else:
             setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
             if number == 6:

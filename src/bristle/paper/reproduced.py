@@ -27,21 +27,7 @@ Verdict = Literal["found", "found in part", "built in in part", "built in", "cal
 
 
 class Words(NamedTuple):
-    """What is said of a figure whatever comes out.
-
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    claim : str
-        What the paper concludes from it, one sentence.
-    quotation : str
-        What the paper says, in its words or close to them.
-    differs : str
-        Why what is found is not what the paper shows.
-    alternative : str
-        What the figure is, for people who cannot see it.
-    """
+    """What is said of a figure whatever comes out."""
 
     title: str
     claim: str
@@ -57,31 +43,7 @@ def _all_words() -> dict[str, dict[str, str]]:
 
 @dataclass(frozen=True)
 class Reproduced:
-    """One figure of the paper, reproduced.
-
-    Parameters
-    ----------
-    number : int
-        Of the figure.
-    verdict : {"found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"}
-        What became of the claim: ``found`` where it comes out with nothing chosen for it, ``built in`` where the rig
-        has it by construction, ``calibrated`` where a number was chosen so that it comes out, ``shown`` where there is
-        none to be tested. ``built in in part``: the rest of the claim is found.
-    found : list of str
-        What came out here, with the numbers.
-    draw : callable
-        Returns the figure.
-    origin : Origin
-        The experiment.
-    numbers : mapping
-        What was found, in SI, for the summary.
-    tables : tuple of Table
-        What was found, side by side.
-    extras : mapping of str to (callable, str, str)
-        Further figures by name: how to draw them, what they are, what to see in them.
-    beside : tuple of Origin
-        Experiments besides `origin` that it is made from.
-    """
+    """One figure of the paper, reproduced."""
 
     number: int
     verdict: Verdict
@@ -111,13 +73,6 @@ def in_micrometres(length: float, digits: int = 3) -> str:
 
 def spread(values: ArrayLike, step: float = 0.0) -> str:
     """Return mean and standard deviation of what was repeated, as text; the mean alone where nothing is spread.
-
-    Parameters
-    ----------
-    values : array_like
-        What came out each time.
-    step : float
-        A mean alone is told to two digits of it.
 
     Examples
     --------

@@ -55,5 +55,6 @@ def must_return(setting: Setting, pairs: tuple[tuple[int, int], ...]) -> None:
         if turns.size <= max(first, second) or turns[first] != turns[second]:
             raise InputError(
                 f"must come back: its entries {first + 1} and {second + 1} must be the same",
-                path=f"{setting.source}: path.turns", value=turns.tolist(),
-            )  # fmt: skip
+                path=f"{setting.source}: path.turns",
+                value=turns.tolist(),
+            )

@@ -36,24 +36,7 @@ def screw_ratio(lead: float) -> float:
 
 
 def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -> Model:
-    """Return the friction of the virtual rig as the table feels it.
-
-    Parameters
-    ----------
-    lead : float
-        Travel for one turn of the screw [m].
-    inertia : float
-        Inertia at the screw [kg*m^2], for the damping of the elements.
-    offset : float
-        Constant torque [N*m].
-    asymmetry : float
-        Share by which friction is larger forward and smaller backward.
-
-    Returns
-    -------
-    Model
-        ``maxwell_stribeck+asymmetry`` with thirty elements.
-    """
+    """Return the friction of the virtual rig as the table feels it."""
     ratio = screw_ratio(lead)
     r = BREAK_AWAY * np.linspace(0.15, 1.0, ELEMENTS) ** 1.6
     irregular = np.exp(0.35 * np.random.default_rng(SEED).standard_normal(ELEMENTS))
@@ -63,10 +46,18 @@ def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -
     forward, backward = 1.0 + asymmetry, 1.0 - asymmetry
     viscous = VISCOUS * ratio**2
     return friction.find("maxwell_stribeck+asymmetry")(
-        F_C_pos=forward * COULOMB * ratio, F_C_neg=backward * COULOMB * ratio,
-        F_S_pos=forward * STATIC * ratio, F_S_neg=backward * STATIC * ratio,
-        v_S=STRIBECK / ratio, k_i=k, nu_i=nu,
+        F_C_pos=forward * COULOMB * ratio,
+        F_C_neg=backward * COULOMB * ratio,
+        F_S_pos=forward * STATIC * ratio,
+        F_S_neg=backward * STATIC * ratio,
+        v_S=STRIBECK / ratio,
+        k_i=k,
+        nu_i=nu,
         sigma_1=DAMPING * math.sqrt(float(k.sum()) * inertia) * ratio,
-        sigma_2_pos=viscous, sigma_2_neg=viscous,
-        scatter=SCATTER, v_r=SMALLEST_SPEED, seed=1, offset=offset * ratio,
-    )  # fmt: skip
+        sigma_2_pos=viscous,
+        sigma_2_neg=viscous,
+        scatter=SCATTER,
+        v_r=SMALLEST_SPEED,
+        seed=1,
+        offset=offset * ratio,
+    )

@@ -18,23 +18,7 @@ SAMPLE_TIME, STEPS = 2.5e-4, 4
 
 
 class Rippled(NamedTuple):
-    """What a torque up and down does to a contact.
-
-    Parameters
-    ----------
-    time : ndarray, shape (sample,)
-        Time [s].
-    driving : ndarray, shape (sample,)
-        Torque that drives [N*m].
-    x : ndarray, shape (sample,)
-        Position of the table [m].
-    torque : ndarray, shape (sample,)
-        Friction torque [N*m].
-    cycles : ndarray of int, shape (cycle + 1,)
-        The samples at which cycles begin, and the last one ends.
-    sensed : Sensed or None
-        What the torque sensor makes of it, where there is one; from each sample to the next.
-    """
+    """What a torque up and down does to a contact."""
 
     time: np.ndarray
     driving: np.ndarray
@@ -67,15 +51,7 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rippled(setting: Setting, friction: Model) -> Rippled:
-    """Return what the torque of an experiment does to a contact.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment: plant or bench, and torque.
-    friction : Model
-        The contact.
-    """
+    """Return what the torque of an experiment does to a contact."""
     driving, cycles = torque_of(setting)
     arm = setting.arm
     trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=STEPS, hold="linear")

@@ -100,25 +100,7 @@ KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
 
 @dataclass(frozen=True)
 class Setting:
-    """An experiment on a contact or an operator.
-
-    Parameters
-    ----------
-    name : str
-        What it is.
-    source : Path
-        The file that it was read from.
-    origin : Origin
-        Its name and checksum.
-    arm : float
-        Travel of the table for a radian of the screw [m/rad]: torque of the screw over force at the table.
-    contacts, operators : mapping of str to Model
-        What is moved, by name, at the table.
-    plant : Model or None
-        What a torque drives.
-    numbers : mapping of str to mapping
-        The numbers of the other tables, by table and key: in SI.
-    """
+    """An experiment on a contact or an operator."""
 
     name: str
     source: Path
@@ -130,78 +112,43 @@ class Setting:
     numbers: Mapping[str, Mapping[str, Any]]
 
     def __getitem__(self, path: tuple[str, str]) -> Any:
-        """Return a number, or a list of them, by table and key.
-
-        Raises
-        ------
-        InputError
-            If the file does not give it.
-        """
+        """Return a number, or a list of them, by table and key."""
         section, key = path
         if key not in self.numbers.get(section, {}):
             raise InputError("is missing, and this experiment needs it", path=f"{self.source}: {section}.{key}")
         return self.numbers[section][key]
 
     def contact(self, name: str) -> Model:
-        """Return a friction model by name.
-
-        Raises
-        ------
-        InputError
-            If the file has none of this name.
-        """
+        """Return a friction model by name."""
         if name not in self.contacts:
             raise InputError(
-                "is missing, and this experiment needs it", path=f"{self.source}: contact.{name}",
+                "is missing, and this experiment needs it",
+                path=f"{self.source}: contact.{name}",
                 mend=f"Write [contact.{name}] with a friction model",
-            )  # fmt: skip
+            )
         return self.contacts[name]
 
     @property
     def operator(self) -> Model:
-        """The first hysteresis operator.
-
-        Raises
-        ------
-        InputError
-            If the file has none.
-        """
+        """The first hysteresis operator."""
         if not self.operators:
             raise InputError(
-                "is missing, and this experiment needs it", path=f"{self.source}: operator",
+                "is missing, and this experiment needs it",
+                path=f"{self.source}: operator",
                 mend='Write [operator.f_h] and, below it, model = "preisach"',
-            )  # fmt: skip
+            )
         return next(iter(self.operators.values()))
 
     @property
     def mass(self) -> Model:
-        """What a torque drives.
-
-        Raises
-        ------
-        InputError
-            If the file has no plant.
-        """
+        """What a torque drives."""
         if self.plant is None:
             raise InputError("is missing, and this experiment needs it", path=f"{self.source}: plant")
         return self.plant
 
 
 def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
-    """Return the experiment on a contact or an operator that a file describes.
-
-    Parameters
-    ----------
-    path : Path
-        The file, TOML. Models in files of their own are looked for beside it.
-    allow_code : bool
-        Whether these may run without having been allowed before.
-
-    Raises
-    ------
-    InputError
-        With file, key, value and what is allowed there.
-    """
+    """Return the experiment on a contact or an operator that a file describes."""
     content = content_of(path, limit=TOML_LIMIT)
     data, source, _ = read_toml(content)
     try:

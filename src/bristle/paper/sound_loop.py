@@ -33,15 +33,7 @@ IN_PAPER = 0.69e-6
 
 @dataclass(frozen=True)
 class Sound:
-    """Two experiments beside that of figures 11 to 14.
-
-    Parameters
-    ----------
-    loop : Tracked
-        Rig and motion in a loop with sound margins.
-    levels : Tracked
-        The printed equations with several break-away forces.
-    """
+    """Two experiments beside that of figures 11 to 14."""
 
     loop: Tracked
     levels: Tracked
@@ -72,11 +64,7 @@ class Sound:
             "at_sound_margins": {name: loop.as_dict() for name, loop in self.loop.result.variants.items()},
             "margins": {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()},
             "over_break_away": [
-                {
-                    "break_away": level,
-                    "peak_to_peak": loop.following_error.peak_to_peak,
-                    "mean": loop.following_error.mean,
-                }
+                {"break_away": level, "peak_to_peak": loop.following_error.peak_to_peak, "mean": loop.following_error.mean}
                 for level, loop in self.at_levels
             ],
         }
@@ -89,19 +77,10 @@ def sound_table(sound: Sound) -> Table:
         phase, gain = sound.margins[name]
         cells = [
             with_spread(1e6 * value, 1e6 * spread_of(loop, key, "peak_to_peak"), 0.01)
-            for key, value in (
-                ("following_error", loop.following_error.peak_to_peak), ("true_error", loop.true_error.peak_to_peak),
-            )
-        ]  # fmt: skip
+            for key, value in (("following_error", loop.following_error.peak_to_peak), ("true_error", loop.true_error.peak_to_peak))
+        ]
         rows.append((name, PART.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
-    heads = (
-        "Variant",
-        "Against friction works",
-        "Peak to peak [µm]",
-        "True error [µm]",
-        "Phase margin [°]",
-        "Gain margin",
-    )
+    heads = ("Variant", "Against friction works", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
     return Table("The same motion in a loop of sound margins", heads, rows)
 
 
@@ -134,8 +113,10 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
             [1e3 * level for level, _ in levels],
             [1e6 * loop.following_error.peak_to_peak for _, loop in levels],
             [1e6 * _or_zero(spread_of(loop, "following_error", "peak_to_peak")) for _, loop in levels],
-            {"the paper reports": 1e6 * IN_PAPER}, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]",
-        )  # fmt: skip
+            {"the paper reports": 1e6 * IN_PAPER},
+            "Break-away torque of (7) [mN·m]",
+            "Error, peak to peak [µm]",
+        )
 
     return (
         draw,

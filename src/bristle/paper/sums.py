@@ -33,30 +33,12 @@ def half_the_loop(operator: Model, reach: float) -> float:
 
 
 def summed(operator: Model, path: Sequence[float]) -> float:
-    """Return the force [N or N*m] by the sums over the extremes, corrected.
-
-    Parameters
-    ----------
-    operator : Model
-        An operator with an Everett function.
-    path : sequence of float
-        Saturation at -X first, then extremes each inside the ones before it, the present input last [m or rad].
-    """
+    """Return the force [N or N*m] by the sums over the extremes, corrected."""
     return 2.0 * _over_extremes(operator, path) - half_the_loop(operator, -path[0])
 
 
 def summed_as_printed(operator: Model, path: Sequence[float], *, lower: int = 0) -> float:
-    """Return the force [N or N*m] by the sums as the paper prints them.
-
-    Parameters
-    ----------
-    operator : Model
-        An operator with an Everett function.
-    path : sequence of float
-        Saturation at -X first, then extremes each inside the ones before it, the present input last [m or rad].
-    lower : {0, -1}
-        The value of a relay that is down; up it is 1.
-    """
+    """Return the force [N or N*m] by the sums as the paper prints them."""
     # The measure of a relay over what it jumps by: a relay of -1 and 1 jumps by 2.
     return 2.0 / (1.0 - lower) * _over_extremes(operator, path)
 
@@ -67,10 +49,7 @@ def _over_extremes(operator: Model, path: Sequence[float]) -> float:
     minima, maxima, now = path[:-1:2], path[1:-1:2], path[-1]
     rising = len(minima) > len(maxima)
     closed = maxima if rising else maxima[:-1]
-    total = sum(
-        everett(M, before, q) - everett(M, after, q)
-        for M, before, after in zip(closed, minima, minima[1:], strict=False)
-    )
+    total = sum(everett(M, before, q) - everett(M, after, q) for M, before, after in zip(closed, minima, minima[1:], strict=False))
     if rising:
         return total + everett(now, minima[-1], q)
     return total + everett(maxima[-1], minima[-1], q) - everett(maxima[-1], now, q)

@@ -22,19 +22,7 @@ ITERATIONS = 10_000
 
 
 def reaching_time(start: float, *, K_1: float, K_2: float, residual: float) -> float:
-    """Return the time [s] after which the surface is reached at the latest; infinite if it need not be.
-
-    Parameters
-    ----------
-    start : float
-        The surface at the beginning [m/s or rad/s].
-    K_1 : float
-        Rate of approach [1/s].
-    K_2 : float
-        Switching gain [m/s^2 or rad/s^2].
-    residual : float
-        Largest friction that is not compensated, over the inertia [m/s^2 or rad/s^2].
-    """
+    """Return the time [s] after which the surface is reached at the latest; infinite if it need not be."""
     excess = K_2 - residual
     if excess <= 0.0:
         return math.inf if start else 0.0
@@ -42,27 +30,25 @@ def reaching_time(start: float, *, K_1: float, K_2: float, residual: float) -> f
 
 
 def ultimate_bound(*, K_1: float, K_2: float, residual: float, phi: float = 0.0) -> float:
-    """Return how far [m/s or rad/s] the state stays from the surface in the end at most, in continuous time.
-
-    Parameters
-    ----------
-    K_1 : float
-        Rate of approach, above zero [1/s].
-    K_2 : float
-        Switching gain [m/s^2 or rad/s^2].
-    residual : float
-        Largest friction that is not compensated, over the inertia [m/s^2 or rad/s^2].
-    phi : float
-        Boundary layer [m/s or rad/s]; 0 for the sign function.
-    """
+    """Return how far [m/s or rad/s] the state stays from the surface in the end at most, in continuous time."""
     outside = max(residual - K_2, 0.0) / K_1
     return max(outside, residual * phi / (K_1 * phi + K_2)) if phi > 0.0 else outside
 
 
 def sampled_bound(
-    *, lambda_: float, K_1: float, K_2: float, residual: float, sample_time: float, delay: int = 0,
-    position_error: float = 0.0, velocity_error: float = 0.0, lag: float = 0.0, jerk: float = 0.0, phi: float = 0.0,
-) -> float:  # fmt: skip
+    *,
+    lambda_: float,
+    K_1: float,
+    K_2: float,
+    residual: float,
+    sample_time: float,
+    delay: int = 0,
+    position_error: float = 0.0,
+    velocity_error: float = 0.0,
+    lag: float = 0.0,
+    jerk: float = 0.0,
+    phi: float = 0.0,
+) -> float:
     """Return how far [m/s or rad/s] the state stays from the surface in the end at most, in sampled time.
 
     Infinite where the sample time and the delay are too long for the bound to be had. As sample time and errors go to
@@ -70,27 +56,6 @@ def sampled_bound(
 
     An encoder of the count c has a position error of c/2. The velocity from the difference of two samples has a lag of
     T/2, and an error of c/T and T/2 times the largest acceleration of the command.
-
-    Parameters
-    ----------
-    lambda_, K_1 : float
-        Slope of the surface and rate of approach, K_1 above zero [1/s].
-    K_2 : float
-        Switching gain [m/s^2 or rad/s^2].
-    residual : float
-        Largest friction that is not compensated, over the inertia [m/s^2 or rad/s^2].
-    sample_time : float
-        Time for which the effort stands still [s].
-    delay : int
-        Samples between reading and acting.
-    position_error, velocity_error : float
-        Largest error of the position [m or rad] and of the velocity [m/s or rad/s] that the law works with.
-    lag : float
-        Age of the velocity when it is read [s].
-    jerk : float
-        Largest jerk of the command [m/s^3 or rad/s^3].
-    phi : float
-        Boundary layer [m/s or rad/s]; 0 for the sign function.
     """
     oldest = (delay + 1.0) * sample_time  # what acts was read no longer ago
     margin = 1.0 - K_1 * oldest

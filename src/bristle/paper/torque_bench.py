@@ -35,17 +35,7 @@ MOST = 4_000_000  # samples: a slower motion is sampled more rarely
 
 
 class Bench(NamedTuple):
-    """What the torque sensor sits between.
-
-    Parameters
-    ----------
-    J : float
-        Inertia of everything that turns or is pulled along, at the screw [kg*m^2].
-    J_m : float
-        That before the sensor, of the motor [kg*m^2].
-    cutoff : float
-        Of the filter of the sensor, of first order [Hz]; infinite without one.
-    """
+    """What the torque sensor sits between."""
 
     J: float
     J_m: float
@@ -53,17 +43,7 @@ class Bench(NamedTuple):
 
 
 class Sensed(NamedTuple):
-    """Torques of one motion, each of shape (step,), as means over its steps [N*m].
-
-    Parameters
-    ----------
-    friction : ndarray
-        Friction, the F_p of (18).
-    shaft : ndarray
-        What the shaft carries.
-    read : ndarray
-        What the sensor makes of it.
-    """
+    """Torques of one motion, each of shape (step,), as means over its steps [N*m]."""
 
     friction: np.ndarray
     shaft: np.ndarray
@@ -71,15 +51,7 @@ class Sensed(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """A path of the table, as the torque sensor reads it and as friction is.
-
-    Parameters
-    ----------
-    sensor, friction : Walk
-        Positions of the table with the torque read there, and with the friction torque itself.
-    sensed : Sensed
-        The torques, and what the shaft carries.
-    """
+    """A path of the table, as the torque sensor reads it and as friction is."""
 
     sensor: Walk
     friction: Walk
@@ -87,24 +59,15 @@ class Reading(NamedTuple):
 
 
 def bench_of(setting: Setting) -> Bench:
-    """Return the bench of an experiment.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment.
-
-    Raises
-    ------
-    InputError
-        If it has none, or a motor with more inertia than there is.
-    """
+    """Return the bench of an experiment."""
     J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
     if J_m > J:
         raise InputError(
-            "is more than all inertia together, of which it is a part", path=f"{setting.source}: bench.J_m",
-            value=f"{J_m:g} kg*m^2", allowed=f"0 to bench.J = {J:g} kg*m^2",
-        )  # fmt: skip
+            "is more than all inertia together, of which it is a part",
+            path=f"{setting.source}: bench.J_m",
+            value=f"{J_m:g} kg*m^2",
+            allowed=f"0 to bench.J = {J:g} kg*m^2",
+        )
     return Bench(J, J_m, float(setting.numbers["bench"].get("torque_filter", math.inf)))
 
 
@@ -116,19 +79,7 @@ def plant_of(setting: Setting) -> Model:
 
 
 def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
-    """Return what the torque sensor makes of a motion.
-
-    Parameters
-    ----------
-    bench : Bench
-        What it sits between.
-    effort, friction : ndarray, shape (step,)
-        Mean torque of the motor and of friction in each step [N*m].
-    omega : ndarray, shape (step + 1,)
-        Speed of the motor before, between and after the steps [rad/s].
-    dt : float
-        Length of a step [s].
-    """
+    """Return what the torque sensor makes of a motion."""
     shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
     return Sensed(friction, shaft, _filtered(shaft, bench.cutoff, dt))
 
@@ -140,19 +91,7 @@ def _filtered(signal: np.ndarray, cutoff: float, dt: float) -> np.ndarray:
 
 
 def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:
-    """Lead a virgin contact on the bench from the origin from turning point to turning point.
-
-    Parameters
-    ----------
-    setting : Setting
-        The experiment: its bench, and how soon that changes its speed (`bench.acceleration`).
-    friction : Model
-        The contact, at the table.
-    turns : iterable of float
-        Where the table turns [m].
-    speed : float
-        Speed of the table between the turns [m/s].
-    """
+    """Lead a virgin contact on the bench from the origin from turning point to turning point."""
     bench, arm = bench_of(setting), setting.arm
     dt, x, v, ends = _motion(list(turns), speed, float(setting["bench", "acceleration"]))
     force = arm * force_along(friction, np.diff(x) / dt, dt, x[1:])
@@ -184,18 +123,7 @@ def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[floa
 
 
 def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
-    """Return how far what the sensor reads is from friction, at most.
-
-    Parameters
-    ----------
-    runs : sequence of Sensed
-        What it reads, of one motion or more.
-
-    Returns
-    -------
-    dict of str to float
-        ``apart``, over the largest friction torque, and what ``inertia`` and ``filter`` do to it [N*m].
-    """
+    """Return how far what the sensor reads is from friction, at most."""
     largest = max(float(np.max(np.abs(run.friction))) for run in runs)
     return {
         "apart": max(float(np.max(np.abs(run.read - run.friction))) for run in runs) / largest,
@@ -205,25 +133,11 @@ def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
 
 
 def sensor_says(bench: Bench, apart: Mapping[str, float], condition: str) -> str:
-    """Return in words how far what the sensor reads is from friction.
-
-    Parameters
-    ----------
-    bench : Bench
-        Where the sensor sits.
-    apart : mapping of str to float
-        What `sensor_numbers` returns.
-    condition : str
-        In which motion, with a capital.
-    """
-    parts = [
-        f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {_milli(apart['inertia'])}"
-    ]
+    """Return in words how far what the sensor reads is from friction."""
+    parts = [f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {_milli(apart['inertia'])}"]
     if math.isfinite(bench.cutoff):
         parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} holds back up to {_milli(apart['filter'])}")
-    return (
-        f"{condition} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
-    )
+    return f"{condition} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
 
 
 def _milli(torque: float) -> str:

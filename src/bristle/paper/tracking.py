@@ -20,18 +20,10 @@ from bristle.files.experiment import read_experiment
 from bristle.paper.bench import SETS
 from bristle.simulation import SimulationResult, VariantResult, simulate
 
-__all__ = [
-    "BEFORE", "CALIBRATED", "NAMES", "PRINTED", "WITH_CONSTANT", "DivergedError", "Tracked", "spread_of",
-    "with_spread",
-]  # fmt: skip
+__all__ = ["BEFORE", "CALIBRATED", "NAMES", "PRINTED", "WITH_CONSTANT", "DivergedError", "Tracked", "spread_of", "with_spread"]
 
 BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
-NAMES = {
-    BEFORE: "no compensator",
-    PRINTED: "(5)–(7) as printed",
-    WITH_CONSTANT: "(5)–(7) and a constant",
-    CALIBRATED: "calibrated, × 0.64",
-}
+NAMES = {BEFORE: "no compensator", PRINTED: "(5)–(7) as printed", WITH_CONSTANT: "(5)–(7) and a constant", CALIBRATED: "calibrated, × 0.64"}
 NEEDED = (BEFORE, CALIBRATED)
 
 
@@ -43,19 +35,7 @@ class DivergedError(BristleError):
 
 @dataclass(frozen=True)
 class Tracked:
-    """The tracking experiment, simulated once for all figures that show it.
-
-    Parameters
-    ----------
-    source : Path
-        The experiment file.
-    allow_code : bool
-        Whether models of a person's own that it names may run without having been allowed before.
-    needed : tuple of str
-        Variants that must be among its own.
-    listeners : list of callable
-        Called with the share done and the variant that comes next.
-    """
+    """The tracking experiment, simulated once for all figures that show it."""
 
     source: Path
     allow_code: bool = False
@@ -64,20 +44,12 @@ class Tracked:
 
     @cached_property
     def experiment(self) -> Experiment:
-        """The experiment.
-
-        Raises
-        ------
-        InputError
-            If it lacks one of the variants that the figures compare.
-        """
+        """The experiment."""
         experiment = read_experiment(self.source, allow_code=self.allow_code)
         names = [variant.name for variant in experiment.variants]
         for name in self.needed:
             if name not in names:
-                raise InputError(
-                    "is missing, and the figures of the paper need it", path=f"{self.source}: compare.{name}"
-                )
+                raise InputError("is missing, and the figures of the paper need it", path=f"{self.source}: compare.{name}")
         return experiment
 
     @property
@@ -87,13 +59,7 @@ class Tracked:
 
     @cached_property
     def result(self) -> SimulationResult:
-        """All variants, simulated.
-
-        Raises
-        ------
-        DivergedError
-            If a loop left the finite numbers.
-        """
+        """All variants, simulated."""
         result = simulate(self.experiment, self._tell)
         for name, loop in result.variants.items():
             if loop.status is Status.NOT_FINITE:

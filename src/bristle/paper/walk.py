@@ -18,17 +18,7 @@ STEP = 5e-9  # of the table [m]
 
 
 class Walk(NamedTuple):
-    """Where the table went and what friction was there.
-
-    Parameters
-    ----------
-    x : ndarray, shape (point,)
-        Positions of the table [m]: in the middle of each step, and where it turned.
-    torque : ndarray, shape (point,)
-        Friction torque at the screw [N*m].
-    turns : ndarray of int, shape (turn,)
-        Which of the points are turning points, the end included; the start is the first point.
-    """
+    """Where the table went and what friction was there."""
 
     x: np.ndarray
     torque: np.ndarray
@@ -47,21 +37,7 @@ class Walk(NamedTuple):
 
 
 def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP) -> Walk:
-    """Lead a virgin contact from the origin from turning point to turning point.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model, at the table.
-    turns : iterable of float
-        Where the table turns [m].
-    speed : float
-        Speed of the table [m/s].
-    arm : float
-        Travel of the table for a radian of the screw [m/rad]: torque over force.
-    step : float
-        Length of a step, at most [m].
-    """
+    """Lead a virgin contact from the origin from turning point to turning point."""
     contact, position, path = Contact(model), 0.0, list(turns)
     start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
     x, torque, ends = [np.zeros(1)], [np.array([start])], []
@@ -79,19 +55,7 @@ def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step
 
 
 def follow(operator: Model, turns: Iterable[float], arm: float, *, step: float = STEP) -> Walk:
-    """Lead a hysteresis operator, virgin at the origin, from turning point to turning point.
-
-    Parameters
-    ----------
-    operator : Model
-        From the position of the table to a force.
-    turns : iterable of float
-        Where the table turns [m].
-    arm : float
-        Travel of the table for a radian of the screw [m/rad]: torque over force.
-    step : float
-        Length of a step, at most [m].
-    """
+    """Lead a hysteresis operator, virgin at the origin, from turning point to turning point."""
     path = [0.0, *turns]
     counts = [max(math.ceil(abs(b - a) / step - 1e-9), 1) for a, b in pairwise(path)]
     legs = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(path), counts, strict=True)]

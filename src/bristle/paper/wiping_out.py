@@ -37,10 +37,7 @@ def figure_9(setting: Setting) -> Reproduced:
     must_return(setting, tuple(RETURNS.values()))
     setting.contact(RIG)
     bench = bench_of(setting)
-    runs = {
-        name: [_led(setting, contact) for contact in repeated(setting, model)]
-        for name, model in setting.contacts.items()
-    }
+    runs = {name: [_led(setting, contact) for contact in repeated(setting, model)] for name, model in setting.contacts.items()}
     missing = {name: _missing_of(run.sensor) for name, (run, *_) in runs.items()}
     by_run = {name: [_missing_of(run.sensor) for run in repetitions] for name, repetitions in runs.items()}
     worst = max(abs(share) for shares in by_run.values() for pair in shares for share in pair.values())
@@ -50,15 +47,20 @@ def figure_9(setting: Setting) -> Reproduced:
         verdict="built in" if worst < REPEATS else "refuted",
         found=[*_sentences(missing), sensor_says(bench, sensor, "At this speed")],
         draw=lambda: _draw(
-            {name: run.sensor for name, (run, *_) in runs.items()}, missing,
-            {name: run.friction for name, (run, *_) in runs.items()}, ("friction", "torque sensor"),
+            {name: run.sensor for name, (run, *_) in runs.items()},
+            missing,
+            {name: run.friction for name, (run, *_) in runs.items()},
+            ("friction", "torque sensor"),
         ),
         origin=setting.origin,
-        numbers={"missing_at_return": missing, "missing_of_friction":
-                 {name: _missing_of(run.friction) for name, (run, *_) in runs.items()},
-                 "missing_of_runs": by_run, "torque_sensor": sensor},
+        numbers={
+            "missing_at_return": missing,
+            "missing_of_friction": {name: _missing_of(run.friction) for name, (run, *_) in runs.items()},
+            "missing_of_runs": by_run,
+            "torque_sensor": sensor,
+        },
         tables=(_table(by_run),),
-    )  # fmt: skip
+    )
 
 
 def figure_10(setting: Setting) -> Reproduced:
@@ -66,9 +68,11 @@ def figure_10(setting: Setting) -> Reproduced:
     must_return(setting, tuple(RETURNS.values()))
     rig = _led(setting, setting.contact(RIG)).sensor
     branches = hysteresis.transition_branches(
-        setting["transition_branches", "s"], setting["transition_branches", "f_p"],
-        setting["transition_branches", "x_r"], count=round(setting["transition_branches", "count"]),
-    )  # fmt: skip
+        setting["transition_branches", "s"],
+        setting["transition_branches", "f_p"],
+        setting["transition_branches", "x_r"],
+        count=round(setting["transition_branches", "count"]),
+    )
     name = f"{branches.inputs.size - 1} branches, over z"
     walks = {name: follow(branches.operator(), setting["path", "turns"], setting.arm)} | walks_of(setting)
     del walks[RIG]
@@ -82,11 +86,15 @@ def figure_10(setting: Setting) -> Reproduced:
         found=[*_sentences(missing), _no_operator(branches), _beside(apart, name)],
         draw=lambda: _draw(walks, missing, dict.fromkeys(walks, rig), names),
         origin=setting.origin,
-        numbers={"missing_at_return": missing, "corner_error": branches.corner_error,
-                 "symmetry_error": branches.symmetry_error, "apart_from_rig": apart},
+        numbers={
+            "missing_at_return": missing,
+            "corner_error": branches.corner_error,
+            "symmetry_error": branches.symmetry_error,
+            "apart_from_rig": apart,
+        },
         tables=(_table_beside(missing, apart),),
         extras={"raised": (lambda: _draw_raised(walks, apart, rig, names), *RAISED)},
-    )  # fmt: skip
+    )
 
 
 def _led(setting: Setting, friction: Model) -> Reading:
@@ -98,21 +106,19 @@ def _missing_of(path: Walk) -> Missing:
 
 
 def _sentences(missing: Mapping[str, Missing]) -> list[str]:
-    return [
-        f"{name}: {comes_back(pair['D'], 'D')}, and {comes_back(pair['B'], 'B')}." for name, pair in missing.items()
-    ]
+    return [f"{name}: {comes_back(pair['D'], 'D')}, and {comes_back(pair['B'], 'B')}." for name, pair in missing.items()]
 
 
 def _table(by_run: Mapping[str, Sequence[Missing]]) -> Table:
     """Return what is missing at each return, over all runs."""
     rows = [
-        (name, str(len(runs)), *(spread([100.0 * run[letter] for run in runs], 0.1) for letter in RETURNS))
-        for name, runs in by_run.items()
+        (name, str(len(runs)), *(spread([100.0 * run[letter] for run in runs], 0.1) for letter in RETURNS)) for name, runs in by_run.items()
     ]
     return Table(
         "Torque back at D and B, less that at the turn [%], of the largest; mean and standard deviation over the runs",
-        ("Contact", "Runs", *RETURNS), rows,
-    )  # fmt: skip
+        ("Contact", "Runs", *RETURNS),
+        rows,
+    )
 
 
 def _no_operator(branches: TransitionBranches) -> str:
@@ -139,9 +145,10 @@ def _apart(model: Walk, rig: Walk) -> dict[str, float]:
     offset = float(np.mean(difference))
     largest = float(np.max(np.abs(rig.torque)))
     return {
-        "as_it_is": float(np.sqrt(np.mean(difference**2))) / largest, "offset": offset,
+        "as_it_is": float(np.sqrt(np.mean(difference**2))) / largest,
+        "offset": offset,
         "with_offset": float(np.std(difference)) / largest,
-    }  # fmt: skip
+    }
 
 
 def _beside(apart: Mapping[str, dict[str, float]], name: str) -> str:
@@ -156,33 +163,31 @@ def _beside(apart: Mapping[str, dict[str, float]], name: str) -> str:
 def _table_beside(missing: Mapping[str, Missing], apart: Mapping[str, dict[str, float]]) -> Table:
     """Return what each model misses at the returns, and how far it is from the rig."""
     rows = [
-        (name, *(number(100.0 * missing[name][letter], resolution=1.0) for letter in RETURNS),
-         number(100.0 * difference["as_it_is"], resolution=1.0), number(1e3 * difference["offset"], resolution=1.0),
-         number(100.0 * difference["with_offset"], resolution=1.0))
+        (
+            name,
+            *(number(100.0 * missing[name][letter], resolution=1.0) for letter in RETURNS),
+            number(100.0 * difference["as_it_is"], resolution=1.0),
+            number(1e3 * difference["offset"], resolution=1.0),
+            number(100.0 * difference["with_offset"], resolution=1.0),
+        )
         for name, difference in apart.items()
-    ]  # fmt: skip
+    ]
     heads = ("Model", "At D [%]", "At B [%]", "From the rig [%]", "Offset [mN·m]", "With it [%]")
     return Table("Models at the returns, and beside the rig (root mean square), of the largest torque", heads, rows)
 
 
-def _draw(
-    walks: Mapping[str, Walk], missing: Mapping[str, Missing], beneath: Mapping[str, Walk], names: tuple[str, str]
-):  # fmt: skip
+def _draw(walks: Mapping[str, Walk], missing: Mapping[str, Missing], beneath: Mapping[str, Walk], names: tuple[str, str]):
     titles = {name: f"{name}: {closure_text(max(pair.values(), key=abs))}" for name, pair in missing.items()}
     return _drawn(walks, titles, beneath, names)
 
 
-def _draw_raised(
-    walks: Mapping[str, Walk], apart: Mapping[str, dict[str, float]], rig: Walk, names: tuple[str, str]
-):  # fmt: skip
+def _draw_raised(walks: Mapping[str, Walk], apart: Mapping[str, dict[str, float]], rig: Walk, names: tuple[str, str]):
     raised = {name: path._replace(torque=path.torque + apart[name]["offset"]) for name, path in walks.items()}
     titles = {name: f"{name}: {percent(difference['with_offset'])} apart" for name, difference in apart.items()}
     return _drawn(raised, titles, dict.fromkeys(walks, rig), names)
 
 
-def _drawn(
-    walks: Mapping[str, Walk], titles: Mapping[str, str], beneath: Mapping[str, Walk], names: tuple[str, str]
-):  # fmt: skip
+def _drawn(walks: Mapping[str, Walk], titles: Mapping[str, str], beneath: Mapping[str, Walk], names: tuple[str, str]):
     from bristle.figures import marked_path
 
     turns = {name: [0, *path.turns] for name, path in walks.items()}

@@ -31,22 +31,25 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     """
     base, *terms = name.split("+") if isinstance(name, str) else [name]
     if not isinstance(base, str) or base not in PLANTS:
-        raise InputError("there is no such model", path=path, value=name, allowed=", ".join(PLANTS),
-                         mend=did_you_mean(base, PLANTS))  # fmt: skip
+        raise InputError("there is no such model", path=path, value=name, allowed=", ".join(PLANTS), mend=did_you_mean(base, PLANTS))
     for term in terms:
         if term not in TERMS:
             allowed = ", ".join(f"+{choice}" for choice in TERMS)
-            raise InputError("there is no such term of a plant", path=path, value=f"+{term}", allowed=allowed,
-                             mend=did_you_mean(term, TERMS))  # fmt: skip
+            raise InputError(
+                "there is no such term of a plant", path=path, value=f"+{term}", allowed=allowed, mend=did_you_mean(term, TERMS)
+            )
     if not terms:
         return PLANTS[base]
     chosen = terms_in(keys)
     for term, example in (("cogging", "motor_6_cos"), ("known", "known_NAME")):
         has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
         if term in terms and not has_any:
-            raise InputError(f"has +{term} and no coefficient of it", path=path, value=name,
-                             mend=f"Write one below it, such as {example} = 0.1")  # fmt: skip
+            raise InputError(
+                f"has +{term} and no coefficient of it", path=path, value=name, mend=f"Write one below it, such as {example} = 0.1"
+            )
     return with_terms(
-        PLANTS[base], gravity="gravity" in terms, cogging=chosen["cogging"] if "cogging" in terms else None,
+        PLANTS[base],
+        gravity="gravity" in terms,
+        cogging=chosen["cogging"] if "cogging" in terms else None,
         columns=chosen["columns"] if "known" in terms else (),
-    )  # fmt: skip
+    )

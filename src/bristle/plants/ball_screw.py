@@ -36,8 +36,7 @@ class Parameters(NamedTuple):
     J: Annotated[float, Variable("mass", "inertia of motor, coupling and screw", min=1e-15, excitation="acceleration")]
     M: Annotated[float, Variable("mass of travel", "mass of the table", min=1e-9, nominal=10.0)]
     lead: Annotated[float, Variable("travel", "travel in one turn", min=1e-6, nominal=5e-3)]
-    k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel",
-                                 min=1.0, nominal=1e8)]  # fmt: skip
+    k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel", min=1.0, nominal=1e8)]
     d: Annotated[float, Variable("force of travel*time/travel", "damping beside this stiffness", min=0.0)] = 0.0
     backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0
 

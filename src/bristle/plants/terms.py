@@ -191,14 +191,17 @@ class TermedPlant(Plant):
         """Return what kernels receive, from the values that a person sets."""
         inner = {name: values[name] for name in self.inner.variables}
         turns = {turner: float(values.get(name, 1.0)) for turner, name in TURNS.items()}
-        cosines, sines = (
-            np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin")
-        )
+        cosines, sines = (np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin"))
         terms = Terms(
-            float(values.get("g_sin", 0.0)), float(values.get("g_cos", 0.0)), turns["motor"], turns["screw"],
-            np.array([TWO_PI * order / turns[turner] for turner, order in self.orders], dtype=float), cosines, sines,
+            float(values.get("g_sin", 0.0)),
+            float(values.get("g_cos", 0.0)),
+            turns["motor"],
+            turns["screw"],
+            np.array([TWO_PI * order / turns[turner] for turner, order in self.orders], dtype=float),
+            cosines,
+            sines,
             np.array([values[f"known_{name}"] for name in self.columns], dtype=float),
-        )  # fmt: skip
+        )
         return Termed(self.inner.assemble(inner), terms)
 
     def values(self, parameters: Termed) -> dict[str, Any]:
@@ -217,9 +220,8 @@ class TermedPlant(Plant):
 
 
 def with_terms(
-    plant: Plant, *, gravity: bool = False, cogging: Mapping[str, Iterable[int]] | None = None,
-    columns: Iterable[str] = (),
-) -> Plant:  # fmt: skip
+    plant: Plant, *, gravity: bool = False, cogging: Mapping[str, Iterable[int]] | None = None, columns: Iterable[str] = ()
+) -> Plant:
     """Return a plant with terms; the plant itself where there are none.
 
     Parameters
@@ -275,9 +277,13 @@ def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray
         return None
     columns = [np.asarray(column, dtype=float) for column in columns]
     if len(columns) != terms.per_column.size:
-        raise InputError("has not the known columns of the plant", path="log", value=f"{len(columns)} columns",
-                         allowed=", ".join(plant.component.columns),
-                         mend="Name them under [[known]] of the axis file")  # fmt: skip
+        raise InputError(
+            "has not the known columns of the plant",
+            path="log",
+            value=f"{len(columns)} columns",
+            allowed=", ".join(plant.component.columns),
+            mend="Name them under [[known]] of the axis file",
+        )
     return np.asarray(terms.per_column @ np.stack(columns))
 
 
@@ -285,9 +291,7 @@ def _wave(turner: str, order: int, part: str) -> str:
     return f"{turner}_{order}_{part}"
 
 
-def _variables(
-    gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str]
-) -> dict[str, Variable]:
+def _variables(gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str]) -> dict[str, Variable]:
     variables = dict(_GRAVITY) if gravity else {}
     variables |= {TURNS[turner]: TURN[turner] for turner in turners}
     for turner, order in orders:
@@ -301,9 +305,7 @@ def _variables(
 
 
 @once
-def _termed(
-    plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...]
-) -> TermedPlant:  # fmt: skip
+def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...]) -> TermedPlant:
     own = plant.inverse
 
     def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray, p: Termed) -> np.ndarray:

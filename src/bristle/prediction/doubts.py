@@ -22,19 +22,7 @@ SPAN = 20  # samples over which a speed is taken
 
 
 def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
-    """Return a prediction with what speaks against it.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        A model run on a log.
-    log : Log
-        The log.
-    axis : Axis or None
-        What is known of its axis.
-    velocity_max : float or None
-        Largest speed that the model was fitted to [m/s or rad/s], where known.
-    """
+    """Return a prediction with what speaks against it."""
     settings = CheckThresholds.among(axis.settings if axis else {})
     wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
     doubts = (*_about_error(prediction), *_about_speed(log, velocity_max), *wrong)

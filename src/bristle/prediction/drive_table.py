@@ -53,21 +53,6 @@ class LevelValues(NamedTuple):
     .. math:: u = M a + F_\text{constant} + \begin{cases} F_+ + D_+ v & v > 0 \\ -F_- + D_- v & v < 0 \end{cases}
 
     A level with its viscous part is at no speed of the log above the steady friction: it never pushes too hard.
-
-    Parameters
-    ----------
-    inertia : float
-        Moving mass [kg or kg*m^2].
-    constant : float
-        Gravity or bias [N or N*m].
-    forward, backward : float or None
-        Levels F+ and F- [N or N*m]; None for a direction that the log does not have.
-    viscous_forward, viscous_backward : float or None
-        Viscous friction D+ and D- [N*s/m or N*m*s/rad]; None likewise.
-    deviation : float
-        Largest distance of both together from the steady friction, over the speeds of the log [N or N*m].
-    deviation_of_levels : float
-        The same of the levels alone, for a drive without a field for viscous friction [N or N*m].
     """
 
     inertia: float
@@ -82,18 +67,7 @@ class LevelValues(NamedTuple):
 
 @guarded(fit=instance(Fit, "a model that was identified"))
 def level_values(fit: Fit) -> LevelValues | None:
-    """Return the friction of a fit as one level and one viscous coefficient for each direction.
-
-    Parameters
-    ----------
-    fit : Fit
-        An identified model.
-
-    Returns
-    -------
-    LevelValues or None
-        None for a plant on a spring, which does not move on steadily, and where the log never slid.
-    """
+    """Return the friction of a fit as one level and one viscous coefficient for each direction."""
     sides = {direction: along for direction, along, _ in _branches(fit)}
     return levels_of(fit.plant, fit.friction, sides) if sides else None
 
@@ -109,24 +83,12 @@ def never_slid(fit: Fit) -> bool:
     return any(
         estimate.reason is not None and estimate.reason.code == "beyond_effort"
         for estimate in fit.estimates
-        if estimate.name in variables
-        and acts_in_sliding(variables[estimate.name])
-        and not Role.BREAK_AWAY.fits(variables[estimate.name])
+        if estimate.name in variables and acts_in_sliding(variables[estimate.name]) and not Role.BREAK_AWAY.fits(variables[estimate.name])
     )
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
-    """Return the friction as one level and one viscous coefficient for each direction, never above the steady friction.
-
-    Parameters
-    ----------
-    plant : Model or None
-        Whose inertia it is; 0 without one.
-    friction : Model
-        The friction model.
-    sides : mapping of float to ndarray
-        By direction, 1 and -1, what `steady_side` returns.
-    """
+    """Return the friction as one level and one viscous coefficient for each direction, never above the steady friction."""
     constant = offset_of(friction.component.variables, friction.values)
     lines = {way: _line_below(side) for way, side in sides.items()}
     level = {way: line.level - way * constant for way, line in lines.items()}
@@ -134,9 +96,15 @@ def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.nda
     inertia = None if plant is None else name_of(Role.INERTIA, plant.component.variables)
     mass = plant.values[inertia] if plant is not None and inertia else 0.0
     return LevelValues(
-        mass, constant, level.get(1.0), level.get(-1.0), viscous.get(1.0), viscous.get(-1.0),
-        max(line.deviation for line in lines.values()), max(line.deviation_of_level for line in lines.values()),
-    )  # fmt: skip
+        mass,
+        constant,
+        level.get(1.0),
+        level.get(-1.0),
+        viscous.get(1.0),
+        viscous.get(-1.0),
+        max(line.deviation for line in lines.values()),
+        max(line.deviation_of_level for line in lines.values()),
+    )
 
 
 class _Line(NamedTuple):
@@ -164,15 +132,7 @@ def steady_curve(fit: Fit) -> list[tuple[float, float]]:
 
 
 def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
-    """Return how far a table, joined by straight lines, is from the steady friction at most [N or N*m].
-
-    Parameters
-    ----------
-    fit : Fit
-        An identified model.
-    table : sequence of (velocity, force)
-        Ascending, with -0.0 before +0.0 where it has both.
-    """
+    """Return how far a table, joined by straight lines, is from the steady friction at most [N or N*m]."""
     entries = np.array(list(table), dtype=float)
     deviations = [0.0]
     for side in _sides(fit):

@@ -67,15 +67,7 @@ class DriveUnits(NamedTuple):
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
-    """Return the units of the columns of the logs of an axis; SI where there is no axis file.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its columns.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the units of the columns of the logs of an axis; SI where there is no axis file."""
     columns = {} if axis is None else axis.columns
     length = _own(columns["position"]) if "position" in columns else DriveUnit(unit_of("length", kind), 1.0)
     effort = _own(columns["effort"]) if "effort" in columns else DriveUnit(unit_of("force", kind), 1.0)
@@ -84,13 +76,7 @@ def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
 
 
 def column_signs(axis: Axis | None) -> tuple[float, float]:
-    """Return the signs of the columns of velocity and of effort against the axis; 1 where there is no axis file.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its columns.
-    """
+    """Return the signs of the columns of velocity and of effort against the axis; 1 where there is no axis file."""
     columns = {} if axis is None else axis.columns
     moving = columns.get("velocity") or columns.get("position")
     scales = (1.0 if column is None else column.scale for column in (moving, columns.get("effort")))
@@ -107,20 +93,7 @@ class CommandUnits(NamedTuple):
 
 
 def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
-    """Return the units of the command of a drive: those of its log, where these are other ones than SI of the axis.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its columns, its transmission, its rated effort.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-
-    Returns
-    -------
-    CommandUnits or None
-        None where the axis file tells no unit of an effort besides SI.
-    """
+    """Return the units of the command of a drive: those of its log, where these are other ones than SI of the axis."""
     efforts = drive_units(axis, kind).efforts
     if axis is None or not efforts:
         return None
@@ -135,15 +108,7 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
 
 
 def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
-    """Return the units that a drive of this axis may want: those of its log, of its motor, percent of rated.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its columns, its transmission (`arm`), its rated effort.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the units that a drive of this axis may want: those of its log, of its motor, percent of rated."""
     if axis is None:
         return DriveUnits((), (), ())
     own, arm = log_units(axis, kind), axis.arm
@@ -155,20 +120,13 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     percent = bool(rated) and own.effort.name == "%"
     return DriveUnits(
         (*_besides_si([own.velocity], unit_of("length/time", kind)), *motor),
-        (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated), tuple(inertia),
-    )  # fmt: skip
+        (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated),
+        tuple(inertia),
+    )
 
 
 def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
-    """Return the units of a file for the drive of an axis: those of its log, and the others that it may want.
-
-    Parameters
-    ----------
-    axis : Axis or None
-        Its columns, its transmission (`arm`), its rated effort; SI without one.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the units of a file for the drive of an axis: those of its log, and the others that it may want."""
     own, more = log_units(axis, kind), drive_units(axis, kind)
     feed = [DriveUnit("mm/min", FEED)] if axis is not None and kind == "translational" else []
     velocities = _of_other_sizes((own.velocity, *feed, *more.velocities))
@@ -188,22 +146,7 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
 
 
 def units_of(quantity: str, axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
-    """Return the units that a parameter has in the log and at the motor of an axis, besides SI.
-
-    Parameters
-    ----------
-    quantity : str
-        What the parameter is: a product of powers of force, length and time.
-    axis : Axis or None
-        Its columns, its transmission, its rated effort; no units without one.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-
-    Returns
-    -------
-    tuple of DriveUnit
-        None for what has no unit, or one of time alone.
-    """
+    """Return the units that a parameter has in the log and at the motor of an axis, besides SI."""
     powers = exponents_of(quantity)
     force, length, time = (powers.pop(name, 0.0) for name in ("force", "length", "time"))
     if axis is None or powers or (force, length) == (0.0, 0.0):
@@ -239,8 +182,7 @@ def _products(axis: Axis, kind: Kind, force: float, length: float, time: float) 
 
 def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
     """Return a product of units, in short: ``%/rpm`` is percent of rated for a turn a minute of the motor."""
-    short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor")
-             for unit in pair]  # fmt: skip
+    short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor") for unit in pair]
     names = [f"({name})" if set(name) & set("/*") else name for name in short] + ["s"]
     over, under = [], []
     for name, power in zip(names, powers, strict=True):

@@ -22,19 +22,7 @@ __all__ = ["Following", "following_of"]
 
 @dataclass(frozen=True, eq=False)
 class Following:
-    """How an axis followed its reference, as recorded and as simulated.
-
-    Parameters
-    ----------
-    time, error : ndarray, shape (sample,)
-        Reference less position of the longest stretch of the log [s, m or rad], the time from its start.
-    measured : Statistics
-        Of the error in all stretches of the log, after the settling time of the first.
-    simulated, compensated : Statistics or None
-        Of the simulated loop as recorded and with all that is fed forward; None where there is none, or it diverged.
-    contradiction : Diagnostic or None
-        That measured and simulated loop differ, by how much, and which one factor would explain it.
-    """
+    """How an axis followed its reference, as recorded and as simulated."""
 
     time: np.ndarray
     error: np.ndarray
@@ -47,31 +35,11 @@ class Following:
         """Return it as it stands in JSON; a gain that is not believed is none."""
         believed = None if self.contradiction is not None else self.compensated
         sides = {"measured": self.measured, "simulated": self.simulated, "compensated": believed}
-        return {
-            name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms}
-            for name, error in sides.items()
-        }
+        return {name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms} for name, error in sides.items()}
 
 
-def following_of(
-    log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT,
-) -> Following | None:  # fmt: skip
-    """Return how an axis followed its reference.
-
-    Parameters
-    ----------
-    log : Log
-        What was recorded.
-    simulation : SimulationResult, optional
-        Its loop with what was identified, along the longest stretch.
-    settings : Settings
-        From which difference on the simulation is not believed.
-
-    Returns
-    -------
-    Following or None
-        None where the log has no reference.
-    """
+def following_of(log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT) -> Following | None:
+    """Return how an axis followed its reference."""
     if log.reference is None:
         return None
     everywhere, part = log.reference.values - log.position.values, longest_of(log)

@@ -21,44 +21,31 @@ __all__ = ["longest_of", "loop_of"]
 
 
 def loop_of(
-    plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None, lag: float | None = None,
-    delay: float | None = None, smoothing: float | None = None, slow: float | None = None,
+    plant: Model,
+    friction: Model,
+    log: Log,
+    axis: Axis,
+    *,
+    cutoff: float | None = None,
+    lag: float | None = None,
+    delay: float | None = None,
+    smoothing: float | None = None,
+    slow: float | None = None,
     position_smoothing: float | None = None,
-) -> Experiment | None:  # fmt: skip
+) -> Experiment | None:
     """Return the loop of an axis without and with compensation, on the reference that a log holds.
 
     What the model does not explain of the log is replayed as a disturbance, so that the compensator is not
     judged on its own model. The loops begin where the log does, at its position and velocity, with the effort that
     acted there.
-
-    Parameters
-    ----------
-    plant, friction : Model
-        The identified mechanism; its friction is also what is fed forward.
-    log : Log
-        Its reference is followed, over the longest stretch without a gap.
-    axis : Axis
-        Controller, encoder, limit and pre-sliding distance.
-    cutoff : float, optional
-        Cut-off of the identification [Hz]; the axis decides where it is not given.
-    lag : float, optional
-        Time constant with which the drive follows its controller [s]; the axis decides where it is not given.
-    delay, smoothing, slow, position_smoothing : float, optional
-        What the identification took out of the channels of the log, as in `predict`.
-
-    Returns
-    -------
-    Experiment or None
-        None where the axis has no controller, or the log no reference or effort.
     """
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
     longest, limit = longest_of(log), axis.effort_limit or math.inf
     injected = log.injected_effort[longest] if np.any(log.injected_effort) else None
     left = unexplained_force(
-        plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow,
-        position_smoothing=position_smoothing,
-    )  # fmt: skip
+        plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow, position_smoothing=position_smoothing
+    )
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside
     return compensation_experiment(

@@ -45,17 +45,32 @@ SLOW = optional(amount(Variable("frequency", "cut-off of the instruments", min=0
 
 
 @guarded(
-    mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
-    delay=DELAY, smoothing=SMOOTHING, slow=SLOW, position_smoothing=POSITION_SMOOTHING,
-    lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
-)  # fmt: skip
+    mode=among(*MODES),
+    velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
+    delay=DELAY,
+    smoothing=SMOOTHING,
+    slow=SLOW,
+    position_smoothing=POSITION_SMOOTHING,
+    lag=optional(amount(Variable("time", "lag of the drive", min=0.0))),
+    bands=optional(instance(Bands, "a Bands")),
+)
 def predict(
-    plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
-    mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: Amount | None = None, delay: Amount | None = None, smoothing: Amount | None = None,
-    slow: Amount | None = None, lag: Amount | None = None, bands: Bands | None = None,
+    plant: Model,
+    friction: Model,
+    log: Log | str | PathLike[str],
+    axis: Axis | str | PathLike[str] | None = None,
+    mode: str = "inverse",
+    *,
+    cutoff: float | str | None = None,
+    decimation: int | None = None,
+    velocity_max: Amount | None = None,
+    delay: Amount | None = None,
+    smoothing: Amount | None = None,
+    slow: Amount | None = None,
+    lag: Amount | None = None,
+    bands: Bands | None = None,
     position_smoothing: Amount | None = None,
-) -> Prediction:  # fmt: skip
+) -> Prediction:
     """Predict a log with a model.
 
     Parameters
@@ -130,9 +145,7 @@ def predict(
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 
-def _simulated(
-    plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
-) -> Prediction:  # fmt: skip
+def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None) -> Prediction:
     about: list[Diagnostic] = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
@@ -191,14 +204,7 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
         metrics=_metrics(log, dataset.effort, predicted, None, None),
         diagnostics=(
             *_about_start(dataset.contacts(friction, plant)),
-            Diagnostic(
-                "filtered_rows",
-                severity="note",
-                numbers={
-                    "cutoff": dataset.cutoff,
-                    "decimation": dataset.decimation,
-                },
-            ),
+            Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
     )
 
@@ -227,9 +233,7 @@ def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
     if not widths:
         return prediction
     position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
-    return replace(
-        prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort
-    )  # fmt: skip
+    return replace(prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort)
 
 
 def _metrics(
@@ -254,9 +258,7 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
     return None if predicted is None else relative_error_percent(signal, predicted)
 
 
-def rows_as_fitted(
-    log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None
-) -> Dataset:  # fmt: skip
+def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
     """Return the rows of a log, treated as its identification did: by what a treatment has of `TREATED`."""
     channels = [treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")]
     dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *channels)
@@ -264,15 +266,28 @@ def rows_as_fitted(
 
 
 @guarded(
-    plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS),
-    cutoff=optional(amount(CUTOFF, exclusive=True)), delay=DELAY, smoothing=SMOOTHING, slow=SLOW,
+    plant=model("plant"),
+    friction=model("friction"),
+    log=LOG,
+    axis=optional(AXIS),
+    cutoff=optional(amount(CUTOFF, exclusive=True)),
+    delay=DELAY,
+    smoothing=SMOOTHING,
+    slow=SLOW,
     position_smoothing=POSITION_SMOOTHING,
-)  # fmt: skip
+)
 def unexplained_force(
-    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None,
-    delay: Amount | None = None, smoothing: Amount | None = None, slow: Amount | None = None,
+    plant: Model,
+    friction: Model,
+    log: Log,
+    axis: Axis | None = None,
+    *,
+    cutoff: Amount | None = None,
+    delay: Amount | None = None,
+    smoothing: Amount | None = None,
+    slow: Amount | None = None,
     position_smoothing: Amount | None = None,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Return the force that a model does not explain, at the rate of the log.
 
     It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
@@ -315,7 +330,6 @@ def _checked_model(model: Any, family: str, path: str) -> Model:
     model_family = model.component.family
     if model_family != family:
         raise InputError(
-            f"must be a {family} model, and is a {model_family} model", path=path, value=model,
-            mend="The order is plant, friction, log",
-        )  # fmt: skip
+            f"must be a {family} model, and is a {model_family} model", path=path, value=model, mend="The order is plant, friction, log"
+        )
     return model

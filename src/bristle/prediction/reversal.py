@@ -20,20 +20,7 @@ DISTANCES = 16  # to be remembered: a report asks for the same one again and aga
 
 @lru_cache(maxsize=DISTANCES)
 def reversal_distance(model: Model, fastest: float) -> float:
-    """Return over which distance after a reversal the force changes by 95 % of the change [m or rad].
-
-    Parameters
-    ----------
-    model : Model
-        The friction model.
-    fastest : float
-        The largest speed of the axis [m/s or rad/s]: the reversal is a slow one.
-
-    Returns
-    -------
-    float
-        0 for friction that turns at once.
-    """
+    """Return over which distance after a reversal the force changes by 95 % of the change [m or rad]."""
     component, p, speed = model.component, unvaried(model).parameters, SLOW * fastest
     state, memory = component.initial_state(p), component.new_memory(p)
     far = np.geomspace(FINEST, FARTHEST, PACES)

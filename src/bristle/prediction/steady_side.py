@@ -24,19 +24,7 @@ BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
 
 @lru_cache(maxsize=CURVES)
 def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
-    """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2).
-
-    Parameters
-    ----------
-    model : Model
-        The friction model.
-    direction : float
-        1 or -1.
-    fastest : float
-        The last speed [m/s or rad/s].
-    fine : int
-        Points, about.
-    """
+    """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2)."""
     speeds = np.union1d(fastest * np.geomspace(NEAREST, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
     forces = [direction * steady_force(model, direction * max(v, SLOWEST * fastest)) for v in speeds.tolist()]
     curve = np.column_stack([speeds, forces])
@@ -46,13 +34,7 @@ def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np
 
 @lru_cache(maxsize=CURVES)
 def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
-    """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most.
-
-    Parameters
-    ----------
-    model, direction, fastest
-        As of `steady_side`.
-    """
+    """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most."""
     forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
     allowed = RESOLVED * max(map(abs, forces.values()))
     speeds = sorted(forces)

@@ -46,17 +46,7 @@ ALIKE = 1.1  # ratio of two differences that tell nothing apart
 
 
 class Suspect(NamedTuple):
-    """One number that would have to be another one.
-
-    Parameters
-    ----------
-    name : str
-        ``k_p``, ``k_ff``, ``position``, ``effort``, ``delay`` or ``reference``.
-    value : float
-        Factor; of ``k_ff`` its value, of a delay the samples, of a reference the time [s].
-    difference : float
-        Root mean square of what the simulated following error lacks of the measured one [m or rad].
-    """
+    """One number that would have to be another one."""
 
     name: str
     value: float
@@ -70,17 +60,7 @@ def apart(measured: Statistics, simulated: Statistics) -> float:
 
 
 def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[Suspect, ...]:
-    """Return the numbers one of which would make a loop follow as measured, the best first; those tell it alike.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop as it was told.
-    error : ndarray, shape (sample,)
-        Measured following error [m or rad].
-    allowed : float
-        Relative difference of both errors, peak to peak and root mean square, up to which they are alike.
-    """
+    """Return the numbers one of which would make a loop follow as measured, the best first; those tell it alike."""
     trial = _Trial.of(variant, error)
     before = trial.difference(trial.variant)
     better = [suspect for suspect in _suspects(trial) if suspect.difference <= BETTER * before]

@@ -27,34 +27,17 @@ class TableError(NamedTuple):
 
 
 def table_error(
-    friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray],
-    treatment: Mapping[str, float],
-) -> TableError:  # fmt: skip
-    """Return how far a table is from the model along the motion of a log, as the identification sees that motion.
-
-    Parameters
-    ----------
-    friction : Model
-        The model.
-    plant : Model or None
-        What it is on: tells where the contact stood at the beginning.
-    log : Log
-        The motion.
-    axis : Axis or None
-        How the log is treated.
-    sides : mapping of float to ndarray, shape (entry, 2)
-        By direction, 1 and -1, speed, ascending, and the force along the motion; straight lines between the entries.
-    treatment : mapping of str to float
-        How the identification treated its log, as far as that is known.
-
-    Raises
-    ------
-    InputError
-        If the log is of another kind of axis, or lacks an effort.
-    """
+    friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
+) -> TableError:
+    """Return how far a table is from the model along the motion of a log, as the identification sees that motion."""
     if friction.kind != log.kind:
-        raise InputError("is of another kind of axis than the model", path="log", value=log.kind,
-                         allowed=friction.kind, mend="Give the axis file of this log")  # fmt: skip
+        raise InputError(
+            "is of another kind of axis than the model",
+            path="log",
+            value=log.kind,
+            allowed=friction.kind,
+            mend="Give the axis file of this log",
+        )
     if log.effort is None:
         raise InputError("has no effort", path="log", mend="Name its column in the axis file")
     rows = rows_as_fitted(parted(log, axis), axis, treatment)

@@ -13,9 +13,7 @@ REFERENCES: dict[str, Trajectory] = {
     reference.name: reference for reference in (recorded, sine, varied_sine, triangle, s_curve, chirp, circle)
 }
 
-__all__ = [
-    "REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "varied_sine",
-]  # fmt: skip
+__all__ = ["REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "varied_sine"]
 
 
 def __dir__() -> list[str]:

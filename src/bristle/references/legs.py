@@ -81,9 +81,14 @@ def _leg(distance: float, velocity: float, acceleration: float, jerk: float) -> 
     cruise = max(distance / peak - (2.0 * rise + steady), 0.0)
     change = jerk if rise > 0.0 else 0.0
     phases = [
-        (rise, 0.0, change), (steady, top, 0.0), (rise, top, -change), (cruise, 0.0, 0.0),
-        (rise, 0.0, -change), (steady, -top, 0.0), (rise, -top, change),
-    ]  # fmt: skip
+        (rise, 0.0, change),
+        (steady, top, 0.0),
+        (rise, top, -change),
+        (cruise, 0.0, 0.0),
+        (rise, 0.0, -change),
+        (steady, -top, 0.0),
+        (rise, -top, change),
+    ]
     return [phase for phase in phases if phase[0] > 0.0]
 
 

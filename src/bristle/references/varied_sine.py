@@ -43,11 +43,7 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     A, A_dot, A_ddot = amplitude(at), amplitude(at, 1) * inside, amplitude(at, 2) * inside
     omega = 2.0 * np.pi * p.frequency
     s, c = np.sin(omega * t), np.cos(omega * t)
-    return (
-        p.offset + A * s,
-        A_dot * s + A * omega * c,
-        A_ddot * s + 2.0 * A_dot * omega * c - A * omega**2 * s,
-    )
+    return (p.offset + A * s, A_dot * s + A * omega * c, A_ddot * s + 2.0 * A_dot * omega * c - A * omega**2 * s)
 
 
 MODEL = Trajectory(

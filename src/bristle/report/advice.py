@@ -13,9 +13,12 @@ WRITTEN_BY = " Written by: "  # between the motion that is needed and the comman
 
 # The purposes of a motion (`bristle excite --for`) that serves.
 MOTIONS = {
-    "sliding": "stribeck", "speed": "stribeck", "stribeck": "stribeck", "presliding": "presliding,break-away,damping",
+    "sliding": "stribeck",
+    "speed": "stribeck",
+    "stribeck": "stribeck",
+    "presliding": "presliding,break-away,damping",
     "acceleration": "stribeck",
-}  # fmt: skip
+}
 ADVICE = {
     "sliding": "Move in both directions, at least ten reversals, each with a stretch of steady motion after it.",
     "speed": "Move at several steady speeds between a tenth and all of the working speed, in both directions.",
@@ -36,18 +39,7 @@ ADVICE = {
 
 
 def next_measurements(fit: Fit) -> list[tuple[str, str]]:
-    """Return which motion to record so that a log determines the parameters that this one did not.
-
-    Parameters
-    ----------
-    fit : Fit
-        A model with its estimates.
-
-    Returns
-    -------
-    list of (str, str)
-        Names of parameters, and the motion that they need.
-    """
+    """Return which motion to record so that a log determines the parameters that this one did not."""
     variables = fit.plant.component.variables | fit.friction.component.variables
     open_: dict[str, list[str]] = {}
     for estimate in fit.estimates:

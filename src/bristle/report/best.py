@@ -20,15 +20,7 @@ NAMES_MAX = 4  # names of variants that err about as little
 
 
 class Standing(NamedTuple):
-    """The loop as it stands, and the variant that errs least.
-
-    Parameters
-    ----------
-    base, best : VariantResult
-        Both completed; one alone is both.
-    alike : bool
-        Whether they are not told apart.
-    """
+    """The loop as it stands, and the variant that errs least."""
 
     base: VariantResult
     best: VariantResult
@@ -69,16 +61,14 @@ def best_sentences(result: SimulationResult) -> list[str]:
     base = _base(result)
     if base is None or not _is_done(base):
         lacks = f"{base.name if base else BASE}, against which it would be measured, did not complete"
-        return [
-            f"Of {len(completed)} variants, {best.name} errs least: {error_text(best, unit)} peak to peak. {lacks}."
-        ]
+        return [f"Of {len(completed)} variants, {best.name} errs least: {error_text(best, unit)} peak to peak. {lacks}."]
     if best is base:
         nearest = min((variant for variant in completed if variant is not base), key=_peak)
         more = "about as much as" if nearest in alike else f"{percent_text(base, nearest)} more than"
         return [
             f"No variant errs less than {base.name}: {error_text(base, unit)} peak to peak. The nearest, "
             f"{nearest.name}, errs by {error_text(nearest, unit)}, {more} that{_runs(base)}."
-        ]  # fmt: skip
+        ]
     less = "hardly less" if base in alike else f"{percent_text(base, best)} less"
     comparison = (
         f"Of {len(completed)} variants, {best.name} errs least: {error_text(best, unit)} peak to peak, {less} than "

@@ -21,15 +21,7 @@ if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
     from bristle.logs.log import Log
 
-__all__ = [
-    "HEADS",
-    "change_rows",
-    "change_table",
-    "comparison_report",
-    "comparison_sentences",
-    "comparison_summary",
-    "remarks_of",
-]
+__all__ = ["HEADS", "change_rows", "change_table", "comparison_report", "comparison_sentences", "comparison_summary", "remarks_of"]
 
 VERDICTS = {"lower": "lower", "higher": "higher", "no_change": "no change told", "unknown": "no interval"}
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
@@ -69,11 +61,15 @@ def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
     """Return a row for each quantity, under `HEADS`."""
     return [
         (
-            WORDS[change.name], with_unit(change.before, change.unit), with_unit(change.after, change.unit),
-            percent_of(change), interval_of(change), VERDICTS[change.verdict],
+            WORDS[change.name],
+            with_unit(change.before, change.unit),
+            with_unit(change.after, change.unit),
+            percent_of(change),
+            interval_of(change),
+            VERDICTS[change.verdict],
         )
         for change in compared.changes.values()
-    ]  # fmt: skip
+    ]
 
 
 def change_table(compared: Comparison) -> Table:
@@ -94,40 +90,31 @@ def _compared(compared: Comparison) -> str:
     motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
     drawn = "each with its counterpart" if shared.paired else "each side by itself"
     window = f"; a reversal reaches {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
-    return (
-        f"compared: {shared.cycles_before} {pieces} before and {shared.cycles_after} after, of {motions}, drawn anew "
-        f"{drawn}{window}"
-    )
+    return f"compared: {shared.cycles_before} {pieces} before and {shared.cycles_after} after, of {motions}, drawn anew {drawn}{window}"
 
 
 def comparison_report(
-    compared: Comparison, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None,
+    compared: Comparison,
+    *,
+    name: str,
+    command: str,
+    provenance: Mapping[str, str],
+    banner: str | None = None,
     figures: Sequence[ReportFigure] = (),
-) -> str:  # fmt: skip
-    """Return the report of two logs as one HTML page.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    name : str
-        What people call the axis.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    banner : str, optional
-        What a reader must know before anything else.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+) -> str:
+    """Return the report of two logs as one HTML page."""
     from bristle.figures import comparison
 
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     return render(
-        "comparison.html", provenance=provenance, command=command, banner=banner, name=name,
-        front=comparison_front(compared, name, _short_picture(compared)), sentences=comparison_sentences(compared),
+        "comparison.html",
+        provenance=provenance,
+        command=command,
+        banner=banner,
+        name=name,
+        front=comparison_front(compared, name, _short_picture(compared)),
+        sentences=comparison_sentences(compared),
         warnings=warnings,
         remarks=remarks_of(compared)[len(warnings) :],
         changes=change_table(compared),
@@ -136,7 +123,7 @@ def comparison_report(
         logs=[(f"The log {side}", log_facts(logs[0], logs[1:])) for side, logs in sides.items()],
         notes=[note for logs in sides.values() for log in logs for note in log.notes],
         further=further_figures(figures, {"comparison": compared}),
-    )  # fmt: skip
+    )
 
 
 def _short_picture(compared: Comparison) -> Picture:
@@ -145,11 +132,12 @@ def _short_picture(compared: Comparison) -> Picture:
     signal = "following error" if "following_error.rms" in compared.changes else "effort"
     place = f"the mean {signal} around reversals" if compared.turns else f"the mean {signal} over the cycles"
     return picture(
-        "short", lambda: figures.comparison_in_short(compared),
+        "short",
+        lambda: figures.comparison_in_short(compared),
         f"{signal.capitalize()} before and after, and each change",
         f"Above, {place}: light before, dark after. Below, each change in percent of before: a full point is one whose "
         "interval leaves out zero.",
-    )  # fmt: skip
+    )
 
 
 def _caption(compared: Comparison) -> tuple[str, str]:
@@ -169,11 +157,15 @@ def _friction_table(compared: Comparison) -> Table | None:
     speed = unit_of("length/time", compared.kind)
     rows = [
         (
-            with_unit(at, speed), with_unit(change.before, change.unit), with_unit(change.after, change.unit),
-            percent_of(change), interval_of(change), VERDICTS[change.verdict],
+            with_unit(at, speed),
+            with_unit(change.before, change.unit),
+            with_unit(change.after, change.unit),
+            percent_of(change),
+            interval_of(change),
+            VERDICTS[change.verdict],
         )
         for at, change in compared.friction_curve
-    ]  # fmt: skip
+    ]
     return Table("Friction at the same speeds", ("Speed", *HEADS[1:]), rows)
 
 
@@ -187,24 +179,28 @@ def comparison_summary(compared: Comparison, *, name: str, provenance: Mapping[s
         groups["reversals"] = {"window": compared.window} | groups["reversals"]
     if groups["friction"]:
         groups["friction"]["at_speeds"] = [{"speed": at} | change.as_data() for at, change in compared.friction_curve]
-    return {
-        "name": name, "kind": compared.kind, "helped": compared.helped,
-        "error_unit": unit_of("length", compared.kind), "effort_unit": unit_of("force", compared.kind),
-        "verdict": comparison_ruling(compared).as_data(),
-        "sentences": comparison_sentences(compared),
-    } | {group: numbers or None for group, numbers in groups.items()} | {
-        "shared": vars(compared.shared),
-        "diagnostics": as_data(compared.diagnostics),
-        "logs": {"before": _logs(compared.logs_before), "after": _logs(compared.logs_after)},
-        "provenance": provenance,
-    }  # fmt: skip
+    return (
+        {
+            "name": name,
+            "kind": compared.kind,
+            "helped": compared.helped,
+            "error_unit": unit_of("length", compared.kind),
+            "effort_unit": unit_of("force", compared.kind),
+            "verdict": comparison_ruling(compared).as_data(),
+            "sentences": comparison_sentences(compared),
+        }
+        | {group: numbers or None for group, numbers in groups.items()}
+        | {
+            "shared": vars(compared.shared),
+            "diagnostics": as_data(compared.diagnostics),
+            "logs": {"before": _logs(compared.logs_before), "after": _logs(compared.logs_after)},
+            "provenance": provenance,
+        }
+    )
 
 
 def _logs(logs: Sequence[Log]) -> list[dict[str, Any]]:
     return [
-        {
-            "name": log.origin.name, "samples": len(log), "sample_time": log.sample_time, "duration": log.duration,
-            "notes": list(log.notes),
-        }
+        {"name": log.origin.name, "samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": list(log.notes)}
         for log in logs
-    ]  # fmt: skip
+    ]

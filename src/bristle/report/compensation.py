@@ -23,19 +23,7 @@ MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in p
 
 
 class Errors(NamedTuple):
-    """The following error of one variant after its settling time, and what of it is lag.
-
-    Parameters
-    ----------
-    name : str
-        Of the variant.
-    peak_to_peak, beyond_lag : float
-        Peak to peak [m or rad], as it is, and less the part in proportion to the velocity of the reference.
-    lag : float
-        That part over the velocity [s].
-    lag_share : float
-        Its share of the mean square, 0 to 1.
-    """
+    """The following error of one variant after its settling time, and what of it is lag."""
 
     name: str
     peak_to_peak: float
@@ -45,21 +33,7 @@ class Errors(NamedTuple):
 
 
 class Gain(NamedTuple):
-    """The loop step by step: as it is where that differs, without friction fed forward, and with it.
-
-    Parameters
-    ----------
-    steps : tuple of Errors
-        In this order; empty where a loop diverged.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    caveat : str
-        What the simulation leaves out.
-    alone : bool
-        Whether the last two steps differ in the friction fed forward and in nothing else.
-    velocity_fed : bool
-        Whether the control law feeds the velocity of the reference forward.
-    """
+    """The loop step by step: as it is where that differs, without friction fed forward, and with it."""
 
     steps: tuple[Errors, ...]
     kind: Kind
@@ -119,8 +93,7 @@ class Gain(NamedTuple):
             "viscous friction that is not fed forward, or the rest of the lag of the position loop. Velocity is fed "
             "forward already: look at the viscous friction of the compensator, F_v"
             if self.velocity_fed
-            else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not "
-            "fed forward"
+            else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not fed forward"
         )
         return [
             f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: "
@@ -136,15 +109,6 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
     """Return how the axis followed its reference, how it does in simulation, and what compensation gains there.
 
     Where the simulation does not follow as the log does, no gain is told.
-
-    Parameters
-    ----------
-    gain : Gain or None
-        Of the simulated loop.
-    following : Following or None
-        What the log says of it.
-    kind : {"translational", "rotational"}
-        The kind of axis.
     """
     gained = [] if gain is None else gain.sentences()
     if following is None:
@@ -186,12 +150,9 @@ def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
     completed = [
         variant
         for variant in simulation.experiment.variants
-        if variant.feedforward.friction is not None
-        and simulation.variants[variant.name].status is not Status.NOT_FINITE
+        if variant.feedforward.friction is not None and simulation.variants[variant.name].status is not Status.NOT_FINITE
     ]
-    best = min(
-        completed, key=lambda variant: simulation.variants[variant.name].following_error.peak_to_peak, default=None
-    )
+    best = min(completed, key=lambda variant: simulation.variants[variant.name].following_error.peak_to_peak, default=None)
     return pair_of(simulation.experiment, best)
 
 

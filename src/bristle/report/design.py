@@ -36,22 +36,8 @@ __all__ = ["design_report", "design_sentences", "design_summary"]
 NO_LESS = 0.05  # of an error: what a cause takes away from it that is as good as nothing
 
 
-def design_report(
-    design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()
-) -> str:
-    """Return the report of a loop that is designed as one HTML page.
-
-    Parameters
-    ----------
-    design : Design
-        What limits the loop, what it errs by, which gains it allows.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+def design_report(design: Design, *, command: str, provenance: Mapping[str, str], figures: Sequence[ReportFigure] = ()) -> str:
+    """Return the report of a loop that is designed as one HTML page."""
     return render(
         "design.html",
         provenance=provenance,
@@ -139,13 +125,12 @@ def _advice(design: Design) -> list[str]:
         return []
     error = length_text(peak_of(best), design.experiment.kind)
     if present is not None and peak_of(best) > MORE * present.peak_to_peak:
-        return [
-            "None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against "
-            "the error."
-        ]
+        return ["None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against the error."]
     if present is not None and peak_of(best) > LESS * present.peak_to_peak:
-        return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
-                f"simulation, {error}, with margins kept."]  # fmt: skip
+        return [
+            f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
+            f"simulation, {error}, with margins kept."
+        ]
     return [
         f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {error} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
@@ -157,10 +142,7 @@ def _circle_words(design: Design) -> str:
     if not design.circles:
         return ""
     circle, kind = design.circles[0], design.experiment.kind
-    radius, feed = (
-        with_unit(circle.radius, unit_of("length", kind)),
-        with_unit(circle.feed, unit_of("length/time", kind)),
-    )
+    radius, feed = (with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind)))
     return (
         f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
         "swing of the deviation within 30° of the place where an axis reverses."
@@ -175,13 +157,17 @@ def _loops_picture(design: Design) -> Picture:
     return picture(
         "loops",
         lambda: figures.loops_proposed(
-            [loop_name(loop.name, design) for loop in loops], errors, [loop.effort_rms for loop in loops],
-            [least_phase(loop.assessment) for loop in loops], PHASE_ENOUGH, design.experiment.kind,
+            [loop_name(loop.name, design) for loop in loops],
+            errors,
+            [loop.effort_rms for loop in loops],
+            [least_phase(loop.assessment) for loop in loops],
+            PHASE_ENOUGH,
+            design.experiment.kind,
         ),
         "Following error, effort and smallest phase margin of the loop as it is and of those proposed",
         f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
         "is the loop as it is, the others are proposed.",
-    )  # fmt: skip
+    )
 
 
 def _pictures(design: Design) -> dict[str, Picture]:
@@ -190,28 +176,31 @@ def _pictures(design: Design) -> dict[str, Picture]:
     kind = design.experiment.kind
     pictures = {
         "margins": picture(
-            "margins", lambda: figures.margins(design.assessment),
+            "margins",
+            lambda: figures.margins(design.assessment),
             "Gain and phase of the open loop over frequency, and the poles of the closed loop",
             "The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
             "circle grow; close inside it they ring.",
         )
-    }  # fmt: skip
+    }
     if design.budget is not None and design.budget.entries:
         budget = design.budget
         pictures["budget"] = picture(
-            "budget", lambda: figures.error_budget(budget, kind),
+            "budget",
+            lambda: figures.error_budget(budget, kind),
             "Following error with each cause of error alone and without each",
             "A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
             "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
-        )  # fmt: skip
+        )
     if design.circles:
         named = tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles)
         pictures["circles"] = picture(
-            "circles", lambda: figures.circles(named, kind),
+            "circles",
+            lambda: figures.circles(named, kind),
             "Radial deviation of the circle, around it and unrolled",
             "How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
             "reversals friction changes sides, and the path bulges.",
-        )  # fmt: skip
+        )
     return pictures
 
 
@@ -236,22 +225,17 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
             "nothing": vars(budget.no_cause),
             "runs": budget.runs,
             "causes": {
-                entry.cause: {
-                    "description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without),
-                }
+                entry.cause: {"description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without)}
                 for entry in budget.entries
             },
         },
         "proposals": {proposal.name: _proposal(proposal) for proposal in design.proposals},
         "circles": {
-            circle.variant: {
-                "radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak,
-                "glitches": circle.glitches,
-            }
+            circle.variant: {"radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak, "glitches": circle.glitches}
             for circle in design.circles
         },
         "provenance": provenance,
-    }  # fmt: skip
+    }
 
 
 def _loop(assessment: Any) -> dict[str, Any]:

@@ -18,23 +18,21 @@ if TYPE_CHECKING:
 NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
-__all__ = [
-    "at_the_motor",
-    "budget_table",
-    "circle_table",
-    "controller_text",
-    "delay_table",
-    "margin_table",
-    "proposal_table",
-]
+__all__ = ["at_the_motor", "budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
 
 
 def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants that are one loop share its rows."""
     heads = (
-        "Variant", "Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]",
+        "Variant",
+        "Motions",
+        "Friction",
+        "Largest pole",
+        "Phase margin [°]",
+        "Gain margin",
+        "Delay margin [samples]",
         "Crossover [Hz]",
-    )  # fmt: skip
+    )
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
         rows = []
@@ -44,11 +42,7 @@ def margin_table(design: Design) -> Table:
             cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
             rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
         loops.setdefault(tuple(rows), []).append(assessment.name)
-    table_rows = [
-        (", ".join(names) if index == 0 else "", *row)
-        for rows, names in loops.items()
-        for index, row in enumerate(rows)
-    ]
+    table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
     return Table("Poles and margins of the sampled loop", heads, table_rows)
 
 
@@ -75,12 +69,8 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
 def budget_table(budget: Budget, design: Design) -> Table:
     """Return the error budget."""
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
-    length = Quantity.of(
-        unit_of("length", design.experiment.kind), [budget.all_causes.peak_to_peak, *errors, MICROMETRE], digits=4
-    )
-    heads = (
-        "Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is",
-    )  # fmt: skip
+    length = Quantity.of(unit_of("length", design.experiment.kind), [budget.all_causes.peak_to_peak, *errors, MICROMETRE], digits=4)
+    heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is")
     rows = [
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
@@ -107,12 +97,20 @@ def proposal_table(design: Design) -> Table:
     effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
     count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
     heads = (
-        "Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness",
-        count.head("Effort of one count"), length.head("Following error, peak to peak"), effort.head("Effort, rms"),
-    )  # fmt: skip
+        "Loop",
+        "Law",
+        "Bandwidth [1/s]",
+        "Smallest phase margin [°]",
+        "Stiffness",
+        count.head("Effort of one count"),
+        length.head("Following error, peak to peak"),
+        effort.head("Effort, rms"),
+    )
     rows = [
         (
-            loop_name(proposal.name, design), proposal.variant.controller.name, _cell(proposal.bandwidth),
+            loop_name(proposal.name, design),
+            proposal.variant.controller.name,
+            _cell(proposal.bandwidth),
             _cell(least_phase(proposal.assessment)),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
@@ -120,7 +118,7 @@ def proposal_table(design: Design) -> Table:
             "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
         )
         for proposal in proposals
-    ]  # fmt: skip
+    ]
     return Table("The loop as it is, and what is proposed", heads, rows)
 
 
@@ -170,17 +168,11 @@ def _as_comment(value: float, unit: str, variant: Variant) -> str:
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     """Return how round the circles are."""
-    length = Quantity.of(
-        unit_of("length", design.experiment.kind), [MICROMETRE, *(circle.peak_to_peak for circle in circles)], digits=4
-    )
+    length = Quantity.of(unit_of("length", design.experiment.kind), [MICROMETRE, *(circle.peak_to_peak for circle in circles)], digits=4)
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [
-        (
-            loop_name(circle.variant, design),
-            length.cell(circle.peak_to_peak),
-            *(length.cell(glitch) for glitch in circle.glitches),
-        )
+        (loop_name(circle.variant, design), length.cell(circle.peak_to_peak), *(length.cell(glitch) for glitch in circle.glitches))
         for circle in circles
     ]
     return Table("The circle", heads, rows)

@@ -15,15 +15,7 @@ __all__ = ["drive_values"]
 
 
 def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
-    """Return for each parameter that has other units than SI its value in each of them, by name.
-
-    Parameters
-    ----------
-    fit : Fit
-        An identified model.
-    axis : Axis or None
-        Its columns, its transmission, its rated effort; nothing without one.
-    """
+    """Return for each parameter that has other units than SI its value in each of them, by name."""
     variables = fit.plant.component.variables | fit.friction.component.variables
     values = {}
     for estimate in fit.estimates:

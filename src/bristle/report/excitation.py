@@ -47,11 +47,16 @@ def piece_table(excitation: Excitation) -> Table:
         members = list(group)
         begin, end = members[0][0], members[-1][0] + members[-1][1].duration
         pieces = [piece for _, piece in members]
-        rows.append((
-            purpose, name, str(len(pieces)), f"{begin:.1f} to {end:.1f}",
-            _span([abs(piece.amplitude) for piece in pieces], unit_of("length", kind)),
-            _span([piece.speed for piece in pieces], unit_of("length/time", kind)),
-        ))  # fmt: skip
+        rows.append(
+            (
+                purpose,
+                name,
+                str(len(pieces)),
+                f"{begin:.1f} to {end:.1f}",
+                _span([abs(piece.amplitude) for piece in pieces], unit_of("length", kind)),
+                _span([piece.speed for piece in pieces], unit_of("length/time", kind)),
+            )
+        )
     return Table("The motion", ("Purpose", "Piece", "Count", "Time [s]", "Amplitude", "Speed"), rows)
 
 
@@ -79,13 +84,15 @@ def _outlook(estimate: Estimate, put_in: float | None) -> tuple[str, ...]:
     half = estimate.interval_percent
     error = _error_percent(estimate, put_in)
     return (
-        estimate.name, estimate.description,
+        estimate.name,
+        estimate.description,
         "" if put_in is None else number(put_in * scale.factor),
-        number(estimate.value * scale.factor), scale.unit or "–",
+        number(estimate.value * scale.factor),
+        scale.unit or "–",
         "" if error is None else number(error, digits=2),
         "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
         "beyond its interval" if _misses(estimate, put_in) else STATUS_WORDS.get(estimate.status, estimate.status),
-    )  # fmt: skip
+    )
 
 
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
@@ -108,65 +115,65 @@ def _error_percent(estimate: Estimate, put_in: float | None) -> float | None:
     return 100.0 * (estimate.value / put_in - 1.0) if put_in and math.isfinite(put_in) else None
 
 
-def excitation_summary(
-    excitation: Excitation, *, files: Mapping[str, str], identify: str, provenance: Mapping[str, str]
-) -> dict[str, Any]:
+def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], identify: str, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return a motion and its outlook in numbers; `files` are what was written, `identify` is the next command."""
     kind, motion = excitation.motion.kind, excitation.motion
     units = {name: unit_of(name, kind) for name in ("length", "length/time", "length/time^2", "force")}
     data: dict[str, Any] = {
-        "axis": excitation.axis.name, "kind": kind,
-        "files": dict(files), "identify": identify,
+        "axis": excitation.axis.name,
+        "kind": kind,
+        "files": dict(files),
+        "identify": identify,
         "verdict": excitation_ruling(excitation, _missed(excitation)).as_data(),
         "motion": {
-            "duration": motion.duration, "sample_time": motion.sample_time, "samples": motion.time.size,
-            "start": motion.start, "travel": float(motion.position.max() - motion.position.min()),
+            "duration": motion.duration,
+            "sample_time": motion.sample_time,
+            "samples": motion.time.size,
+            "start": motion.start,
+            "travel": float(motion.position.max() - motion.position.min()),
             "velocity_max": float(abs(motion.velocity).max()),
-            "acceleration_max": float(abs(motion.acceleration).max()), "units": units,
+            "acceleration_max": float(abs(motion.acceleration).max()),
+            "units": units,
         },
         "pieces": [_piece(piece, begin) for piece, begin in zip(motion.pieces, motion.begins, strict=True)],
-        "assumed": excitation.prior.assumed, "notes": excitation.notes, "parameters": {}, "diagnostics": [],
+        "assumed": excitation.prior.assumed,
+        "notes": excitation.notes,
+        "parameters": {},
+        "diagnostics": [],
         "provenance": provenance,
-    }  # fmt: skip
+    }
     if excitation.rehearsal is not None:
         best = excitation.rehearsal.identification.best
-        data |= {
-            "model": best.name,
-            "peak_effort": excitation.rehearsal.peak_effort,
-            "diagnostics": as_data(best.diagnostics),
-        }
+        data |= {"model": best.name, "peak_effort": excitation.rehearsal.peak_effort, "diagnostics": as_data(best.diagnostics)}
         data["parameters"] = {
             estimate.name: {
-                "put_in": excitation.rehearsal.truth.get(estimate.name), "value": estimate.value, "unit": estimate.unit,
+                "put_in": excitation.rehearsal.truth.get(estimate.name),
+                "value": estimate.value,
+                "unit": estimate.unit,
                 "error_percent": _error_percent(estimate, excitation.rehearsal.truth.get(estimate.name)),
-                "interval_percent": estimate.interval_percent, "status": estimate.status, "note": note_of(estimate),
+                "interval_percent": estimate.interval_percent,
+                "status": estimate.status,
+                "note": note_of(estimate),
             }
             for estimate in best.estimates
-        }  # fmt: skip
+        }
     return data
 
 
 def _piece(piece: ExcitationPiece, begin: float) -> dict[str, Any]:
     return {
-        "purpose": piece.purpose, "name": piece.name, "begin": float(begin), "duration": piece.duration,
-        "amplitude": piece.amplitude, "speed": piece.speed, "reference": piece.reference.name,
-    }  # fmt: skip
+        "purpose": piece.purpose,
+        "name": piece.name,
+        "begin": float(begin),
+        "duration": piece.duration,
+        "amplitude": piece.amplitude,
+        "speed": piece.speed,
+        "reference": piece.reference.name,
+    }
 
 
 def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:
-    """Return the report of a motion as one HTML page.
-
-    Parameters
-    ----------
-    excitation : Excitation
-        The motion, rehearsed.
-    command : str
-        The command that repeats it.
-    identify : str
-        The command that identifies the log.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    """
+    """Return the report of a motion as one HTML page."""
     pictures = _pictures(excitation)
     used = {piece.purpose for piece in excitation.motion.pieces}
     return render(
@@ -196,16 +203,12 @@ def _verdict(excitation: Excitation) -> list[str]:
     rehearsal = excitation.rehearsal
     estimates = rehearsal.identification.best.estimates
     missed = _missed(excitation)
-    identified = [
-        estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in missed
-    ]
+    identified = [estimate.name for estimate in estimates if estimate.status == "identified" and estimate.name not in missed]
     open_ = [estimate.name for estimate in estimates if estimate.status in ("unidentifiable", "at_edge")]
     for words, names in (("identify", identified), ("not identify", open_), ("give beyond its interval", missed)):
         if names:
             lines.append(f"Its log would {words} {', '.join(names)}.")
-    setting = (
-        "in the loop of its controller" if rehearsal.loop else "along the motion itself, as no stable loop is known"
-    )
+    setting = "in the loop of its controller" if rehearsal.loop else "along the motion itself, as no stable loop is known"
     lines.append(
         f"This was rehearsed {setting}, with friction that scatters by 5 % from one reversal to the next, 0.5 % noise "
         "of the effort and the encoder of the axis; one rehearsal: the error is what an interval should cover."
@@ -230,9 +233,7 @@ def _limits(excitation: Excitation) -> list[tuple[str, str]]:
         ("Acceleration", "length/time^2", abs(motion.acceleration).max(), limits.acceleration),
     ):
         amount = with_unit(float(value), unit_of(quantity, kind))
-        rows.append(
-            (word, amount if limit is None else f"{amount} of {with_unit(limit, unit_of(quantity, kind))} allowed")
-        )
+        rows.append((word, amount if limit is None else f"{amount} of {with_unit(limit, unit_of(quantity, kind))} allowed"))
     if excitation.rehearsal is not None:
         rows.append(("Effort, as believed", with_unit(excitation.rehearsal.peak_effort, unit_of("force", kind))))
     return rows
@@ -244,7 +245,5 @@ def _pictures(excitation: Excitation) -> dict[str, Picture]:
     drawn = {"motion": picture("motion", lambda: figures.motion(excitation.motion), *CAPTIONS["motion"])}
     rehearsal = excitation.rehearsal
     if rehearsal is not None:
-        drawn["expected"] = picture(
-            "expected", lambda: figures.expected(excitation.motion, rehearsal.friction), *CAPTIONS["expected"]
-        )
+        drawn["expected"] = picture("expected", lambda: figures.expected(excitation.motion, rehearsal.friction), *CAPTIONS["expected"])
     return drawn

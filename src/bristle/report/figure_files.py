@@ -33,22 +33,7 @@ WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --forma
 
 @contextmanager
 def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
-    """Write each figure that is drawn for a report in this block into a folder of results.
-
-    Parameters
-    ----------
-    folder : ResultsFolder or None
-        The folder; None for no results.
-    formats : iterable of str or None
-        Of ``svg``, ``pdf`` and ``png``, one file each; nothing for no files.
-    data : str or None
-        ``csv`` for the numbers of each panel.
-
-    Raises
-    ------
-    InputError
-        If something is to be written and there is no folder.
-    """
+    """Write each figure that is drawn for a report in this block into a folder of results."""
     endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
     if folder is None and (endings or data):
         raise InputError("needs a folder to write into", path="--format" if endings else "--data", mend="Add --out DIR")
@@ -76,8 +61,9 @@ def _is_written(folder: ResultsFolder, plate: Plate, endings: Sequence[str], dat
         reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
         warnings.warn(
             f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}",
-            InputWarning, stacklevel=2,
-        )  # fmt: skip
+            InputWarning,
+            stacklevel=2,
+        )
         return False
     return True
 
@@ -86,10 +72,7 @@ def _write_figure(folder: ResultsFolder, plate: Plate, form: str) -> None:
     from bristle.figures import figure_file, fits_as_png
 
     if form == "png" and not fits_as_png(plate.figure):
-        warnings.warn(
-            f"the figure {plate.name} would have too many pixels as png, and is written as pdf", InputWarning,
-            stacklevel=2,
-        )  # fmt: skip
+        warnings.warn(f"the figure {plate.name} would have too many pixels as png, and is written as pdf", InputWarning, stacklevel=2)
         form = "pdf"
     folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
 

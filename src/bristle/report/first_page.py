@@ -36,16 +36,18 @@ def facts(identification: Identification) -> str:
 
 
 def answers(
-    identification: Identification, simulation: SimulationResult | None, following: Following | None,
-    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None, *, usable: bool = True,
-) -> list[tuple[str, list[str]]]:  # fmt: skip
+    identification: Identification,
+    simulation: SimulationResult | None,
+    following: Following | None,
+    next_measurements: Sequence[tuple[str, str]],
+    axis: Axis | None = None,
+    *,
+    usable: bool = True,
+) -> list[tuple[str, list[str]]]:
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit = identification.best
     typed = _typed_in(fit, axis) if usable else ["nothing yet: measure again first"]
-    return answered(
-        _quality(fit), typed, _gain(fit, simulation, following), _trust(fit),
-        _next(fit, next_measurements, usable=usable),
-    )  # fmt: skip
+    return answered(_quality(fit), typed, _gain(fit, simulation, following), _trust(fit), _next(fit, next_measurements, usable=usable))
 
 
 def _quality(fit: Fit) -> list[str]:

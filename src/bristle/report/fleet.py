@@ -27,30 +27,27 @@ FEWEST = 5  # logs of which one can stand apart
 
 
 def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a fleet in numbers, in SI.
-
-    Parameters
-    ----------
-    runs : Runs
-        What is there of it.
-    provenance : mapping of str to str
-        Where it comes from.
-    """
+    """Return a fleet in numbers, in SI."""
     described, columns = runs.described, runs.columns
     names, counts = np.unique(columns["status"], return_counts=True)
     failed = np.flatnonzero(columns["status"] != OK)
     errors = columns["held_out_error"]
     return {
-        "name": described["name"], "kind": described["kind"], "model": described["model"], "logs": described["runs"],
-        "done": runs.count, "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
+        "name": described["name"],
+        "kind": described["kind"],
+        "model": described["model"],
+        "logs": described["runs"],
+        "done": runs.count,
+        "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
             _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
             for place in failed.tolist()
         ],
         "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
-        "held_out_error": {"median": _median(errors), "largest": _largest(errors)}, "warnings": _warnings(columns),
+        "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
+        "warnings": _warnings(columns),
         "provenance": dict(provenance),
-    }  # fmt: skip
+    }
 
 
 def _warnings(columns: Mapping[str, np.ndarray]) -> dict[str, int]:
@@ -84,12 +81,15 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
     low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
     half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
     return {
-        "unit": about["unit"], "description": about["description"], "count": int(tells.sum()), "low": low,
-        "median": median, "high": high, "half_width": _median(half),
-        "apart": [
-            _log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()
-        ],
-    }  # fmt: skip
+        "unit": about["unit"],
+        "description": about["description"],
+        "count": int(tells.sum()),
+        "low": low,
+        "median": median,
+        "high": high,
+        "half_width": _median(half),
+        "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
+    }
 
 
 def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
@@ -123,8 +123,7 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
         lines.append(f"Fits with warnings: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
-        lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, "
-                     f"largest {100.0 * error['largest']:.3g} %.")  # fmt: skip
+        lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
     counts_apart = {name: len(entry["apart"]) for name, entry in summary["parameters"].items() if entry["apart"]}
     if counts_apart:
         words = ", ".join(f"{count} in {name}" for name, count in counts_apart.items())
@@ -140,9 +139,7 @@ def parameters_table(summary: Mapping[str, Any]) -> Table:
             rows.append((name, "0", *[""] * 5))
             continue
         column = Quantity.of(entry["unit"], [entry["median"]])
-        cells = [
-            column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")
-        ]
+        cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
         rows.append((name, str(entry["count"]), column.scale.unit, *cells))
     heads = ("Parameter", "Logs that tell it", "Unit", "5 %", "Median", "95 %", "± of one log")
     return Table("The parameters over the logs", heads, rows).without_empty_columns()
@@ -160,32 +157,36 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
 def apart_table(summary: Mapping[str, Any]) -> Table | None:
     """Return the logs that stand apart, by parameter."""
     rows = [
-        (name, entry["folder"], entry["log"], with_unit(entry["value"], about["unit"] or "1"),
-         with_unit(about["median"], about["unit"] or "1"))
-        for name, about in summary["parameters"].items() for entry in about["apart"][:10]
-    ]  # fmt: skip
+        (
+            name,
+            entry["folder"],
+            entry["log"],
+            with_unit(entry["value"], about["unit"] or "1"),
+            with_unit(about["median"], about["unit"] or "1"),
+        )
+        for name, about in summary["parameters"].items()
+        for entry in about["apart"][:10]
+    ]
     heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
     return Table("Logs that stand apart from the others", heads, rows) if rows else None
 
 
 def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
-    """Return the report of a fleet as one HTML page.
-
-    Parameters
-    ----------
-    runs : Runs
-        What is there of it.
-    summary : mapping
-        As `fleet_summary` returns it.
-    command : str
-        The command that repeats it.
-    """
+    """Return the report of a fleet as one HTML page."""
     return render(
-        "fleet.html", provenance=summary["provenance"], command=command, banner=None, name=summary["name"],
+        "fleet.html",
+        provenance=summary["provenance"],
+        command=command,
+        banner=None,
+        name=summary["name"],
         facts=f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
-        sentences=fleet_sentences(summary), picture=_picture(runs, summary), parameters=parameters_table(summary),
-        failed=failed_logs_table(summary), apart=apart_table(summary), logs=_logs_table(runs, summary),
-    )  # fmt: skip
+        sentences=fleet_sentences(summary),
+        picture=_picture(runs, summary),
+        parameters=parameters_table(summary),
+        failed=failed_logs_table(summary),
+        apart=apart_table(summary),
+        logs=_logs_table(runs, summary),
+    )
 
 
 def drawn_parameters(summary: Mapping[str, Any]) -> list[str]:
@@ -200,31 +201,33 @@ def _picture(runs: Runs, summary: Mapping[str, Any]) -> Picture | None:
     if not names:
         return None
     return picture(
-        "fleet", lambda: fleet_parameters(runs, names, {name: apart(runs.columns, name) for name in names}),
+        "fleet",
+        lambda: fleet_parameters(runs, names, {name: apart(runs.columns, name) for name in names}),
         f"{', '.join(names)} of each log with 95 % intervals",
         "Each log by its number, with its 95 % interval; the line is the median. Hollow: a log that stands apart. A "
         "tick at the bottom: a log that failed, or that does not tell this parameter. An arrow: beyond the panel.",
-    )  # fmt: skip
+    )
 
 
 def _logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
     names = drawn_parameters(summary)
     columns = runs.columns
-    scales = {
-        name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]])
-        for name in names
-    }
-    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names),
-             "Warnings")  # fmt: skip
+    scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
+    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
         error = columns["held_out_error"][place]
         cells = [_with_interval(columns, name, place, scales[name]) for name in names]
-        rows.append((
-            str(columns["run"][place]), str(columns["folder"][place]), str(columns["log"][place]),
-            f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells,
-            str(columns["diagnostics"][place]),
-        ))  # fmt: skip
+        rows.append(
+            (
+                str(columns["run"][place]),
+                str(columns["folder"][place]),
+                str(columns["log"][place]),
+                f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "",
+                *cells,
+                str(columns["diagnostics"][place]),
+            )
+        )
     more = f" (the first {LOGS_SHOWN}; all are in runs/)" if runs.count > LOGS_SHOWN else ""
     return Table(f"The logs{more}", heads, rows).without_empty_columns()
 

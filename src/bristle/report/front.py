@@ -20,17 +20,7 @@ MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
 
 class Ruling(NamedTuple):
-    """What a report comes to.
-
-    Parameters
-    ----------
-    level : {"usable", "with_care", "no"}
-        How far to rely on it.
-    words : str
-        The verdict.
-    reasons : tuple of str
-        Why it is that.
-    """
+    """What a report comes to."""
 
     level: str
     words: str
@@ -42,25 +32,7 @@ class Ruling(NamedTuple):
 
 
 class Front(NamedTuple):
-    """What the first page of a report shows.
-
-    Parameters
-    ----------
-    heading, facts : str
-        What the report is of; in one line its date, axis, log.
-    level, words : str
-        The verdict: its rank, which decides how it is set, and the words.
-    reasons : tuple of str
-        Why it is that; the first four stand on the page.
-    answers : sequence of (question, lines)
-        Of `QUESTIONS`.
-    figure : Picture or None
-        The one that shows it.
-    further : str
-        Identifier of the part of the page that holds all reasons.
-    without_reasons : str
-        What stands in their place.
-    """
+    """What the first page of a report shows."""
 
     heading: str
     facts: str

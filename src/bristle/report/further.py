@@ -25,15 +25,7 @@ class FurtherFigure(NamedTuple):
 
 
 def further_figures(figures: Sequence[ReportFigure], facts: Facts) -> list[FurtherFigure]:
-    """Return figures of a user's own, drawn; what fails is told by a warning and on the page.
-
-    Parameters
-    ----------
-    figures : sequence of ReportFigure
-        In the order of the page.
-    facts : mapping
-        What the report rests on, by name.
-    """
+    """Return figures of a user's own, drawn; what fails is told by a warning and on the page."""
     return [_further(figure, facts) for figure in figures]
 
 
@@ -44,9 +36,13 @@ def _further(figure: ReportFigure, facts: Facts) -> FurtherFigure:
         return _not_drawn(figure, f"this report has no {' and no '.join(missing)}")
     try:
         drawing = picture(
-            f"own-{figure.name.replace('_', '-')}", lambda: draw_own(figure, facts), str(figure.alternative),
-            str(figure.caption), file=figure.name, own=True,
-        )  # fmt: skip
+            f"own-{figure.name.replace('_', '-')}",
+            lambda: draw_own(figure, facts),
+            str(figure.alternative),
+            str(figure.caption),
+            file=figure.name,
+            own=True,
+        )
     # What a user's code may raise has no common type, and exit() in it is no reason to lose the results.
     except (Exception, SystemExit) as error:  # noqa: BLE001
         return _not_drawn(figure, f"{type(error).__name__}: {told_by(error)}".rstrip(": "), place_in_own_code(error))

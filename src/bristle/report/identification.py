@@ -45,43 +45,22 @@ ROUNDING = 1e-6  # of the largest effort
 
 
 def identification_report(
-    identification: Identification, *, prediction: Prediction | None = None,
-    simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
-    axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
-    banner: str | None = None, following: Following | None = None, axis: Axis | None = None,
-    living: Living | None = None, figures: Sequence[ReportFigure] = (),
-) -> str:  # fmt: skip
-    """Return the report of an identification as one HTML page.
-
-    Parameters
-    ----------
-    identification : Identification
-        Models fitted to a log, best first.
-    prediction : Prediction, optional
-        The best model run on a log.
-    simulation : SimulationResult, optional
-        The loop without and with compensation by the best model.
-    table : sequence of (velocity, effort), optional
-        Table for the drive [m/s or rad/s, N or N*m].
-    command : str
-        The command that repeats it.
-    axis_name : str
-        What people call the axis.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    certificates : mapping of str to Certificate, optional
-        Whether the best model is fit to be used.
-    banner : str, optional
-        What a reader must know before anything else.
-    following : Following, optional
-        How the axis followed its reference in the log.
-    axis : Axis, optional
-        The units of its drive.
-    living : Living, optional
-        What lets its parameters be moved.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+    identification: Identification,
+    *,
+    prediction: Prediction | None = None,
+    simulation: SimulationResult | None = None,
+    table: Sequence[tuple[float, float]] | None = None,
+    command: str,
+    axis_name: str,
+    provenance: Mapping[str, str],
+    certificates: Mapping[str, Certificate] | None = None,
+    banner: str | None = None,
+    following: Following | None = None,
+    axis: Axis | None = None,
+    living: Living | None = None,
+    figures: Sequence[ReportFigure] = (),
+) -> str:
+    """Return the report of an identification as one HTML page."""
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
     segments = passages(identification.log)
@@ -90,14 +69,25 @@ def identification_report(
     if simulation is not None and contradicted:
         simulation = _as_recorded(simulation)
     basis: Facts = {
-        "identification": identification, "fit": fit, "kind": kind, "log": identification.log, "table": table or (),
-        "curve": curve, "passages": segments, "simulation": simulation, "following": following,
-        "prediction": prediction, "focus": None if simulation is None else focus_of(simulation),
-    }  # fmt: skip
+        "identification": identification,
+        "fit": fit,
+        "kind": kind,
+        "log": identification.log,
+        "table": table or (),
+        "curve": curve,
+        "passages": segments,
+        "simulation": simulation,
+        "following": following,
+        "prediction": prediction,
+        "focus": None if simulation is None else focus_of(simulation),
+    }
     pictures = pictures_on("identification", basis)
     return render(
         "identification.html",
-        provenance=provenance, command=command, banner=banner, axis_name=axis_name,
+        provenance=provenance,
+        command=command,
+        banner=banner,
+        axis_name=axis_name,
         front=_front(identification, simulation, following, axis_name, axis, next(iter(pictures["front"]), None)),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit, axis),
@@ -109,7 +99,8 @@ def identification_report(
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
         contradicted=contradicted,
         comparison=comparison_table(identification),
-        by_position=fit.position_rmse is not None, pictures=pictures,
+        by_position=fit.position_rmse is not None,
+        pictures=pictures,
         assumptions=_assumed(fit, prediction),
         settings=settings_table(identification.settings, kind),
         changed_settings=changed_settings(identification.settings),
@@ -119,9 +110,10 @@ def identification_report(
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),
         certificates=certificate_table(fit.name, certificates) if certificates else None,
-        notes=identification.notes, living=living,
+        notes=identification.notes,
+        living=living,
         further=further_figures(figures, basis),
-    )  # fmt: skip
+    )
 
 
 def _each_once(reasons: Sequence[str]) -> list[str]:
@@ -139,20 +131,26 @@ def _deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> str:
 
 
 def _front(
-    identification: Identification, simulation: SimulationResult | None, following: Following | None, axis_name: str,
-    axis: Axis | None, figure: Picture | None,
-) -> Front:  # fmt: skip
+    identification: Identification,
+    simulation: SimulationResult | None,
+    following: Following | None,
+    axis_name: str,
+    axis: Axis | None,
+    figure: Picture | None,
+) -> Front:
     fit = identification.best
     judgement = judged(fit, identification.settings, following)
     return Front(
-        f"{axis_name}: identified friction", facts(identification), judgement.level, judgement.words,
+        f"{axis_name}: identified friction",
+        facts(identification),
+        judgement.level,
+        judgement.words,
         _each_once(judgement.reasons),
-        answers(
-            identification, simulation, following, next_measurements(fit), axis,
-            usable=judgement.level != "measure_again",
-        ),
-        figure, "doubts", "Nothing in this log speaks against it.",
-    )  # fmt: skip
+        answers(identification, simulation, following, next_measurements(fit), axis, usable=judgement.level != "measure_again"),
+        figure,
+        "doubts",
+        "Nothing in this log speaks against it.",
+    )
 
 
 def _as_recorded(simulation: SimulationResult) -> SimulationResult:

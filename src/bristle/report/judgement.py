@@ -17,12 +17,34 @@ __all__ = ["DOUBTS", "LEVELS", "Judgement", "judged"]
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
 """The words of each level."""
 DOUBTS = (
-    "structure", "stages_differ", "filter_suspect", "delay_or_filter", "delay_unknown", "delay_rough", "rows_lost",
-    "clock_suspect", "unit_suspect", "weight_guessed", "velocity_contradicts", "clipped", "saturates", "beyond_limit",
-    "beyond_stroke", "resolution_contradicts",
-    "mass_contradicts", "gear_suspect", "sign_reversed", "effort_unsigned", "level_drifts", "level_over_position",
-    "one_direction", "one_speed", "never_slides", "below_resolution", "half_cycles_differ",
-)  # fmt: skip
+    "structure",
+    "stages_differ",
+    "filter_suspect",
+    "delay_or_filter",
+    "delay_unknown",
+    "delay_rough",
+    "rows_lost",
+    "clock_suspect",
+    "unit_suspect",
+    "weight_guessed",
+    "velocity_contradicts",
+    "clipped",
+    "saturates",
+    "beyond_limit",
+    "beyond_stroke",
+    "resolution_contradicts",
+    "mass_contradicts",
+    "gear_suspect",
+    "sign_reversed",
+    "effort_unsigned",
+    "level_drifts",
+    "level_over_position",
+    "one_direction",
+    "one_speed",
+    "never_slides",
+    "below_resolution",
+    "half_cycles_differ",
+)
 """Codes that doubt a record, or the model on it, rather than a single parameter; the gravest first."""
 
 
@@ -47,15 +69,6 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
 
     It takes another record where the log contradicts itself, half of the parameters are open, or the model misses most
     of what friction takes. It takes care where anything is doubted that a number stands on.
-
-    Parameters
-    ----------
-    fit : Fit
-        The best model.
-    settings : Settings
-        How much of the friction a model may miss, `usable_error` and `useless_error`.
-    following : Following, optional
-        Whether the simulated loop follows as the log does.
     """
     grave, doubts = _grave(fit, settings), _doubts(fit, settings, following)
     if grave:

@@ -19,13 +19,7 @@ __all__ = ["law_lines"]
 
 
 def law_lines(variant: Variant) -> list[str]:
-    """Return the gains of a loop, at its motor too where that is known, and what is fed forward.
-
-    Parameters
-    ----------
-    variant : Variant
-        A closed loop.
-    """
+    """Return the gains of a loop, at its motor too where that is known, and what is fed forward."""
     fed = variant.feedforward
     lines = [f"law {variant.controller.name}: {', '.join(_gains(variant))}"]
     if fed.friction is not None:

@@ -10,19 +10,7 @@ __all__ = ["Living"]
 
 
 class Living(NamedTuple):
-    """A part of a report in which parameters are moved; without scripts it is not there.
-
-    Parameters
-    ----------
-    policy : str
-        What the page may do.
-    style, shared, script : Markup
-        Its style, the script that a worker runs too, and the other one.
-    data : Markup
-        What they show, in JSON.
-    follows : bool
-        Whether the loop is shown.
-    """
+    """A part of a report in which parameters are moved; without scripts it is not there."""
 
     policy: str
     style: Markup

@@ -19,30 +19,25 @@ __all__ = ["log_report"]
 
 
 def log_report(
-    log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str],
+    log: Log,
+    segments: Sequence[Passage],
+    *,
+    name: str,
+    command: str,
+    provenance: Mapping[str, str],
     diagnostics: Sequence[Mapping[str, Any]] = (),
-) -> str:  # fmt: skip
-    """Return the report of a log as one HTML page.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    segments : sequence of Passage
-        What it contains.
-    name : str
-        What people call the axis or the log.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    diagnostics : sequence of mapping
-        What the log contradicts, and what it cannot tell: ``code``, ``severity`` and ``message`` of each.
-    """
+) -> str:
+    """Return the report of a log as one HTML page."""
     (figure,) = pictures_on("log", {"log": log, "passages": segments})["front"]
     return render(
-        "log.html", provenance=provenance, command=command, banner=None, name=name,
-        front=log_front(log, segments, diagnostics, name, figure), facts=log_facts(log), notes=log.notes,
+        "log.html",
+        provenance=provenance,
+        command=command,
+        banner=None,
+        name=name,
+        front=log_front(log, segments, diagnostics, name, figure),
+        facts=log_facts(log),
+        notes=log.notes,
         found=[diagnostic["message"] for diagnostic in diagnostics],
         passages=passage_table([segment.as_data() for segment in segments], log.kind),
-    )  # fmt: skip
+    )

@@ -32,9 +32,15 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
     effort = Quantity.of(unit_of("force", result.experiment.kind), (variant.effort_peak for variant in completed))
     word = "Torque" if result.experiment.kind == "rotational" else "Force"
     heads = (
-        "Variant", length.head("Following error, peak to peak"), length.head("rms"), length.head("mean"),
-        length.head("True error, peak to peak"), effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
-    )  # fmt: skip
+        "Variant",
+        length.head("Following error, peak to peak"),
+        length.head("rms"),
+        length.head("mean"),
+        length.head("True error, peak to peak"),
+        effort.head(f"{word}, rms"),
+        effort.head("peak"),
+        "Remark",
+    )
     rows = []
     if measured is not None:
         errors = (measured.peak_to_peak, measured.rms, measured.mean)
@@ -57,9 +63,14 @@ def _open_table(result: SimulationResult) -> Table:
     effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
     word = "Torque" if kind == "rotational" else "Force"
     heads = (
-        "Variant", length.head("Position, peak to peak"), length.head("lowest"), length.head("highest"),
-        effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
-    )  # fmt: skip
+        "Variant",
+        length.head("Position, peak to peak"),
+        length.head("lowest"),
+        length.head("highest"),
+        effort.head(f"{word}, rms"),
+        effort.head("peak"),
+        "Remark",
+    )
     rows = []
     for variant in result.variants.values():
         motion = variant.motion
@@ -97,10 +108,7 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
         if model is None:
             rows.append((part, "none", ""))
             continue
-        values = [
-            f"{name} = {_value(value, model.component.variables[name].unit(model.kind))}"
-            for name, value in model.values.items()
-        ]
+        values = [f"{name} = {_value(value, model.component.variables[name].unit(model.kind))}" for name, value in model.values.items()]
         rows.append((part, model.name, ", ".join(values)))
     return Table(title, ("Part", "Model", "Parameters"), rows)
 
@@ -119,19 +127,30 @@ def _value(value: object, unit: str) -> str:
 def run_table(variants: Sequence[Variant]) -> Table:
     """Return how each variant was run."""
     heads = (
-        "Variant", "Duration", "Left out at the start", "Sample time", "Steps in a sample", "Delay [samples]",
-        "Largest effort", "Mass fed forward", "Factor on the friction fed forward",
-    )  # fmt: skip
+        "Variant",
+        "Duration",
+        "Left out at the start",
+        "Sample time",
+        "Steps in a sample",
+        "Delay [samples]",
+        "Largest effort",
+        "Mass fed forward",
+        "Factor on the friction fed forward",
+    )
     rows = [
         (
-            variant.name, with_unit(variant.run.duration, "s", 4), with_unit(variant.run.settle, "s", 4),
-            with_unit(variant.run.sample_time, "s", 4), _steps(variant), str(variant.run.delay),
+            variant.name,
+            with_unit(variant.run.duration, "s", 4),
+            with_unit(variant.run.settle, "s", 4),
+            with_unit(variant.run.sample_time, "s", 4),
+            _steps(variant),
+            str(variant.run.delay),
             with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
             with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
             f"{variant.feedforward.gain:g}",
         )
         for variant in variants
-    ]  # fmt: skip
+    ]
     return Table("How it was simulated", heads, rows)
 
 

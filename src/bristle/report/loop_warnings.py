@@ -19,15 +19,7 @@ NAMES_MAX = 3  # variants that are named in a line
 
 
 def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]) -> list[Diagnostic]:
-    """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names.
-
-    Parameters
-    ----------
-    judged : mapping of str to Assessment
-        The loop of each variant.
-    further : mapping of str to Diagnostic
-        What else is to be said of a variant.
-    """
+    """Return what to know of loops, those that are unstable or have small margins: ``variants`` are their names."""
     by_doubt: list[tuple[Diagnostic, list[str]]] = []
     for name, assessment in judged.items():
         for doubt in doubts_of(assessment) if assessment.verdict is Verdict.STABLE else (verdict_of(assessment),):
@@ -38,17 +30,12 @@ def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnost
             else:
                 names.append(name)
     complete = [*by_doubt, *((diagnostic, [name]) for name, diagnostic in further.items())]
-    return [
-        replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete
-    ]
+    return [replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete]
 
 
 def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in sentences, the names of the variants before each."""
-    return [
-        f"{', '.join(map(str, _names(diagnostic)))}: {_prefix(diagnostic)}{message(diagnostic)}"
-        for diagnostic in diagnostics
-    ]
+    return [f"{', '.join(map(str, _names(diagnostic)))}: {_prefix(diagnostic)}{message(diagnostic)}" for diagnostic in diagnostics]
 
 
 def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:

@@ -40,13 +40,7 @@ _HEADS = {
 
 
 def sentence_of(code: str) -> Sentence:
-    """Return what there is to say of a code.
-
-    Raises
-    ------
-    KeyError
-        If no sentence has that code.
-    """
+    """Return what there is to say of a code."""
     return SENTENCES[code]
 
 

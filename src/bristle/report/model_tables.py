@@ -18,12 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["as_csv", "comparison_table", "drive_rows", "parameter_table"]
 
-STATUS_WORDS = {
-    "identified": "",
-    "held": "held",
-    "at_edge": "at the edge of its range",
-    "unidentifiable": "not identified",
-}
+STATUS_WORDS = {"identified": "", "held": "held", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, that half of an interval is told as
 EFFECTIVE = "effective"
 """What stands beside a parameter of a model that lacks a force."""
@@ -35,8 +30,18 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
 
     Standard errors of least squares are told where nothing better is known, or the residuals are white.
     """
-    heads = ("Parameter", "Meaning", "Value", "Standard error", "95 % interval", "Unit", "Standard error [%]",
-             "95 % interval [%]", "In the drive's units", "Remark")  # fmt: skip
+    heads = (
+        "Parameter",
+        "Meaning",
+        "Value",
+        "Standard error",
+        "95 % interval",
+        "Unit",
+        "Standard error [%]",
+        "95 % interval [%]",
+        "In the drive's units",
+        "Remark",
+    )
     plain = fit.resampling is None or fit.resampling.white
     values = drive_values(fit, axis)
     return Table(
@@ -55,9 +60,7 @@ def _is_left_out(estimate: Estimate) -> bool:
     return estimate.status == "held" and math.isinf(estimate.value)
 
 
-def _parameter_row(
-    estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str
-) -> tuple[str, ...]:  # fmt: skip
+def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> tuple[str, ...]:
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = _scale(estimate, std)
     scaled = None if std is None else std * scale.factor
@@ -130,23 +133,34 @@ def _percent(value: float | None) -> str:
 
 def comparison_table(identification: Identification) -> Table:
     """Return the models side by side, best first."""
-    heads = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]",
-             "AIC, above the best", "BIC, above the best", "Condition number", "Not identified")  # fmt: skip
+    heads = (
+        "Model",
+        "Parameters",
+        "Held-out error [%]",
+        "Spread over blocks [%]",
+        "Error of the fit [%]",
+        "AIC, above the best",
+        "BIC, above the best",
+        "Condition number",
+        "Not identified",
+    )
     rows = []
     for fit in identification.fits:
         held_out = fit.held_out
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
-        rows.append((
-            fit.name,
-            str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-            "–" if held_out is None else number(held_out.mean_percent, digits=3),
-            "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-            number(fit.error_percent, digits=3),
-            "–" if fit.information is None else number(fit.information.aic, digits=3),
-            "–" if fit.information is None else number(fit.information.bic, digits=3),
-            number(fit.condition_number, digits=3),
-            ", ".join(unknown) or "–",
-        ))  # fmt: skip
+        rows.append(
+            (
+                fit.name,
+                str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
+                "–" if held_out is None else number(held_out.mean_percent, digits=3),
+                "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
+                number(fit.error_percent, digits=3),
+                "–" if fit.information is None else number(fit.information.aic, digits=3),
+                "–" if fit.information is None else number(fit.information.bic, digits=3),
+                number(fit.condition_number, digits=3),
+                ", ".join(unknown) or "–",
+            )
+        )
     return Table("Models compared, best first", heads, rows)
 
 
@@ -154,11 +168,7 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
     """Return the drive table in units that read well, and in those of the drive of an axis and of its log."""
     speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
     effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
-    heads = (
-        "Entry",
-        speed.head("Velocity"),
-        effort.head("Friction torque" if kind == "rotational" else "Friction force"),
-    )
+    heads = ("Entry", speed.head("Velocity"), effort.head("Friction torque" if kind == "rotational" else "Friction force"))
     further = drive_units(axis, kind)
     velocities, efforts = (
         [unit for unit in units if typeset(printable(unit.name)) != column.scale.unit]
@@ -167,12 +177,14 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
     heads = (*heads, *(f"[{typeset(printable(unit.name))}]" for unit in (*velocities, *efforts)))
     rows = [
         (
-            str(index), _side(v) or speed.cell(v), effort.cell(force),
+            str(index),
+            _side(v) or speed.cell(v),
+            effort.cell(force),
             *(_side(v) or number(unit.of(v), digits=4) for unit in velocities),
             *(number(unit.of(force), digits=4) for unit in efforts),
         )
         for index, (v, force) in enumerate(table, 1)
-    ]  # fmt: skip
+    ]
     return Table("Friction over velocity, for the drive", heads, rows)
 
 

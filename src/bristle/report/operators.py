@@ -15,13 +15,7 @@ if TYPE_CHECKING:
     from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
-__all__ = [
-    "comparison_of_operators",
-    "operator_prediction_report",
-    "operator_prediction_summary",
-    "operator_report",
-    "operator_summary",
-]
+__all__ = ["comparison_of_operators", "operator_prediction_report", "operator_prediction_summary", "operator_report", "operator_summary"]
 
 
 def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -31,9 +25,7 @@ def operator_summary(identification: OperatorIdentification, *, provenance: Mapp
         "model": best.name,
         "kind": kind,
         "parameters": _parameters(best.operator, best.offset),
-        "verdict": operator_ruling(
-            best.prediction.error_percent, best.held_out and best.held_out.mean_percent, fitted=True
-        ).as_data(),
+        "verdict": operator_ruling(best.prediction.error_percent, best.held_out and best.held_out.mean_percent, fitted=True).as_data(),
         "metrics": best.metrics,
         "notes": best.notes,
         "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
@@ -61,47 +53,64 @@ def operator_prediction_summary(
 
 
 def operator_report(
-    identification: OperatorIdentification,
+    identification: OperatorIdentification, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None
+) -> str:
+    """Return the report of the identification of an operator as one HTML page."""
+    best = identification.best
+    comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
+    return _page(
+        best.prediction,
+        best.operator,
+        identification.recorded,
+        title=f"{best.name} identified",
+        name=name,
+        fits=identification.fits,
+        notes=identification.notes,
+        comparison=comparison,
+        command=command,
+        provenance=provenance,
+        banner=banner,
+    )
+
+
+def operator_prediction_report(
+    prediction: OperatorPrediction,
+    operator: Model,
+    recorded: Curves,
     *,
     name: str,
     command: str,
     provenance: Mapping[str, str],
     banner: str | None = None,
 ) -> str:
-    """Return the report of the identification of an operator as one HTML page."""
-    best = identification.best
-    comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
-    return _page(
-        best.prediction, best.operator, identification.recorded, title=f"{best.name} identified", name=name,
-        fits=identification.fits, notes=identification.notes, comparison=comparison, command=command,
-        provenance=provenance, banner=banner,
-    )  # fmt: skip
-
-
-def operator_prediction_report(
-    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, command: str,
-    provenance: Mapping[str, str], banner: str | None = None,
-) -> str:  # fmt: skip
     """Return the report of recorded curves, predicted by an operator, as one HTML page."""
     return _page(
-        prediction, operator, recorded, title=f"prediction by {operator.name}", name=name, fits=(), notes=(),
-        comparison=None, command=command, provenance=provenance, banner=banner,
-    )  # fmt: skip
+        prediction,
+        operator,
+        recorded,
+        title=f"prediction by {operator.name}",
+        name=name,
+        fits=(),
+        notes=(),
+        comparison=None,
+        command=command,
+        provenance=provenance,
+        banner=banner,
+    )
 
 
 def _page(
-    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, title: str,
-    fits: Sequence[OperatorFit], **content: Any,
-) -> str:  # fmt: skip
+    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, title: str, fits: Sequence[OperatorFit], **content: Any
+) -> str:
     from bristle.figures import recorded_curves
     from bristle.report.page import picture, render
 
     drawn = picture(
-        "curves", lambda: recorded_curves(recorded.curves, prediction.outputs, recorded.kind),
+        "curves",
+        lambda: recorded_curves(recorded.curves, prediction.outputs, recorded.kind),
         "Recorded and predicted output over the input",
-        "Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, "
-        "some are shown.",
-    )  # fmt: skip
+        "Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
+    )
     unit = unit_of("force", recorded.kind)
     facts = [
         ("Curves", str(len(recorded.curves))),
@@ -138,16 +147,12 @@ def _parameter_table(operator: Model) -> Table:
 
 def comparison_of_operators(identification: OperatorIdentification) -> Table:
     """Return the operators compared, best first."""
-    rmse = Quantity.of(
-        unit_of("force", identification.recorded.kind), [fit.prediction.rmse for fit in identification.fits]
-    )
+    rmse = Quantity.of(unit_of("force", identification.recorded.kind), [fit.prediction.rmse for fit in identification.fits])
     rows = [
         [
             fit.name,
             str(fit.rank),
-            f"{number(fit.held_out.mean_percent, digits=3)} ± {number(fit.held_out.std_percent, digits=2)}"
-            if fit.held_out
-            else "–",
+            f"{number(fit.held_out.mean_percent, digits=3)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
             number(fit.prediction.error_percent, digits=3),
             number(fit.prediction.rmse * rmse.scale.factor, digits=3),
         ]

@@ -63,28 +63,9 @@ def plates() -> Iterator[list[Plate]]:
 
 
 def picture(
-    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "",
-    own: bool = False,
-) -> Picture:  # fmt: skip
-    """Return a figure for a page.
-
-    Parameters
-    ----------
-    name : str
-        Another one for each figure of a page.
-    draw : callable
-        Returns the figure.
-    alternative : str
-        What it is, for people who cannot see it.
-    caption : str
-        What to see in it.
-    file : str, optional
-        What it is called as a file, where that is not `name`.
-    published : str, optional
-        The caption where it stands without the page, if that is another one.
-    own : bool
-        Whether it is one of a user's own.
-    """
+    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "", own: bool = False
+) -> Picture:
+    """Return a figure for a page."""
     from bristle.figures import inline_svg
 
     figure = draw()
@@ -95,26 +76,9 @@ def picture(
 
 
 def render(
-    template: str, *, provenance: Mapping[str, str], command: str, banner: str | None,
-    further: Sequence[FurtherFigure] = (), **content: Any,
-) -> str:  # fmt: skip
-    """Return the page of a template.
-
-    Parameters
-    ----------
-    template : str
-        Name of the file in the folder of templates.
-    provenance : mapping of str to str
-        What the page was made from: versions, files, checksums.
-    command : str
-        The command that repeats it.
-    banner : str or None
-        What a reader must know before anything else.
-    further : sequence of FurtherFigure
-        Figures of a user's own, behind all else.
-    **content
-        What the template itself asks for.
-    """
+    template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, further: Sequence[FurtherFigure] = (), **content: Any
+) -> str:
+    """Return the page of a template."""
     from bristle.figures.plain import printable
 
     page = _environment().get_template(template)
@@ -130,9 +94,12 @@ def _breakable(text: str) -> Markup:
 @lru_cache(maxsize=1)
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("bristle.report"), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
+        loader=jinja2.PackageLoader("bristle.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters["typeset"] = typeset_sentence
     environment.filters["worded"] = worded
     environment.filters["breakable"] = _breakable

@@ -15,52 +15,42 @@ __all__ = ["break_away_table", "passage_table"]
 
 
 def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
-    """Return what a log contains, one row for each kind of passage.
-
-    Parameters
-    ----------
-    segments : sequence of mapping
-        Passages in order, as data (`bristle.logs.Passage.as_data`).
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    """
+    """Return what a log contains, one row for each kind of passage."""
     rows = []
     for name, words in KINDS.items():
         of_kind = [segment for segment in segments if segment["kind"] == name]
         if of_kind:
-            legs, together = (
-                sum(segment["legs"] for segment in of_kind),
-                sum(segment["end"] - segment["begin"] for segment in of_kind),
+            legs, together = (sum(segment["legs"] for segment in of_kind), sum(segment["end"] - segment["begin"] for segment in of_kind))
+            rows.append(
+                (
+                    words,
+                    str(len(of_kind)),
+                    str(legs or ""),
+                    f"{together:.3g}",
+                    format(of_kind[0]["begin"], ".4g"),
+                    *_ranges(name, of_kind, kind),
+                )
             )
-            rows.append((
-                words, str(len(of_kind)), str(legs or ""), f"{together:.3g}", format(of_kind[0]["begin"], ".4g"),
-                *_ranges(name, of_kind, kind),
-            ))  # fmt: skip
     heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
 
 
 def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
-    """Return break-away by rate, with its 95 % intervals.
-
-    Parameters
-    ----------
-    break_aways : sequence of BreakAway
-        The slowest first.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    """
+    """Return break-away by rate, with its 95 % intervals."""
     speeds = Quantity.of(unit_of("length/time", kind), [break_away.speed for break_away in break_aways])
     forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
     distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
     rows = [
         (
-            speeds.cell(break_away.speed), str(break_away.legs),
-            forces.cell(break_away.force), _between(forces, break_away.force_interval),
-            distances.cell(break_away.distance), _between(distances, break_away.distance_interval),
+            speeds.cell(break_away.speed),
+            str(break_away.legs),
+            forces.cell(break_away.force),
+            _between(forces, break_away.force_interval),
+            distances.cell(break_away.distance),
+            _between(distances, break_away.distance_interval),
         )
         for break_away in break_aways
-    ]  # fmt: skip
+    ]
     interval = "95 % interval"
     heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
     return Table("Break-away from rest, after a motion the other way, as measured", heads, rows)

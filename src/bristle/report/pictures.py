@@ -13,20 +13,7 @@ __all__ = ["pictures_on"]
 
 
 def pictures_on(report: str, facts: Facts) -> dict[str, list[Picture]]:
-    """Return the figures of a report, by section, in the order of the page.
-
-    Parameters
-    ----------
-    report : str
-        The name of its template, as `bristle.figures.on_reports.REPORTS` has it.
-    facts : mapping
-        What the report rests on, by name.
-
-    Returns
-    -------
-    dict of str to list of Picture
-        An entry for each section, be it empty.
-    """
+    """Return the figures of a report, by section, in the order of the page."""
     from bristle.figures.on_reports import REPORTS
 
     places = REPORTS[report]
@@ -39,7 +26,5 @@ def pictures_on(report: str, facts: Facts) -> dict[str, list[Picture]]:
 
 def _drawn(figure: ReportFigure, facts: Facts) -> Picture:
     arguments = figure.arguments(facts)
-    alternative, caption = (
-        text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption)
-    )
+    alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
     return picture(figure.name, lambda: figure.draw(*arguments), alternative, caption)

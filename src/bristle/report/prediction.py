@@ -27,33 +27,19 @@ __all__ = ["metrics_in_words", "prediction_report"]
 
 
 def prediction_report(
-    prediction: Prediction, *, plant: Model, friction: Model, log: Log, command: str, axis_name: str,
-    provenance: Mapping[str, str], banner: str | None = None, own_log: bool = False,
+    prediction: Prediction,
+    *,
+    plant: Model,
+    friction: Model,
+    log: Log,
+    command: str,
+    axis_name: str,
+    provenance: Mapping[str, str],
+    banner: str | None = None,
+    own_log: bool = False,
     figures: Sequence[ReportFigure] = (),
-) -> str:  # fmt: skip
-    """Return the report of a prediction as one HTML page.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What the model says of the log.
-    plant, friction : Model
-        The model.
-    log : Log
-        The log.
-    command : str
-        The command that repeats it.
-    axis_name : str
-        What people call the axis.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    banner : str, optional
-        What a reader must know before anything else.
-    own_log : bool
-        Whether the model was fitted to this very log.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+) -> str:
+    """Return the report of a prediction as one HTML page."""
     predicts = MODES.get(prediction.mode, prediction.mode)
     basis: Facts = {"prediction": prediction, "kind": log.kind, "log": log}
     figure = next(iter(pictures_on("prediction", basis)["front"]), None)

@@ -23,15 +23,7 @@ if TYPE_CHECKING:
     from bristle.identification.result import Fit, Identification
     from bristle.simulation import SimulationResult
 
-__all__ = [
-    "REPORT",
-    "ResultsFolder",
-    "log_names",
-    "write_identification",
-    "write_logs",
-    "write_motion_folder",
-    "write_report",
-]
+__all__ = ["REPORT", "ResultsFolder", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
 
 REPORT = "report.html"
 LONGEST = 200  # bytes: file systems take 255
@@ -52,18 +44,28 @@ def write_report(folder: ResultsFolder, report: str, summary: Mapping[str, Any])
 
 
 def write_identification(
-    folder: Results, identification: Identification, *, table: Sequence[tuple[float, float]], report: str,
-    summary: Mapping[str, Any], provenance: Mapping[str, str],
-) -> None:  # fmt: skip
+    folder: Results,
+    identification: Identification,
+    *,
+    table: Sequence[tuple[float, float]],
+    report: str,
+    summary: Mapping[str, Any],
+    provenance: Mapping[str, str],
+) -> None:
     """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
     best = identification.best
     for code in codes_of(best.friction.component):
         folder.write(code.source.name, code.data)
     write_model(
-        folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
-        treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
+        folder / "model.toml",
+        best.plant,
+        best.friction,
+        estimates=best.estimates,
+        provenance=provenance,
+        treatment=identification.treatment,
+        bands=best.resampling.bands if best.resampling else None,
         notes={estimate.name: note_of(estimate) for estimate in best.estimates} | _of_presliding(best),
-    )  # fmt: skip
+    )
     if table:
         folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")
     write_report(folder, report, summary)
@@ -78,9 +80,7 @@ def _of_presliding(fit: Fit) -> dict[str, str]:
     return {str(name): means for name in names if name not in explained} if isinstance(names, tuple) else {}
 
 
-def write_motion_folder(
-    folder: Results, excitation: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]
-) -> None:
+def write_motion_folder(folder: Results, excitation: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]) -> None:
     """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
     motion = excitation.motion
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
@@ -101,10 +101,7 @@ def log_names(variants: Sequence[str]) -> dict[str, str]:
         return {variants[0]: "log.csv"}
     labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
     # Some systems tell no capital letters from small ones.
-    if (
-        len({label.casefold() for label in labels}) < len(labels)
-        or max(len(label.encode()) for label in labels) > LONGEST
-    ):
+    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > LONGEST:
         labels = [str(number) for number in range(1, len(labels) + 1)]
     return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 
@@ -119,10 +116,8 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
         if variant.name not in names:
             continue
         outcome = result.variants[variant.name]
-        signals = {
-            "time": outcome.time,
-            "position": outcome.measured,
-            "effort": outcome.command,
-        } | ({} if outcome.is_open else {"reference": outcome.reference})
+        signals = {"time": outcome.time, "position": outcome.measured, "effort": outcome.command} | (
+            {} if outcome.is_open else {"reference": outcome.reference}
+        )
         write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
     return names

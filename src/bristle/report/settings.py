@@ -31,11 +31,13 @@ def changed_settings(settings: Settings) -> Table | None:
 def _table(caption: str, settings: Settings, names: list[str]) -> Table:
     rows = [
         (
-            threshold.name, f"{getattr(settings, threshold.name):g}", f"{threshold.default:g}",
+            threshold.name,
+            f"{getattr(settings, threshold.name):g}",
+            f"{threshold.default:g}",
             threshold.unit if threshold.unit != "1" else "–",
             f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
         )
         for threshold in thresholds()
         if threshold.name in names
-    ]  # fmt: skip
+    ]
     return Table(caption, ("Name", "Value", "Default", "Unit", "Meaning"), rows)

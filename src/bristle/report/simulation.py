@@ -26,33 +26,23 @@ __all__ = ["focus_of", "simulation_report"]
 
 
 def simulation_report(
-    result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None,
-    warnings: Sequence[str] = (), doubts: Sequence[str] | None = None, figures: Sequence[ReportFigure] = (),
-) -> str:  # fmt: skip
-    """Return the report of a simulated experiment as one HTML page.
-
-    Parameters
-    ----------
-    result : SimulationResult
-        The variants of a loop, simulated.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    banner : str, optional
-        What a reader must know before anything else.
-    warnings : sequence of str
-        What is to be said of the loops: poles and margins.
-    doubts : sequence of str, optional
-        The same in short; `warnings` by default.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+    result: SimulationResult,
+    *,
+    command: str,
+    provenance: Mapping[str, str],
+    banner: str | None = None,
+    warnings: Sequence[str] = (),
+    doubts: Sequence[str] | None = None,
+    figures: Sequence[ReportFigure] = (),
+) -> str:
+    """Return the report of a simulated experiment as one HTML page."""
     variants, open_ = result.experiment.variants, is_open(result)
     basis: Facts = {
-        "simulation": result, "open_loop": result if open_ else None, "focus": None if open_ else focus_of(result),
+        "simulation": result,
+        "open_loop": result if open_ else None,
+        "focus": None if open_ else focus_of(result),
         "at_reversal": None if open_ else _at_reversal(result),
-    }  # fmt: skip
+    }
     pictures = pictures_on("simulation", basis)
     return render(
         "simulation.html",
@@ -109,7 +99,10 @@ def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
     if variant.effort is not None:
         return [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
     return [
-        ("Plant", variant.plant), ("Friction", variant.friction), ("Controller", variant.controller),
-        ("Sensor", variant.sensor), ("Reference", variant.reference),
+        ("Plant", variant.plant),
+        ("Friction", variant.friction),
+        ("Controller", variant.controller),
+        ("Sensor", variant.sensor),
+        ("Reference", variant.reference),
         ("Friction fed forward", variant.feedforward.friction),
-    ]  # fmt: skip
+    ]

@@ -29,21 +29,7 @@ WORST_SHOWN = 10
 def study_summary(
     runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = (), traces: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return a study in numbers, in SI.
-
-    Parameters
-    ----------
-    runs : Runs
-        What is there of it.
-    command : str
-        The command that runs one again, up to the number of the run.
-    provenance : mapping of str to str
-        Where it comes from.
-    worst : sequence of int
-        Numbers of the worst runs, the worst first.
-    traces : sequence of str
-        Files with signals of some of them.
-    """
+    """Return a study in numbers, in SI."""
     from bristle.study.influence import rank_correlations, sobol_indices, spread_of
 
     described, columns = runs.described, runs.columns
@@ -60,7 +46,10 @@ def study_summary(
         for name in described["metrics"]
     }
     return {
-        "name": described["name"], "kind": described["kind"], "runs": described["runs"], "done": runs.count,
+        "name": described["name"],
+        "kind": described["kind"],
+        "runs": described["runs"],
+        "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
             {"run": int(columns["run"][place]), "status": str(status[place]), "reason": str(reasons[place])}
@@ -70,11 +59,17 @@ def study_summary(
         "rank_correlations": [asdict(entry) for entry in rank_correlations(runs)],
         "sobol_indices": [asdict(entry) for entry in sobol_indices(runs)],
         "worst": [
-            {"run": run, described["metrics"][0]: float(columns[described["metrics"][0]][at[run]]),
-             "command": f"{command} --run {run} --out run_{run}"} for run in worst if run in at
+            {
+                "run": run,
+                described["metrics"][0]: float(columns[described["metrics"][0]][at[run]]),
+                "command": f"{command} --run {run} --out run_{run}",
+            }
+            for run in worst
+            if run in at
         ],
-        "traces": list(traces), "provenance": dict(provenance),
-    }  # fmt: skip
+        "traces": list(traces),
+        "provenance": dict(provenance),
+    }
 
 
 def _points(runs: Runs, metric: str) -> list[dict[str, Any]]:
@@ -89,10 +84,7 @@ def _points(runs: Runs, metric: str) -> list[dict[str, Any]]:
 def _named(point: Mapping[str, Any], runs: Runs) -> str:
     """Return a point of the grid as a person says it."""
     units = {key: runs.described["columns"][key]["unit"] for key in point}
-    return ", ".join(
-        f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}"
-        for key, value in point.items()
-    )
+    return ", ".join(f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}" for key, value in point.items())
 
 
 def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
@@ -176,10 +168,15 @@ def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
         return interval_text(low, high)
 
     return (
-        str(entry["count"]), column.cell(entry["mean"]), interval(entry["mean_interval"]),
-        column.cell(entry["std"]) if np.isfinite(entry["std"]) else "", column.cell(entry["low"]),
-        column.cell(entry["median"]), column.cell(entry["high"]), interval(entry["high_interval"]),
-    )  # fmt: skip
+        str(entry["count"]),
+        column.cell(entry["mean"]),
+        interval(entry["mean_interval"]),
+        column.cell(entry["std"]) if np.isfinite(entry["std"]) else "",
+        column.cell(entry["low"]),
+        column.cell(entry["median"]),
+        column.cell(entry["high"]),
+        interval(entry["high_interval"]),
+    )
 
 
 def worst_table(summary: Mapping[str, Any]) -> Table | None:
@@ -188,10 +185,7 @@ def worst_table(summary: Mapping[str, Any]) -> Table | None:
         return None
     metric = next(iter(summary["metrics"]))
     unit = summary["metrics"][metric]["unit"]
-    rows = [
-        (str(entry["run"]), with_unit(entry[metric], unit), entry["command"])
-        for entry in summary["worst"][:WORST_SHOWN]
-    ]
+    rows = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in summary["worst"][:WORST_SHOWN]]
     return Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), rows)
 
 
@@ -203,30 +197,26 @@ def failed_table(summary: Mapping[str, Any]) -> Table | None:
     return Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), rows)
 
 
-def study_report(
-    runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()
-) -> str:  # fmt: skip
-    """Return the report of a study as one HTML page.
-
-    Parameters
-    ----------
-    runs : Runs
-        What is there of it.
-    summary : mapping
-        As `study_summary` returns it.
-    command : str
-        The command that repeats it.
-    figures : sequence of ReportFigure
-        A user's own.
-    """
+def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
+    """Return the report of a study as one HTML page."""
     influence = _influence_table(summary)
     return render(
-        "study.html", provenance=summary["provenance"], command=command, banner=None, name=summary["name"],
-        facts=_facts(summary, runs.described), sentences=study_sentences(summary), spreads=spread_tables(summary),
-        pictures=_pictures(runs, summary), influence=influence, indices=_index_table(summary),
-        worst=worst_table(summary), failed=failed_table(summary), columns=_column_table(runs.described),
+        "study.html",
+        provenance=summary["provenance"],
+        command=command,
+        banner=None,
+        name=summary["name"],
+        facts=_facts(summary, runs.described),
+        sentences=study_sentences(summary),
+        spreads=spread_tables(summary),
+        pictures=_pictures(runs, summary),
+        influence=influence,
+        indices=_index_table(summary),
+        worst=worst_table(summary),
+        failed=failed_table(summary),
+        columns=_column_table(runs.described),
         further=further_figures(figures, {"study": runs}),
-    )  # fmt: skip
+    )
 
 
 def _facts(summary: Mapping[str, Any], described: Mapping[str, Any]) -> str:
@@ -240,8 +230,10 @@ def _influence_table(summary: Mapping[str, Any]) -> Table | None:
     entries = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
     rows = [
         (entry["metric"], entry["cause"], _signed(entry["value"]), _range(entry["interval"]))
-        for name in summary["metrics"] for entry in entries if entry["metric"] == name
-    ]  # fmt: skip
+        for name in summary["metrics"]
+        for entry in entries
+        if entry["metric"] == name
+    ]
     heads = ("Metric", "Cause", "Rank correlation", "95 % interval")
     return Table("How strongly each cause goes with each metric", heads, rows) if rows else None
 
@@ -252,9 +244,16 @@ def _range(ends: Sequence[float]) -> str:
 
 def _index_table(summary: Mapping[str, Any]) -> Table | None:
     rows = [
-        (entry["metric"], entry["cause"], number(entry["first"], 0.01), _range(entry["first_interval"]),
-         number(entry["total"], 0.01), _range(entry["total_interval"])) for entry in summary["sobol_indices"]
-    ]  # fmt: skip
+        (
+            entry["metric"],
+            entry["cause"],
+            number(entry["first"], 0.01),
+            _range(entry["first_interval"]),
+            number(entry["total"], 0.01),
+            _range(entry["total_interval"]),
+        )
+        for entry in summary["sobol_indices"]
+    ]
     heads = ("Metric", "Cause", "Alone", "95 % interval", "With others", "its 95 % interval")
     return Table("Sobol indices: shares of the variance", heads, rows) if rows else None
 
@@ -274,11 +273,12 @@ def _pictures(runs: Runs, summary: Mapping[str, Any]) -> dict[str, Picture]:
     lines = "A line for each point of the grid." if runs.described["grid"] else "Shaded are the 90 % in the middle."
     pictures = {
         "spread": picture(
-            "spread", lambda: study_spread(groups, [entry["unit"] for entry in entries.values()]),
+            "spread",
+            lambda: study_spread(groups, [entry["unit"] for entry in entries.values()]),
             f"Distribution of {', '.join(entries)} over the runs",
             f"How often the runs come out at which value. {lines}",
         )
-    }  # fmt: skip
+    }
     first = next(iter(entries))
     of_first = _drawn_influence(summary, first)
     return pictures | ({"influence": of_first} if of_first is not None else {})
@@ -311,6 +311,8 @@ def _drawn_influence(summary: Mapping[str, Any], metric: str) -> Picture | None:
         return None
     causes = [entry["cause"] for entry in ordered]
     return picture(
-        "influence", lambda: study_influence(causes, bars, word, signed=not indices), f"{word} of each cause",
+        "influence",
+        lambda: study_influence(causes, bars, word, signed=not indices),
+        f"{word} of each cause",
         f"{caption} The further from zero, the more the cause matters.",
-    )  # fmt: skip
+    )

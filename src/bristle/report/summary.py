@@ -31,17 +31,20 @@ if TYPE_CHECKING:
 __all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
 
 
-NOT_SIMULATED: dict[str, Any] = dict.fromkeys(
-    ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
-)
+NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))
 
 
 def identification_summary(
-    identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
-    prediction: Prediction | None, provenance: Mapping[str, str],
-    certificates: Mapping[str, Certificate] | None = None, following: Following | None = None,
+    identification: Identification,
+    *,
+    table: Sequence[tuple[float, float]],
+    simulation: SimulationResult | None,
+    prediction: Prediction | None,
+    provenance: Mapping[str, str],
+    certificates: Mapping[str, Certificate] | None = None,
+    following: Following | None = None,
     axis: Axis | None = None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
@@ -59,15 +62,22 @@ def identification_summary(
         "assumptions": assumptions_of(best),
         "diagnostics": as_data([*best.diagnostics, *((doubt,) if doubt else ())]),
         "models": [
-            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit, axis),
-             "metrics": NOT_SIMULATED | fit.metrics, "warnings": warnings_of(fit),
-             "diagnostics": as_data(fit.diagnostics)}
+            {
+                "name": fit.name,
+                "rank": fit.rank,
+                "parameters": _parameters(fit, axis),
+                "metrics": NOT_SIMULATED | fit.metrics,
+                "warnings": warnings_of(fit),
+                "diagnostics": as_data(fit.diagnostics),
+            }
             for fit in identification.fits
         ],
         "correlation": {"names": best.correlation_names, "values": best.correlation},
         "drive_table": {
-            "velocity_unit": unit_of("length/time", kind), "effort_unit": unit_of("force", kind),
-            "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
+            "velocity_unit": unit_of("length/time", kind),
+            "effort_unit": unit_of("force", kind),
+            "velocity": [velocity for velocity, _ in table],
+            "effort": [effort for _, effort in table],
             "largest_deviation": largest_deviation(best, table) if table else None,
         },
         "drive_levels": _levels(best, axis),
@@ -82,16 +92,11 @@ def identification_summary(
         "settings": identification.settings.as_data(),
         "break_aways": [break_away._asdict() for break_away in identification.break_aways],
         "provenance": provenance,
-    }  # fmt: skip
+    }
 
 
 def prediction_summary(
-    prediction: Prediction,
-    *,
-    friction: Model,
-    notes: Sequence[str],
-    provenance: Mapping[str, str],
-    own_log: bool = False,
+    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str], own_log: bool = False
 ) -> dict[str, Any]:
     """Return a prediction in numbers; `notes` are those of the log, `own_log` where the model was fitted to it."""
     verdict = prediction_ruling(prediction, own_log=own_log).as_data()
@@ -100,11 +105,7 @@ def prediction_summary(
 
 
 def simulation_summary(
-    result: SimulationResult,
-    *,
-    files: Mapping[str, str],
-    provenance: Mapping[str, str],
-    diagnostics: Sequence[Diagnostic] = (),
+    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
 ) -> dict[str, Any]:
     """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `diagnostics` of its loops."""
     kind = result.experiment.kind
@@ -131,15 +132,12 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
         return None
     viscous = {"viscous_forward": levels.viscous_forward, "viscous_backward": levels.viscous_backward}
     forces = {name: value for name, value in levels._asdict().items() if name not in ("inertia", *viscous)}
-    of_units = {
-        unit.name: {name: None if value is None else unit.of(value) for name, value in forces.items()}
-        for unit in units.efforts
-    }
+    of_units = {unit.name: {name: None if value is None else unit.of(value) for name, value in forces.items()} for unit in units.efforts}
     of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
     of_units |= {
         unit.name: {name: None if value is None else unit.of(value) for name, value in viscous.items()}
         for unit in units_of("force*time/length", axis, fit.plant.kind)
-    }  # fmt: skip
+    }
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
     of_units |= {unit.name: {"reversal_distance": unit.of(distance)} for unit in length_units(axis, fit.plant.kind)}
     presliding = {"reversal_distance": distance, "lag": fit.lag}
@@ -149,10 +147,7 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
 def _parameters(fit: Fit, axis: Axis | None) -> dict[str, Any]:
     """Return the parameters, in the units of the drive too."""
     values = drive_values(fit, axis)
-    return {
-        name: estimate | {"in_drive_units": values.get(name, {})}
-        for name, estimate in _described(fit.estimates).items()
-    }
+    return {name: estimate | {"in_drive_units": values.get(name, {})} for name, estimate in _described(fit.estimates).items()}
 
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
@@ -191,18 +186,13 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "left_in_open_loop": resampling.bands.left_in_open_loop,
         "white": resampling.white,
         "jackknife_std": dict(resampling.jackknife),
-        "virgin_curve": {
-            name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))
-        },
+        "virgin_curve": {name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))},
         "virgin_curve_from": resampling.curve_from,
     }
 
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
-    return {
-        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
-        for name, variant in result.variants.items()
-    }
+    return {name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE} for name, variant in result.variants.items()}
 
 
 def _prediction(prediction: Prediction) -> dict[str, Any]:

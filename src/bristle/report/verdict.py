@@ -21,34 +21,16 @@ WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader 
 
 
 def sentences(
-    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None,
-    following: Following | None = None,
-) -> list[str]:  # fmt: skip
-    """Return the verdict: which model, how well it predicts, how sure it is, and what compensation gains.
-
-    Parameters
-    ----------
-    identification : Identification
-        Models fitted to a log, best first.
-    axis_name : str
-        What people call the axis.
-    gain : Gain or None
-        The simulated loop without and with compensation.
-    prediction : Prediction or None
-        The model run on a log.
-    following : Following or None
-        How the axis followed its reference in the log.
-    """
+    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None, following: Following | None = None
+) -> list[str]:
+    """Return the verdict: which model, how well it predicts, how sure it is, and what compensation gains."""
     fit = identification.best
     lines = [_model(identification, axis_name), _error(fit), _certainty(fit), *_channels(fit)]
     if prediction is not None:
         lines += _prediction(prediction)
     lines += about_loop(gain, following, fit.plant.kind)
     if gain is None:
-        lines.append(
-            "What compensation gains was not simulated: that takes a log with a reference and a controller in the "
-            "axis file."
-        )
+        lines.append("What compensation gains was not simulated: that takes a log with a reference and a controller in the axis file.")
     return lines
 
 
@@ -75,15 +57,10 @@ def _held_out(fit: Fit) -> float:
 def _error(fit: Fit) -> str:
     if fit.position_rmse is not None:
         rmse = with_unit(fit.position_rmse, unit_of("length", fit.plant.kind))
-        text = (
-            f"From the effort of the log it makes the motion to {_percent(fit.error_percent)} ({rmse} root mean square)"
-        )
+        text = f"From the effort of the log it makes the motion to {_percent(fit.error_percent)} ({rmse} root mean square)"
     elif fit.loop_rmse is not None:
         rmse = with_unit(fit.loop_rmse, unit_of("force", fit.plant.kind))
-        text = (
-            f"From the reference it makes the effort of the closed loop to {_percent(fit.error_percent)} ({rmse} root "
-            "mean square)"
-        )
+        text = f"From the reference it makes the effort of the closed loop to {_percent(fit.error_percent)} ({rmse} root mean square)"
     else:
         text = (
             f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "

@@ -23,50 +23,53 @@ FAILURES_SHOWN = 20
 
 
 def watch_summary(watched: Watched, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a watch in numbers, in SI, times as text where logs say them.
-
-    Parameters
-    ----------
-    watched : Watched
-        What it says.
-    provenance : mapping of str to str
-        Where it comes from.
-    """
+    """Return a watch in numbers, in SI, times as text where logs say them."""
     status = watched.rows.columns["status"]
     axes = np.array(watched.rows.axis)
     return {
-        "alarm": bool(watched.alarms), "false_alarms": watched.false_alarms.words,
-        "logs": len(status), "failed": int(np.sum(status != OK)),
+        "alarm": bool(watched.alarms),
+        "false_alarms": watched.false_alarms.words,
+        "logs": len(status),
+        "failed": int(np.sum(status != OK)),
         "axes": {
             axis: {
-                "logs": int(np.sum(axes == axis)), "failed": int(np.sum((axes == axis) & (status != OK))),
-                "quantities": {
-                    verdict.track.quantity: _verdict(verdict)
-                    for verdict in watched.verdicts if verdict.track.axis == axis
-                },
+                "logs": int(np.sum(axes == axis)),
+                "failed": int(np.sum((axes == axis) & (status != OK))),
+                "quantities": {verdict.track.quantity: _verdict(verdict) for verdict in watched.verdicts if verdict.track.axis == axis},
             }
             for axis in dict.fromkeys(watched.rows.axis)
         },
         "provenance": dict(provenance),
-    }  # fmt: skip
+    }
 
 
 def _verdict(verdict: Verdict) -> dict[str, Any]:
     track, alarm = verdict.track, verdict.alarm
     values = np.exp(verdict.fitted) if track.is_logarithmic else verdict.fitted
     return {
-        "unit": track.unit, "observations": track.time.size, "from": _date_of(verdict, track.time[0]),
-        "until": _date_of(verdict, track.time[-1]), "level": float(values[-1]),
-        "evidence": float(verdict.ratio[-1]), "threshold": verdict.threshold,
+        "unit": track.unit,
+        "observations": track.time.size,
+        "from": _date_of(verdict, track.time[0]),
+        "until": _date_of(verdict, track.time[-1]),
+        "level": float(values[-1]),
+        "evidence": float(verdict.ratio[-1]),
+        "threshold": verdict.threshold,
         "temperature_coefficient": verdict.temperature_coefficient,
-        "temperature_interval": verdict.temperature_interval, "neighbours_alike": verdict.alike,
-        "alarm": None if alarm is None else {
-            "at": _date_of(verdict, alarm.at), "onset": _date_of(verdict, alarm.onset),
-            "onset_interval": [_date_of(verdict, end) for end in alarm.onset_interval], "course": alarm.course,
-            "before": alarm.before, "change": alarm.change, "change_interval": list(alarm.change_interval),
+        "temperature_interval": verdict.temperature_interval,
+        "neighbours_alike": verdict.alike,
+        "alarm": None
+        if alarm is None
+        else {
+            "at": _date_of(verdict, alarm.at),
+            "onset": _date_of(verdict, alarm.onset),
+            "onset_interval": [_date_of(verdict, end) for end in alarm.onset_interval],
+            "course": alarm.course,
+            "before": alarm.before,
+            "change": alarm.change,
+            "change_interval": list(alarm.change_interval),
             "change_percent": alarm.change_percent,
         },
-    }  # fmt: skip
+    }
 
 
 def _date_of(verdict: Verdict, time: float) -> str | int:
@@ -86,9 +89,7 @@ def watch_sentences(watched: Watched) -> list[str]:
     axes = len(dict.fromkeys(watched.rows.axis))
     alarms = watched.alarms
     changed = len({verdict.track.axis for verdict in alarms})
-    head = (
-        f"{changed} of {axes} axes changed" if changed else f"None of {axes} axes changed" if axes > 1 else "No change"
-    )
+    head = f"{changed} of {axes} axes changed" if changed else f"None of {axes} axes changed" if axes > 1 else "No change"
     lines = [f"{head}, at a rate of {watched.false_alarms.words} for false alarms."]
     lines += [_sentence(verdict) for verdict in alarms]
     failed = int(np.sum(watched.rows.columns["status"] != OK))
@@ -98,8 +99,7 @@ def watch_sentences(watched: Watched) -> list[str]:
     if alike:
         words = ", ".join(f"{_name(verdict)} ({verdict.alike:.2f})" for verdict in alike)
         lines.append(f"Neighbouring days are alike, so that false alarms are more frequent than said: {words}.")
-    silent = [axis for axis in dict.fromkeys(watched.rows.axis)
-              if axis not in {verdict.track.axis for verdict in watched.verdicts}]  # fmt: skip
+    silent = [axis for axis in dict.fromkeys(watched.rows.axis) if axis not in {verdict.track.axis for verdict in watched.verdicts}]
     if silent:
         lines.append(f"Too few logs tell anything of {', '.join(silent)}.")
     return lines
@@ -142,11 +142,19 @@ def alarms_table(watched: Watched) -> Table | None:
         alarm, track = verdict.alarm, verdict.track
         if alarm is None:
             continue
-        rows.append((
-            track.axis, track.quantity, _spoken(verdict, alarm.at), _spoken(verdict, alarm.onset),
-            " to ".join(_spoken(verdict, end) for end in alarm.onset_interval), alarm.course,
-            with_unit(alarm.before, track.unit or "1"), _amount(verdict, alarm.change), _interval(verdict),
-        ))  # fmt: skip
+        rows.append(
+            (
+                track.axis,
+                track.quantity,
+                _spoken(verdict, alarm.at),
+                _spoken(verdict, alarm.onset),
+                " to ".join(_spoken(verdict, end) for end in alarm.onset_interval),
+                alarm.course,
+                with_unit(alarm.before, track.unit or "1"),
+                _amount(verdict, alarm.change),
+                _interval(verdict),
+            )
+        )
     heads = ("Axis", "Quantity", "Alarm", "Began", "95 % interval", "Course", "Before", "Change", "its 95 % interval")
     return Table("Alarms, the earliest first", heads, rows) if rows else None
 
@@ -158,24 +166,20 @@ def tracks_table(watched: Watched) -> Table:
         track = verdict.track
         coefficient = verdict.temperature_coefficient
         level = float(np.exp(verdict.fitted[-1]) if track.is_logarithmic else verdict.fitted[-1])
-        per_kelvin = (
-            None if coefficient is None else 100.0 * coefficient / (1.0 if track.is_logarithmic else abs(level))
+        per_kelvin = None if coefficient is None else 100.0 * coefficient / (1.0 if track.is_logarithmic else abs(level))
+        rows.append(
+            (
+                track.axis,
+                track.quantity,
+                str(track.time.size),
+                with_unit(level, track.unit or "1"),
+                "" if per_kelvin is None else f"{number(per_kelvin, 0.01)} %/K",
+                number(float(verdict.ratio[-1]), 0.1),
+                number(verdict.threshold, 0.1),
+                "alarm" if verdict.alarm else "",
+            )
         )
-        rows.append((
-            track.axis, track.quantity, str(track.time.size), with_unit(level, track.unit or "1"),
-            "" if per_kelvin is None else f"{number(per_kelvin, 0.01)} %/K", number(float(verdict.ratio[-1]), 0.1),
-            number(verdict.threshold, 0.1), "alarm" if verdict.alarm else "",
-        ))  # fmt: skip
-    heads = (
-        "Axis",
-        "Quantity",
-        "Observations",
-        "Level now",
-        "By temperature",
-        "Evidence [σ]",
-        "Threshold [σ]",
-        "Verdict",
-    )
+    heads = ("Axis", "Quantity", "Observations", "Level now", "By temperature", "Evidence [σ]", "Threshold [σ]", "Verdict")
     return Table("Every track", heads, rows).without_empty_columns()
 
 
@@ -189,27 +193,22 @@ def failed_table(watched: Watched) -> Table | None:
 
 
 def watch_report(watched: Watched, summary: Mapping[str, Any], *, name: str, command: str) -> str:
-    """Return the report of a watch as one HTML page.
-
-    Parameters
-    ----------
-    watched : Watched
-        What it says.
-    summary : mapping
-        As `watch_summary` returns it.
-    name : str
-        What people call the fleet.
-    command : str
-        The command that repeats it.
-    """
+    """Return the report of a watch as one HTML page."""
     axes = len(summary["axes"])
     facts = f"{summary['logs']} logs of {axes} {'axis' if axes == 1 else 'axes'}"
     return render(
-        "watch.html", provenance=summary["provenance"], command=command, banner=None, name=name,
+        "watch.html",
+        provenance=summary["provenance"],
+        command=command,
+        banner=None,
+        name=name,
         facts=f"{facts} · false alarms {summary['false_alarms']}",
-        sentences=watch_sentences(watched), alarms=alarms_table(watched), picture=_picture(watched),
-        tracks=tracks_table(watched), failed=failed_table(watched),
-    )  # fmt: skip
+        sentences=watch_sentences(watched),
+        alarms=alarms_table(watched),
+        picture=_picture(watched),
+        tracks=tracks_table(watched),
+        failed=failed_table(watched),
+    )
 
 
 def _drawn(watched: Watched) -> Sequence[Verdict]:
@@ -227,9 +226,10 @@ def _picture(watched: Watched) -> Picture:
     first = _spoken(earliest, float(np.floor(earliest.track.time[0]))) if earliest.track.is_dated else ""
     more = len(watched.verdicts) > len(drawn)
     return picture(
-        "tracks", lambda: fleet_tracks(drawn, [_name(verdict) for verdict in drawn], first),
+        "tracks",
+        lambda: fleet_tracks(drawn, [_name(verdict) for verdict in drawn], first),
         "Quantities of the axes over time, and the evidence of a change",
         "Left, what the logs of a day say, the temperature taken off where there is one, and the level that goes with "
         "it; shaded is where a change began, by its 95 % interval. Right, the evidence of a change and the threshold "
         f"that it must exceed.{' What changed, and what is nearest to it.' if more else ''}",
-    )  # fmt: skip
+    )

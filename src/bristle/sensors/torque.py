@@ -23,9 +23,11 @@ __all__ = ["torque_seen"]
 
 
 @guarded(
-    effort=array(least=1), velocity=array(least=1), dt=amount(Variable("time", "sample time", min=0.0), exclusive=True),
+    effort=array(least=1),
+    velocity=array(least=1),
+    dt=amount(Variable("time", "sample time", min=0.0), exclusive=True),
     J_m=amount(Variable("mass", "inertia before the sensor", min=0.0)),
-)  # fmt: skip
+)
 def torque_seen(effort: Any, velocity: Any, dt: Amount, J_m: Amount) -> np.ndarray:
     """Return the mean torque in the shaft between two samples.
 
@@ -51,6 +53,5 @@ def torque_seen(effort: Any, velocity: Any, dt: Amount, J_m: Amount) -> np.ndarr
     array([0.5])
     """
     if effort.shape != velocity.shape:
-        raise InputError("has another length than effort", path="velocity", value=velocity.size,
-                         allowed=f"{effort.size} samples")  # fmt: skip
+        raise InputError("has another length than effort", path="velocity", value=velocity.size, allowed=f"{effort.size} samples")
     return effort[:-1] - J_m * np.diff(velocity) / dt

@@ -23,19 +23,7 @@ __all__ = ["application"]
 
 
 def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
-    """Return the application.
-
-    Parameters
-    ----------
-    folder : Path
-        Where it keeps what it is given: a folder of its own, which who made it removes.
-    token : str
-        What its page sends with each request.
-    port : int
-        Where it is listened.
-    limits : Limits
-        How much of anything.
-    """
+    """Return the application."""
     page, policy = server_page(limits)
     cases, opening = Cases(folder, limits), Opening(folder, port, token)
     routes = Routes(cases, opening, limits, page, policy)
@@ -46,9 +34,7 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
         await routes.end()
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
-    app = Starlette(
-        routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan
-    )  # fmt: skip
+    app = Starlette(routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan)
     app.state.cases, app.state.opening = cases, opening
     return app
 

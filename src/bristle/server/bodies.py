@@ -25,13 +25,7 @@ class RefusedRequestError(InputError):
 
 
 async def stored(request: Request, target: Path, most: int, silence: float) -> int:
-    """Write the body of a request into a new file and return its size [byte].
-
-    Raises
-    ------
-    RefusedRequestError
-        If it is larger than `most`, of which only as much is written, or comes too slowly. The file is removed then.
-    """
+    """Write the body of a request into a new file and return its size [byte]."""
     size = 0
     try:
         with target.open("xb") as file:
@@ -45,13 +39,7 @@ async def stored(request: Request, target: Path, most: int, silence: float) -> i
 
 
 async def json_of(request: Request, most: int, silence: float) -> dict[str, Any]:
-    """Return the body of a request as the JSON object that it must be.
-
-    Raises
-    ------
-    RefusedRequestError
-        If it is none, is too large, or comes too slowly.
-    """
+    """Return the body of a request as the JSON object that it must be."""
     text = b"".join([piece async for piece in _pieces(request, most, silence)])
     try:
         data = json.loads(text)
@@ -85,6 +73,9 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
 
 def _too_large(most: int) -> RefusedRequestError:
     return RefusedRequestError(
-        413, "is larger than is taken", path="file", allowed=f"up to {size_in_words(most)}",
+        413,
+        "is larger than is taken",
+        path="file",
+        allowed=f"up to {size_in_words(most)}",
         mend='Cut the log, or start again with --size-limit "2 GB"',
-    )  # fmt: skip
+    )

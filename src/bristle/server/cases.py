@@ -23,29 +23,19 @@ ROLES = ("fit", "held_out", "axis")
 LONGEST_LABEL = 100
 FORGOTTEN = 600.0  # [s] without a tab, after which an analysis makes room for a new one
 DEPENDS = {
-    "looked": ("fit", "axis"), "checked": ("fit", "axis", "held_out"), "identified": ("fit", "axis"),
-    "predicted": ("fit", "axis", "held_out"), "exported": ("fit", "axis"), "excited": (),
-}  # fmt: skip
+    "looked": ("fit", "axis"),
+    "checked": ("fit", "axis", "held_out"),
+    "identified": ("fit", "axis"),
+    "predicted": ("fit", "axis", "held_out"),
+    "exported": ("fit", "axis"),
+    "excited": (),
+}
 """What came out -> what it was made of; once that changes, it is told to be old."""
 
 
 @dataclass(frozen=True)
 class StoredFile:
-    """A file that was dropped: its label is what a person calls it, and names nothing on this machine.
-
-    Parameters
-    ----------
-    number : int
-        By which the page speaks of it.
-    label : str
-        Without any folder.
-    role : str
-        One of `ROLES`.
-    size : int
-        In bytes.
-    place : Path
-        Where its bytes are; the server chose the name.
-    """
+    """A file that was dropped: its label is what a person calls it, and names nothing on this machine."""
 
     number: int
     label: str
@@ -60,19 +50,7 @@ class StoredFile:
 
 @dataclass(frozen=True)
 class Part:
-    """What a job left.
-
-    Parameters
-    ----------
-    revision : int
-        Grows with each.
-    folder : Path
-        Where its files are.
-    facts : mapping
-        What the page is told at once; the rest it asks for.
-    made_of : tuple of int
-        How often what it depends on had changed.
-    """
+    """What a job left."""
 
     revision: int
     folder: Path
@@ -82,15 +60,7 @@ class Part:
 
 @dataclass
 class Case:
-    """One analysis: from logs to numbers for a drive.
-
-    Parameters
-    ----------
-    identifier : str
-        By which the page speaks of it.
-    folder : Path
-        All of its files, those of others not.
-    """
+    """One analysis: from logs to numbers for a drive."""
 
     identifier: str
     folder: Path
@@ -137,24 +107,13 @@ class Case:
             "id": self.identifier,
             "files": [file.as_data() for file in self.files.values()],
             "axis": {"label": self.axis_label, "text": self.axis},
-            "parts": {
-                name: {"revision": part.revision, "old": self.is_old(name), **part.facts}
-                for name, part in self.parts.items()
-            },
+            "parts": {name: {"revision": part.revision, "old": self.is_old(name), **part.facts} for name, part in self.parts.items()},
             "job": None if self.job is None else self.job.as_data(),
         }
 
 
 class Cases:
-    """All that is open, in a folder of its own.
-
-    Parameters
-    ----------
-    folder : Path
-        Where they are; nothing else is in it.
-    limits : Limits
-        How many, and how large.
-    """
+    """All that is open, in a folder of its own."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits, self._cases = folder, limits, dict[str, Case]()
@@ -171,18 +130,13 @@ class Cases:
         return iter(list(self._cases.values()))
 
     def new(self) -> Case:
-        """Return a new analysis; one that no tab has looked at for long makes room for it.
-
-        Raises
-        ------
-        RefusedRequestError
-            If too many are open.
-        """
+        """Return a new analysis; one that no tab has looked at for long makes room for it."""
         if len(self._cases) >= self._limits.cases:
             oldest = min(self, key=lambda case: case.seen_at)
             if time.monotonic() - oldest.seen_at < FORGOTTEN or (oldest.job is not None and oldest.job.runs):
-                raise RefusedRequestError(429, f"{len(self._cases)} analyses are open", path="analysis",
-                                          allowed=f"up to {self._limits.cases}", mend="Close one")  # fmt: skip
+                raise RefusedRequestError(
+                    429, f"{len(self._cases)} analyses are open", path="analysis", allowed=f"up to {self._limits.cases}", mend="Close one"
+                )
             self.close(oldest)
         identifier = secrets.token_urlsafe(12)
         folder = self._folder / secrets.token_hex(8)
@@ -198,16 +152,11 @@ class Cases:
         shutil.rmtree(case.folder, ignore_errors=True)
 
     def room_for(self, case: Case, announced: int) -> int:
-        """Return how large a file may be that is received next [byte].
-
-        Raises
-        ------
-        RefusedRequestError
-            If there are too many, or they are too large already.
-        """
+        """Return how large a file may be that is received next [byte]."""
         if len(case.files) >= self._limits.files:
-            raise RefusedRequestError(413, f"{len(case.files)} files are there", path="file",
-                                      allowed=f"up to {self._limits.files}", mend="Remove some")  # fmt: skip
+            raise RefusedRequestError(
+                413, f"{len(case.files)} files are there", path="file", allowed=f"up to {self._limits.files}", mend="Remove some"
+            )
         stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
         available = self._limits.total_size - stored_size
         if available <= 0 or announced > available >= self._limits.file_size:

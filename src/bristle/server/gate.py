@@ -37,19 +37,7 @@ HEADERS = {
 
 
 class Gate:
-    """Lets requests of the page through, and gives clients that do not read a limited time.
-
-    Parameters
-    ----------
-    app : ASGI application
-        What is behind it.
-    token : str
-        What the page sends in `TOKEN`.
-    port : int
-        Where the server listens.
-    silence_seconds : float
-        How long one message may wait for its client [s].
-    """
+    """Lets requests of the page through, and gives clients that do not read a limited time."""
 
     def __init__(self, app: ASGIApp, *, token: str, port: int, silence_seconds: float) -> None:
         self._app, self._token, self._patience = app, token.encode("ascii"), silence_seconds

@@ -23,15 +23,7 @@ CODE = "from bristle.server.worker import main; main()"
 
 
 class Job:
-    """Work in a process of its own.
-
-    Parameters
-    ----------
-    task : str
-        What it does.
-    limits : Limits
-        How long, and how large.
-    """
+    """Work in a process of its own."""
 
     def __init__(self, task: str, limits: Limits) -> None:
         self.task, self._limits = task, limits
@@ -50,18 +42,17 @@ class Job:
         """Return what the page is told."""
         seconds = (self._ended or time.monotonic()) - self._begun
         return {
-            "task": self.task, "state": self.state, "share": self.share, "text": self.text, "message": self.message,
-            "seconds": round(seconds, 1), "cancelled": self._cancelled,
-        }  # fmt: skip
+            "task": self.task,
+            "state": self.state,
+            "share": self.share,
+            "text": self.text,
+            "message": self.message,
+            "seconds": round(seconds, 1),
+            "cancelled": self._cancelled,
+        }
 
     async def run(self, request: Mapping[str, Any]) -> bool:
-        """Do the work; return whether it was done.
-
-        Parameters
-        ----------
-        request : mapping
-            What to do, for the worker.
-        """
+        """Do the work; return whether it was done."""
         code, complaint = 1, ""
         try:
             code, complaint = await self._ended_with(request)
@@ -78,9 +69,7 @@ class Job:
     async def _ended_with(self, request: Mapping[str, Any]) -> tuple[int, str]:
         """Let a process do the work; return its exit code and the last line that it complained of."""
         self._process = process = await _started()
-        asking = asyncio.get_running_loop().call_later(
-            max(0.0, self._limits.job_seconds - self._limits.grace_seconds), self.cancel
-        )
+        asking = asyncio.get_running_loop().call_later(max(0.0, self._limits.job_seconds - self._limits.grace_seconds), self.cancel)
         complaints = asyncio.create_task(_last_of(process.stderr))
         try:
             async with asyncio.timeout(self._limits.job_seconds):
@@ -143,11 +132,19 @@ class Job:
 async def _started() -> asyncio.subprocess.Process:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(place for place in sys.path if place)}
     return await asyncio.create_subprocess_exec(
-        sys.executable, "-P", "-c", CODE,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, limit=LONGEST_LINE,
+        sys.executable,
+        "-P",
+        "-c",
+        CODE,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+        limit=LONGEST_LINE,
         # A group of its own: Ctrl-C goes to the server, which ends its jobs.
-        start_new_session=sys.platform != "win32", creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-    )  # fmt: skip
+        start_new_session=sys.platform != "win32",
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+    )
 
 
 def _kill(process: asyncio.subprocess.Process) -> None:

@@ -24,17 +24,7 @@ LEADS_ON = """<!DOCTYPE html>
 
 
 class Opening:
-    """The way in for a browser that is opened.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the file may lie: only this user can look into it.
-    port : int
-        Where the server listens.
-    token : str
-        What the file hands on.
-    """
+    """The way in for a browser that is opened."""
 
     def __init__(self, folder: Path, port: int, token: str) -> None:
         self._file, self._ticket = folder / FILE, ""

@@ -66,13 +66,7 @@ def _remove_left_behind() -> None:
 
 
 def _remove_if_dead(path: Path, folder: int) -> None:
-    """Remove a folder that is held open, whatever its path is now, if its note says so.
-
-    Raises
-    ------
-    OSError
-        If there is no note, or its server lives.
-    """
+    """Remove a folder that is held open, whatever its path is now, if its note says so."""
     note = os.open(NOTE, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder)
     try:
         status = os.fstat(folder)

@@ -23,21 +23,14 @@ TO_PAGE = 'location.replace("/" + location.hash)'
 
 
 def server_page(limits: Limits) -> tuple[str, str]:
-    """Return the page, and the policy under which a browser runs it.
-
-    Parameters
-    ----------
-    limits : Limits
-        What the page tells before a file is sent.
-    """
+    """Return the page, and the policy under which a browser runs it."""
     import jinja2
 
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
     style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
+        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     page = environment.get_template("server.html").render(
         style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version()
     )
@@ -65,12 +58,12 @@ def _policy(script: str, style: str) -> str:
 def _data(limits: Limits) -> str:
     first = DEFAULT_MODELS.split(",")
     models: list[dict[str, Any]] = [
-        {"name": name, "description": find(name).description, "first": name in first}
-        for name in dict.fromkeys([*first, *MODELS])
+        {"name": name, "description": find(name).description, "first": name in first} for name in dict.fromkeys([*first, *MODELS])
     ]
     targets = [
         {"name": name, "title": target.title or name, "description": target.description, "first": name == FIRST_TARGET}
-        for name, target in TARGETS.items() if not target.needs
-    ]  # fmt: skip
+        for name, target in TARGETS.items()
+        if not target.needs
+    ]
     data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
     return json.dumps(data).replace("<", "\\u003c")

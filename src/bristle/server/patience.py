@@ -21,14 +21,7 @@ ARRIVES = 0.1  # [s] within which what was sent with a connection is read
 
 
 def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
-    """Return the protocol of a connection that ends it where no request is whole within a time.
-
-    Parameters
-    ----------
-    limits : Limits
-        Time for the lines of a request, for the rest of one that was answered already, and for the last bytes to be
-        read once the connection is closing; how many connections there may be without the token.
-    """
+    """Return the protocol of a connection that ends it where no request is whole within a time."""
 
     class PatientProtocol(H11Protocol):
         """HTTP/1.1 with a watch over the time in which no request is being answered."""
@@ -53,10 +46,7 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
 
         def _make_room(self) -> None:
             """Drop the oldest connections without the token where there are too many."""
-            strangers = [
-                protocol for protocol in self.connections
-                if isinstance(protocol, PatientProtocol) and not protocol._has_token()
-            ]  # fmt: skip
+            strangers = [protocol for protocol in self.connections if isinstance(protocol, PatientProtocol) and not protocol._has_token()]
             strangers.sort(key=lambda protocol: protocol._connected_at)
             for oldest in strangers[: max(0, len(strangers) - limits.strangers)]:
                 oldest.transport.abort()

@@ -27,10 +27,7 @@ __all__ = ["Routes"]
 DATA = "data.json"
 FAREWELL = 5.0  # [s] for processes that were killed to be gone
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
-LEAVES = {
-    "look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported",
-    "excite": "excited",
-}  # fmt: skip
+LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
 """Job -> what it leaves."""
 DOWNLOADS: dict[str, Callable[[Part], tuple[str, str]]] = {
     "identified": lambda part: ("results.zip", "results.zip"),
@@ -47,21 +44,7 @@ SHOWN_POLICY = (
 
 
 class Routes:
-    """The answers to what the page asks.
-
-    Parameters
-    ----------
-    cases : Cases
-        All that is open.
-    opening : Opening
-        The way in for the browser that is opened.
-    limits : Limits
-        How much of anything.
-    page : str
-        The page.
-    policy : str
-        What it may do.
-    """
+    """The answers to what the page asks."""
 
     def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: str, policy: str) -> None:
         self._cases, self._opening, self._limits, self._page, self._policy = cases, opening, limits, page, policy
@@ -95,8 +78,7 @@ class Routes:
     async def enter(self, request: Request) -> Response:
         """Lead a browser that was opened to the page, which is asked for from this server then."""
         if not self._opening.redeem(request.path_params["ticket"]):
-            raise RefusedRequestError(404, "is no way in any more", path="file",
-                                      mend="Open the address that bristle printed")  # fmt: skip
+            raise RefusedRequestError(404, "is no way in any more", path="file", mend="Open the address that bristle printed")
         page, policy = entrance()
         return Response(page, media_type="text/html", headers={"content-security-policy": policy})
 
@@ -165,8 +147,7 @@ class Routes:
         if task not in LEAVES or not isinstance(options, dict):
             raise RefusedRequestError(400, "is no job", path="task", value=task, allowed=", ".join(LEAVES))
         if case.job is not None and case.job.runs:
-            raise RefusedRequestError(409, "another job runs for this analysis", path="job",
-                                      mend="Wait for it, or cancel it")  # fmt: skip
+            raise RefusedRequestError(409, "another job runs for this analysis", path="job", mend="Wait for it, or cancel it")
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
             raise RefusedRequestError(429, f"{running} jobs run already", path="job", mend="Wait until one has ended")
@@ -183,12 +164,18 @@ class Routes:
         folder.mkdir(mode=0o700)
         identified = case.parts.get("identified")
         text = case.axis or ""
-        succeeded = await job.run({
-            "folder": str(folder), "options": options, "memory": self._limits.job_memory,
-            "logs": [(str(file.place), file.label, file.role) for file in case.logs("fit", "held_out")],
-            "axis_text": text, "axis_label": case.axis_label, "size_limit": self._limits.file_size,
-            "results": str(identified.folder / "results") if identified is not None else None,
-        })  # fmt: skip
+        succeeded = await job.run(
+            {
+                "folder": str(folder),
+                "options": options,
+                "memory": self._limits.job_memory,
+                "logs": [(str(file.place), file.label, file.role) for file in case.logs("fit", "held_out")],
+                "axis_text": text,
+                "axis_label": case.axis_label,
+                "size_limit": self._limits.file_size,
+                "results": str(identified.folder / "results") if identified is not None else None,
+            }
+        )
         if not succeeded:
             shutil.rmtree(folder, ignore_errors=True)
             return

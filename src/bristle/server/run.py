@@ -24,9 +24,7 @@ LOOPBACK = "127.0.0.1"
 BACKLOG, KEEP_ALIVE, FAREWELL = 128, 5, 1  # connections waiting; [s] each
 
 
-def serve(
-    *, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print
-) -> None:
+def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
     """Serve the lab to browsers of this machine until the process is ended.
 
     Parameters
@@ -64,40 +62,29 @@ def serve(
 
 
 def server_of(app: ASGIApp, limits: Limits) -> Server:
-    """Return what serves an application to a socket, and has no patience with clients that are silent.
-
-    Parameters
-    ----------
-    app : ASGI application
-        What answers.
-    limits : Limits
-        How many connections without the token, and how long each may be silent.
-    """
+    """Return what serves an application to a socket, and has no patience with clients that are silent."""
     import uvicorn
 
     from bristle.server.patience import protocol_with_limits
 
     config = uvicorn.Config(
-        app, http=protocol_with_limits(limits), ws="none", lifespan="on", log_config=None,
-        access_log=False, server_header=False, proxy_headers=False,
-        backlog=BACKLOG, timeout_keep_alive=KEEP_ALIVE, timeout_graceful_shutdown=FAREWELL,
-    )  # fmt: skip
+        app,
+        http=protocol_with_limits(limits),
+        ws="none",
+        lifespan="on",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        backlog=BACKLOG,
+        timeout_keep_alive=KEEP_ALIVE,
+        timeout_graceful_shutdown=FAREWELL,
+    )
     return uvicorn.Server(config)
 
 
 def listening_on(port: int) -> socket.socket:
-    """Return a socket that hears this machine only.
-
-    Parameters
-    ----------
-    port : int
-        Where; 0 for a port that is free.
-
-    Raises
-    ------
-    InputError
-        If it is no port, or taken.
-    """
+    """Return a socket that hears this machine only."""
     if not 0 <= port < 2**16:
         raise InputError("is no port", path="--port", value=port, allowed="0 to 65535, 0 for one that is free")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -106,7 +93,8 @@ def listening_on(port: int) -> socket.socket:
         listening.listen(BACKLOG)  # a browser that is faster than the server waits for it
     except OSError as error:
         listening.close()
-        raise InputError(f"cannot be listened to: {error.strerror}", path="--port", value=port,
-                         mend="Leave --port away: a free one is taken") from None  # fmt: skip
+        raise InputError(
+            f"cannot be listened to: {error.strerror}", path="--port", value=port, mend="Leave --port away: a free one is taken"
+        ) from None
     listening.set_inheritable(False)
     return listening

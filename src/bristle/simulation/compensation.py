@@ -32,17 +32,36 @@ def settling(duration: float) -> float:
 
 
 @guarded(
-    plant=model("plant"), friction=FRICTION, compensator=FRICTION, controller=model("controller"),
-    reference=array(least=3), sample_time=amount(RUN["sample_time"]), disturbance=optional(array()),
-    injected=optional(array()), resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
-    effort_limit=amount(RUN["effort_limit"], endless=True), lag=amount(RUN["current_lag"]),
-    start=optional(instance(Start, "a Start")), name=TEXT,
-)  # fmt: skip
+    plant=model("plant"),
+    friction=FRICTION,
+    compensator=FRICTION,
+    controller=model("controller"),
+    reference=array(least=3),
+    sample_time=amount(RUN["sample_time"]),
+    disturbance=optional(array()),
+    injected=optional(array()),
+    resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
+    effort_limit=amount(RUN["effort_limit"], endless=True),
+    lag=amount(RUN["current_lag"]),
+    start=optional(instance(Start, "a Start")),
+    name=TEXT,
+)
 def compensation_experiment(
-    plant: Model, friction: Model, compensator: Model, controller: Model, reference: Any, sample_time: Amount, *,
-    resolution: Amount = 0.0, effort_limit: Amount = math.inf, lag: Amount = 0.0, disturbance: Any = None,
-    injected: Any = None, start: Start | None = None, name: str = "axis",
-) -> Experiment:  # fmt: skip
+    plant: Model,
+    friction: Model,
+    compensator: Model,
+    controller: Model,
+    reference: Any,
+    sample_time: Amount,
+    *,
+    resolution: Amount = 0.0,
+    effort_limit: Amount = math.inf,
+    lag: Amount = 0.0,
+    disturbance: Any = None,
+    injected: Any = None,
+    start: Start | None = None,
+    name: str = "axis",
+) -> Experiment:
     """Return the experiment that shows what feedforward and friction compensation gain.
 
     Three variants follow the same reference: the loop as it was recorded; with velocity and inertia fed forward; and
@@ -90,13 +109,7 @@ def compensation_experiment(
         sensor=encoder(kind=kind, resolution=resolution),
         reference=recorded(kind=kind, position=np.asarray(reference), sample_time=sample_time),
         feedforward=Feedforward(),
-        run=Run(
-            duration=duration,
-            sample_time=sample_time,
-            effort_limit=effort_limit,
-            settle=settling(duration),
-            current_lag=lag,
-        ),
+        run=Run(duration=duration, sample_time=sample_time, effort_limit=effort_limit, settle=settling(duration), current_lag=lag),
         disturbance=disturbance,
         injected=injected,
         start=start,
@@ -113,16 +126,9 @@ def compensation_experiment(
 
 @guarded(experiment=instance(Experiment, "an Experiment"))
 def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
-    """Return what is to be said of compensators that were identified on another friction, by the name of the variant.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        Its variants feed friction forward; one that does not tell what it was identified on is not spoken of.
-    """
+    """Return what is to be said of compensators that were identified on another friction, by the name of the variant."""
     return {
         variant.name: Diagnostic("another_rig", severity="note", kind=variant.plant.kind)
         for variant in experiment.variants
-        if variant.feedforward.fitted_to
-        and variant.feedforward.fitted_to != digest(without_presliding(variant.friction))
+        if variant.feedforward.fitted_to and variant.feedforward.fitted_to != digest(without_presliding(variant.friction))
     }

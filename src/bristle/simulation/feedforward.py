@@ -21,13 +21,8 @@ from bristle.plants.terms import Termed, place_of, terms_of
 __all__ = ["carried_effort", "compensator_of", "feedforward_effort", "friction_along"]
 
 
-@guarded(
-    model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]),
-    rest=among(*RESTS),
-)  # fmt: skip
-def friction_along(
-    model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]
-) -> np.ndarray:  # fmt: skip
+@guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]), rest=among(*RESTS))
+def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]) -> np.ndarray:
     """Return the friction force that a compensator expects along a desired motion.
 
     Parameters
@@ -53,9 +48,7 @@ def friction_along(
     return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
 
 
-@guarded(
-    feedforward=instance(Feedforward, "a Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD,
-)  # fmt: skip
+@guarded(feedforward=instance(Feedforward, "a Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD)
 def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
     """Return the effort fed forward along a desired trajectory, for the step that begins at each sample.
 
@@ -82,9 +75,15 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
     return effort + compensation_along(
-        friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
-        np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=carried, state=state, memory=memory,
-    )  # fmt: skip
+        friction,
+        _shape(feedforward),
+        np.append(steps, steps[-1:]),
+        dt,
+        np.append(position[1:], position[-1] + dt * steps[-1]),
+        transmitted=carried,
+        state=state,
+        memory=memory,
+    )
 
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
@@ -100,9 +99,13 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
     if isinstance(p, Termed):
         inner, p = inner.inner, p.inner
     if inner.inverse is None:
-        raise InputError("does not tell what effort a motion takes", path="feedforward.carries", value=plant.name,
-                         allowed="inertia, oscillator",
-                         mend="Leave it out: what is fed forward passes on then")  # fmt: skip
+        raise InputError(
+            "does not tell what effort a motion takes",
+            path="feedforward.carries",
+            value=plant.name,
+            allowed="inertia, oscillator",
+            mend="Leave it out: what is fed forward passes on then",
+        )
     effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
     return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
 

@@ -17,14 +17,30 @@ __all__ = ["open_loop_experiment"]
 
 
 @guarded(
-    plant=model("plant"), friction=FRICTION, effort=array(least=3), sample_time=amount(RUN["sample_time"]),
-    tolerance=amount(RUN["tolerance"]), substeps=whole(0, 10_000), sensor=optional(model("sensor")),
-    effort_limit=amount(RUN["effort_limit"], endless=True), settle=amount(RUN["settle"]), name=TEXT,
-)  # fmt: skip
+    plant=model("plant"),
+    friction=FRICTION,
+    effort=array(least=3),
+    sample_time=amount(RUN["sample_time"]),
+    tolerance=amount(RUN["tolerance"]),
+    substeps=whole(0, 10_000),
+    sensor=optional(model("sensor")),
+    effort_limit=amount(RUN["effort_limit"], endless=True),
+    settle=amount(RUN["settle"]),
+    name=TEXT,
+)
 def open_loop_experiment(
-    plant: Model, friction: Model, effort: Any, sample_time: Amount, *, tolerance: Amount = 0.0, substeps: int = 0,
-    sensor: Model | None = None, effort_limit: Amount = math.inf, settle: Amount = 0.0, name: str = "open loop",
-) -> Experiment:  # fmt: skip
+    plant: Model,
+    friction: Model,
+    effort: Any,
+    sample_time: Amount,
+    *,
+    tolerance: Amount = 0.0,
+    substeps: int = 0,
+    sensor: Model | None = None,
+    effort_limit: Amount = math.inf,
+    settle: Amount = 0.0,
+    name: str = "open loop",
+) -> Experiment:
     """Return the experiment in which a given effort drives a plant with friction, and no controller.
 
     Parameters
@@ -64,13 +80,22 @@ def open_loop_experiment(
     1.2726
     """
     run = Run(
-        duration=sample_time * effort.size, sample_time=sample_time, substeps=substeps, tolerance=tolerance,
-        effort_limit=effort_limit, settle=settle,
-    )  # fmt: skip
+        duration=sample_time * effort.size,
+        sample_time=sample_time,
+        substeps=substeps,
+        tolerance=tolerance,
+        effort_limit=effort_limit,
+        settle=settle,
+    )
     variant = Variant(
-        name="base", plant=plant, friction=friction, controller=open_loop(kind=plant.kind),
+        name="base",
+        plant=plant,
+        friction=friction,
+        controller=open_loop(kind=plant.kind),
         sensor=sensor or encoder(kind=plant.kind, resolution=0.0),
-        reference=at_rest(plant.kind), feedforward=Feedforward(), run=run,
+        reference=at_rest(plant.kind),
+        feedforward=Feedforward(),
+        run=run,
         effort=Effort(effort),
-    )  # fmt: skip
+    )
     return Experiment(name=name, kind=plant.kind, variants=(variant,))

@@ -249,9 +249,11 @@ class SimulationResult(WithCard):
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
         return {
-            "name": self.experiment.name, "kind": self.experiment.kind, "refused": dict(self.refused),
+            "name": self.experiment.name,
+            "kind": self.experiment.kind,
+            "refused": dict(self.refused),
             "variants": {name: variant.to_dict() for name, variant in self.variants.items()},
-        }  # fmt: skip
+        }
 
     def to_dataframe(self) -> Any:
         """Return the signals of all variants as a data frame of pandas, one row a sample, in SI.
@@ -369,10 +371,7 @@ class Prediction(Tabular):
         return f"Prediction ({self.mode}) of {len(self.time)} samples, {self.kind}"
 
     def _remarks(self) -> list[str]:
-        errors = {
-            "effort": self.metrics.get("force_error_percent"),
-            "position": self.metrics.get("position_error_percent"),
-        }
+        errors = {"effort": self.metrics.get("force_error_percent"), "position": self.metrics.get("position_error_percent")}
         inside = {"effort": self.inside_percent, "position": self.position_inside_percent}
         return [
             *(f"error of the {name}: {error:.3g} %" for name, error in errors.items() if isinstance(error, float)),
@@ -382,9 +381,7 @@ class Prediction(Tabular):
         ]
 
 
-def _inside_percent(
-    signal: np.ndarray | None, predicted: np.ndarray | None, half_width: np.ndarray | None
-) -> float | None:  # fmt: skip
+def _inside_percent(signal: np.ndarray | None, predicted: np.ndarray | None, half_width: np.ndarray | None) -> float | None:
     if signal is None or predicted is None or half_width is None:
         return None
     return 100.0 * float(np.mean(np.abs(signal - predicted) <= half_width))

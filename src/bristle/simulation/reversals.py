@@ -10,18 +10,7 @@ SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at lea
 
 
 def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
-    """Return the samples around the reversal of a reference with the widest swing of the error.
-
-    Parameters
-    ----------
-    reference, error : ndarray, shape (sample,)
-        Of one run [m or rad].
-
-    Returns
-    -------
-    slice or None
-        A twentieth of the samples, a third of them before the reversal; None where the reference never reverses.
-    """
+    """Return the samples around the reversal of a reference with the widest swing of the error."""
     count = min(max(round(SHARE * error.size), LEAST), error.size)
     steps = np.diff(reference)
     moving = np.flatnonzero(steps)

@@ -112,8 +112,7 @@ def _carried(variant: Variant) -> np.ndarray | None:
 def _driven(effort: Effort, motion: np.ndarray, count: int) -> np.ndarray:
     """Return what drives an open loop, in place of what is fed forward; no sample of it is left unsaid."""
     if effort.values.size != count:
-        raise InputError("is not as long as the run", path="effort", value=effort.values.size,
-                         allowed=f"{count} samples")  # fmt: skip
+        raise InputError("is not as long as the run", path="effort", value=effort.values.size, allowed=f"{count} samples")
     return np.vstack((motion[:, :count], effort.values))
 
 
@@ -201,8 +200,7 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
     unseen = 0.0 if variant.disturbance is None else variant.disturbance
     trace = run_adaptive(
-        variant.plant, _seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance,
-        hold="zero",
-    )  # fmt: skip
+        variant.plant, _seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance, hold="zero"
+    )
     reading = sensed(_seeded(variant.sensor, number), trace.position, run.sample_time)
     return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])

@@ -34,31 +34,16 @@ SEEDS_APART = 1000  # of the trials of one run
 def learn(
     learning: Learning, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int, dt: float
 ) -> VariantResult:
-    """Return the last of several trials; all of them begin alike, with other noise.
-
-    Parameters
-    ----------
-    learning : Learning
-        Trials, gains and cut-off.
-    once : callable
-        Returns the run of a desired motion with some number for its noise.
-    desired : ndarray, shape (4, sample)
-        Position, velocity, acceleration and what is fed forward in the first trial.
-    number : int
-        Of the run.
-    dt : float
-        Sample time [s].
-
-    Returns
-    -------
-    VariantResult
-        The last trial, or the first one that diverged, with the following error of each [m or rad].
-    """
+    """Return the last of several trials; all of them begin alike, with other noise."""
     from scipy.signal import butter, sosfiltfilt
 
     if not learning.cutoff < 0.5 / dt:
-        raise InputError("out of range", path="controller.learning.cutoff", value=learning.cutoff,
-                         allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz")  # fmt: skip
+        raise InputError(
+            "out of range",
+            path="controller.learning.cutoff",
+            value=learning.cutoff,
+            allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz",
+        )
     low_pass = butter(ORDER, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []

@@ -33,20 +33,7 @@ NO_FRICTION = LinearFriction()
 
 
 def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
-    """Return the friction of an axis that is stuck, at small motions about where it rests.
-
-    Parameters
-    ----------
-    friction : Model
-        A friction model; it is taken virgin.
-    dt : float
-        Time in which a motion is made, as long as a sample [s].
-
-    Returns
-    -------
-    LinearFriction or None
-        None where the model has no stiffness: a set-valued one holds the axis without letting it move at all.
-    """
+    """Return the friction of an axis that is stuck, at small motions about where it rests."""
     slow, fast = (_slope(friction, MOVE, time) for time in (dt, 0.1 * dt))
     if abs(_slope(friction, 0.1 * MOVE, dt) - slow) > ALIKE * abs(slow):
         return None

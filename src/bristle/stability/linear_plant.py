@@ -29,19 +29,7 @@ __all__ = ["linear_plant"]
 def linear_plant(
     variant: Variant, amplitude: float, friction: LinearFriction = NO_FRICTION, table: LinearFriction = NO_FRICTION
 ) -> LinearSystem:
-    """Return drive and plant of a loop from the effort commanded, held over a sample, to the position at the samples.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop: its plant, stepped as often in a sample as it is simulated, and the lag of its drive.
-    amplitude : float
-        To either side of rest, in the SI unit of the effort and of each state.
-    friction : LinearFriction
-        What acts on the port of the plant.
-    table : LinearFriction
-        What acts on the table behind a screw, in N and m.
-    """
+    """Return drive and plant of a loop from the effort commanded, held over a sample, to the position at the samples."""
     component, p, run = variant.plant.component, variant.plant.parameters, variant.run
     rest = component.initial_state(p)
     load, h = unpacker(structure_of(rest)), run.sample_time / run.substeps
@@ -83,9 +71,8 @@ def _moved(plant: Model, body: Any, effort: float, friction: LinearFriction, h: 
 
 
 def _pulled(
-    plant: Model, body: Any, effort: float, friction: LinearFriction, screw: Screw, table: LinearFriction, x: float,
-    v: float, h: float,
-) -> tuple[Any, float, float]:  # fmt: skip
+    plant: Model, body: Any, effort: float, friction: LinearFriction, screw: Screw, table: LinearFriction, x: float, v: float, h: float
+) -> tuple[Any, float, float]:
     """Return the state of a motor, and position and velocity of the table behind it counted at the motor."""
     square = screw.arm * screw.arm
     (k_m, c_m), (k_t, c_t), k, half = friction, table, square * screw.k, 0.5 * h / (square * screw.M)

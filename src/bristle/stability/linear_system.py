@@ -58,17 +58,7 @@ class LinearSystem(NamedTuple):
 
 
 def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
-    """Return a control law from the measured position to the effort, about rest.
-
-    Parameters
-    ----------
-    controller : Model
-        The control law; a parameter named ``limit`` is left out of account, as a loop at its limit is not controlled.
-    dt : float
-        Sample time [s].
-    amplitude : float
-        To either side of rest, in the SI unit of each input and state.
-    """
+    """Return a control law from the measured position to the effort, about rest."""
     component, p = controller.component, controller.parameters
     if "limit" in p._fields:
         p = p._replace(limit=float("inf"))
@@ -91,22 +81,9 @@ def varied_in(structure: Any) -> np.ndarray:
 
 
 def measured_on(
-    sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]], rest: np.ndarray, varied: np.ndarray,
-    amplitude: float,
-) -> LinearSystem:  # fmt: skip
-    """Return the linear system of a function of state and input that returns the next state and the output.
-
-    Parameters
-    ----------
-    sample : callable
-        What one sample does.
-    rest : ndarray, shape (number,)
-        The state about which it is linear.
-    varied : ndarray of bool, shape (number,)
-        Which of its numbers are states.
-    amplitude : float
-        How far to either side of rest a step is taken.
-    """
+    sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]], rest: np.ndarray, varied: np.ndarray, amplitude: float
+) -> LinearSystem:
+    """Return the linear system of a function of state and input that returns the next state and the output."""
     directions = [np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)]
     moves = [(direction, 0.0) for direction in directions] + [(np.zeros(rest.size), amplitude)]
     columns, outputs = [], []

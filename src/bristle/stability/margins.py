@@ -30,21 +30,7 @@ HALVINGS = 50
 
 
 class Margins(NamedTuple):
-    """Margins of a sampled loop; None where the open loop does not cross over.
-
-    Parameters
-    ----------
-    phase : float or None
-        Phase margin, the smallest where there are several crossovers; negative for an unstable loop [deg].
-    gain : float or None
-        Factor on the gain that makes the loop unstable, or that makes an unstable one stable.
-    crossover : float or None
-        Frequency at which the phase margin was found [rad/s].
-    delay : float or None
-        Delay that uses the phase margin up [samples].
-    sensitivity : float
-        Peak of the sensitivity.
-    """
+    """Margins of a sampled loop; None where the open loop does not cross over."""
 
     phase: float | None
     gain: float | None
@@ -61,9 +47,7 @@ def margins_of(loop: SampledLoop) -> Margins:
     unstable = loop.is_unstable
     crossovers = [(_phase_margin(loop, w), w) for w in _crossings(loop, omega, response, _excess)]
     # A spring makes the loop cross over twice; a stable one is as near to -180 degrees from either side.
-    phase, crossover = min(
-        crossovers, key=lambda crossing: crossing[0] if unstable else abs(crossing[0]), default=(None, None)
-    )
+    phase, crossover = min(crossovers, key=lambda crossing: crossing[0] if unstable else abs(crossing[0]), default=(None, None))
     turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, _imaginary)]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
     return Margins(

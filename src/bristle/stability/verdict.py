@@ -48,19 +48,13 @@ def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
         numbers = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
         diagnostics.append(Diagnostic("stiffness_taken", numbers=numbers, kind=assessment.kind))
-    bare = [
-        assessed for assessed in assessment.bare if not assessed.loop.is_unstable and assessed.margins.phase is not None
-    ]
+    bare = [assessed for assessed in assessment.bare if not assessed.loop.is_unstable and assessed.margins.phase is not None]
     least = min(bare, key=lambda assessed: assessed.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
         return tuple(diagnostics)
     phase, gain = least.margins.phase, least.margins.gain
     if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-        margins: dict[str, Number] = {
-            "motions": MOTIONS_IN_WORDS[least.motions],
-            "phase": phase,
-            "enough": PHASE_ENOUGH,
-        }
+        margins: dict[str, Number] = {"motions": MOTIONS_IN_WORDS[least.motions], "phase": phase, "enough": PHASE_ENOUGH}
         diagnostics.append(Diagnostic("small_margin", numbers=margins if gain is None else {**margins, "gain": gain}))
     return tuple(diagnostics)
 
@@ -91,8 +85,7 @@ def _longest_delay(assessment: Assessment) -> int | None:
     """Return the longest delay, below the present one, up to which the loop is stable."""
     loops = [point.loop for point in _loops(assessment)]
     # From the shortest one on: each sample of delay is one more state, and the poles of many take long.
-    unstable = (delay for delay in range(loops[0].delay)
-                if any(replace(loop, delay=delay).is_unstable for loop in loops))  # fmt: skip
+    unstable = (delay for delay in range(loops[0].delay) if any(replace(loop, delay=delay).is_unstable for loop in loops))
     longest = next(unstable, loops[0].delay) - 1
     return longest if longest >= 0 else None
 

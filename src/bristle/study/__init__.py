@@ -13,12 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "read_study", "read_study_file", "run_study"]
 
-_FROM = {
-    "Study": "plan",
-    "read_study": "dataset",
-    "read_study_file": "read",
-    "run_study": "run",
-}
+_FROM = {"Study": "plan", "read_study": "dataset", "read_study_file": "read", "run_study": "run"}
 
 
 def __getattr__(name: str) -> Any:

@@ -46,46 +46,33 @@ def _forgets(model: Model) -> bool:
 
 
 def metrics_of_batch(
-    variant: Variant,
-    changes: Sequence[Mapping[str, Model]],
-    metrics: Sequence[Metric],
-    in_lanes: bool | None = None,
+    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool | None = None
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
-    """Return the metrics of one variant in several runs, by column, and how each ended.
-
-    Parameters
-    ----------
-    variant : Variant
-        The variant.
-    changes : sequence of mapping of str to Model
-        Plant and friction of each run, where they are other ones.
-    metrics : sequence of Metric
-        Those of this variant.
-    in_lanes : bool, optional
-        As for `run_batch`.
-    """
+    """Return the metrics of one variant in several runs, by column, and how each ended."""
     count = 0 if variant.effort is None else variant.effort.values.size
     size = max(1, SAMPLES_AT_ONCE // max(count, 1))
-    parts = [
-        _of_part(variant, changes[first : first + size], metrics, in_lanes) for first in range(0, len(changes), size)
-    ]
+    parts = [_of_part(variant, changes[first : first + size], metrics, in_lanes) for first in range(0, len(changes), size)]
     columns = {metric.column: np.concatenate([part[0][metric.column] for part in parts]) for metric in metrics}
     return columns, [status for part in parts for status in part[1]]
 
 
 def _of_part(
-    variant: Variant,
-    changes: Sequence[Mapping[str, Model]],
-    metrics: Sequence[Metric],
-    in_lanes: bool | None,
+    variant: Variant, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool | None
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     run, driven = variant.run, np.zeros(0) if variant.effort is None else variant.effort.values
     effort = np.clip(driven, -run.effort_limit, run.effort_limit)
     x, v = _begin(variant)
     trace = run_batch(
-        _models("plant", variant, changes), _models("friction", variant, changes), effort, run.sample_time,
-        steps=run.substeps, x=np.full(len(changes), x), v=v, threads=1, in_lanes=in_lanes,
-    )  # fmt: skip
+        _models("plant", variant, changes),
+        _models("friction", variant, changes),
+        effort,
+        run.sample_time,
+        steps=run.substeps,
+        x=np.full(len(changes), x),
+        v=v,
+        threads=1,
+        in_lanes=in_lanes,
+    )
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
     position = np.ascontiguousarray(trace.position[:, judged])  # sums of one run in the order of a run by itself

@@ -22,9 +22,12 @@ __all__ = ["FAILED", "Simulator", "without_warnings"]
 
 REFUSED, RAISED = "refused", "raised"
 NAMES = {
-    Status.OK: OK, Status.SOLVE_INACCURATE: "solve_inaccurate", Status.TOLERANCE_MISSED: "tolerance_missed",
-    Status.MEMORY_OVERFLOW: "memory_overflow", Status.NOT_FINITE: "not_finite",
-}  # fmt: skip
+    Status.OK: OK,
+    Status.SOLVE_INACCURATE: "solve_inaccurate",
+    Status.TOLERANCE_MISSED: "tolerance_missed",
+    Status.MEMORY_OVERFLOW: "memory_overflow",
+    Status.NOT_FINITE: "not_finite",
+}
 FAILED = (NAMES[Status.NOT_FINITE], REFUSED, RAISED)
 """The statuses of runs that have no numbers."""
 
@@ -32,15 +35,7 @@ REASON = 300  # letters
 
 
 class Simulator:
-    """What simulates the runs of a study, in this process.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    batches : bool
-        Whether runs that can be are simulated many in one call; the numbers are the same.
-    """
+    """What simulates the runs of a study, in this process."""
 
     def __init__(self, study: Study, *, batches: bool = True) -> None:
         self.study, self.varied = study, Varied(study)
@@ -55,13 +50,7 @@ class Simulator:
             return simulate(self.varied.experiment(values, self.study.seeds(block)[0]))
 
     def columns(self, block: Block) -> dict[str, Any]:
-        """Return what is kept of a block, by column, each of shape (run,).
-
-        Parameters
-        ----------
-        block : Block
-            The runs.
-        """
+        """Return what is kept of a block, by column, each of shape (run,)."""
         values, seeds = self.study.values(block), self.study.seeds(block)
         status, reason = [OK] * block.count, [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
@@ -70,13 +59,15 @@ class Simulator:
             for place in (place for place in range(block.count) if place not in batched):
                 status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
         return {
-            "run": np.arange(block.first, block.last), "seed": np.array(seeds), "status": status, "reason": reason,
-            **_flat(values), **metrics,
-        }  # fmt: skip
+            "run": np.arange(block.first, block.last),
+            "seed": np.array(seeds),
+            "status": status,
+            "reason": reason,
+            **_flat(values),
+            **metrics,
+        }
 
-    def _serial(
-        self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]
-    ) -> tuple[str, str]:
+    def _serial(self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]) -> tuple[str, str]:
         """Simulate one run; return how it ended, and why."""
         try:
             result = simulate(self.varied.experiment(row, seed))
@@ -94,9 +85,7 @@ class Simulator:
         sentence = worst.status.sentence
         return NAMES[worst.status], sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
 
-    def _batched(
-        self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]
-    ) -> set[int]:
+    def _batched(self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]) -> set[int]:
         """Simulate runs many at once; return those that ended well: of the others each is told by itself."""
         changes = self.varied.models_by_place(values, seeds, MODELS)
         places = np.array(list(changes), dtype=int)

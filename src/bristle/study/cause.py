@@ -15,15 +15,7 @@ __all__ = ["Cause", "Drawn", "Joint"]
 
 @dataclass(frozen=True)
 class Drawn:
-    """A quantity that is drawn by itself.
-
-    Parameters
-    ----------
-    target : Target
-        What it is.
-    distribution : Distribution
-        How it is drawn.
-    """
+    """A quantity that is drawn by itself."""
 
     target: Target
     distribution: Distribution
@@ -45,17 +37,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Joint:
-    """Quantities that were drawn together: whole rows of a table, each as often as any other.
-
-    Parameters
-    ----------
-    name : str
-        The results that the rows come from.
-    columns : mapping of str to ndarray, shape (row,) or (row, element)
-        Values by dotted key, in SI.
-    units : mapping of str to str
-        Their units by dotted key.
-    """
+    """Quantities that were drawn together: whole rows of a table, each as often as any other."""
 
     name: str
     columns: Mapping[str, np.ndarray]

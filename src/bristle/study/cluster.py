@@ -46,11 +46,6 @@ _SIMULATED = "import_module('bristle.study.remote').simulated(plan, checksum, co
 def host_and_port(address: str) -> tuple[str, int]:
     """Return host and port of the address of a scheduler.
 
-    Raises
-    ------
-    InputError
-        If it is none.
-
     Examples
     --------
     >>> host_and_port("tcp://big-machine:8786")
@@ -58,8 +53,12 @@ def host_and_port(address: str) -> tuple[str, int]:
     """
     match = _ADDRESS.fullmatch(address)
     if match is None or not 0 < int(match["port"]) < 2**16:
-        raise InputError("is no address of a scheduler", path=OPTION, value=address,
-                         allowed=f"tcp://HOST:PORT or tls://HOST:PORT, the usual port being {PORT}")  # fmt: skip
+        raise InputError(
+            "is no address of a scheduler",
+            path=OPTION,
+            value=address,
+            allowed=f"tcp://HOST:PORT or tls://HOST:PORT, the usual port being {PORT}",
+        )
     return match["host"].strip("[]"), int(match["port"])
 
 
@@ -86,15 +85,7 @@ class _HandedOut:
 
 @dataclass
 class Cluster:
-    """The workers of a Dask cluster, as a `Crew` is those of this machine.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    address : str
-        The scheduler, ``tcp://HOST:PORT``.
-    """
+    """The workers of a Dask cluster, as a `Crew` is those of this machine."""
 
     study: Study
     address: str
@@ -113,13 +104,7 @@ class Cluster:
     _stack: ExitStack = field(default_factory=ExitStack)
 
     def __enter__(self) -> Cluster:
-        """Connect, and meet the workers that are there.
-
-        Raises
-        ------
-        InputError
-            If no scheduler answers, or one of its workers has another bristle.
-        """
+        """Connect, and meet the workers that are there."""
         with ExitStack() as stack:
             self._library = checked(self.address)
             stack.enter_context(_silent())
@@ -132,8 +117,9 @@ class Cluster:
             for origin in self.study.origins.get("code", ()):
                 warnings.warn(
                     f"the code in {origin.name} (SHA-256 {origin.checksum}) is run on every worker of {self.address}",
-                    InputWarning, stacklevel=2,
-                )  # fmt: skip
+                    InputWarning,
+                    stacklevel=2,
+                )
             self._stack = stack.pop_all()
         return self
 
@@ -151,13 +137,6 @@ class Cluster:
 
         A block whose workers ended as often as the scheduler tries is tried as often once more at the end, with no
         other in the cluster that might have ended them; then it is left out, and noted among those `lost`.
-
-        Raises
-        ------
-        WorkerError
-            If a worker tells of a fault.
-        InputError
-            If the scheduler is gone.
         """
         self._blocks.extend(blocks)
         while self._blocks or self._handed_out or self._suspects:
@@ -173,9 +152,11 @@ class Cluster:
         """Look which workers there are."""
         if self._client.status in ("closing", "closed"):
             raise InputError(
-                "the scheduler is gone", path=OPTION, value=self.address,
+                "the scheduler is gone",
+                path=OPTION,
+                value=self.address,
                 mend="What is written stays. Start it and its workers, and give the same command again",
-            )  # fmt: skip
+            )
         self._roster.look()
 
     def _hand_out(self) -> None:
@@ -189,9 +170,13 @@ class Cluster:
 
     def _send(self, block: Block, *, is_alone: bool) -> None:
         names = {
-            "import_module": importlib.import_module, "plan": self._plan_there(), "checksum": self._checksum,
-            "code": described()["code"], "first": block.first, "last": block.last,
-        }  # fmt: skip
+            "import_module": importlib.import_module,
+            "plan": self._plan_there(),
+            "checksum": self._checksum,
+            "code": described()["code"],
+            "first": block.first,
+            "last": block.last,
+        }
         # Where all of these end, the scheduler may take others: one that is unfit gives the block back.
         future = self._submit(_SIMULATED, names, workers=sorted(self._roster.fit), allow_other_workers=True)
         self._handed_out[future.key] = _HandedOut(block, future, is_alone)
@@ -207,9 +192,7 @@ class Cluster:
         self._count += 1
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent once
-            return self._client.submit(
-                eval, expression, names, key=f"{self._roster.name}-{self._count}", pure=False, **options
-            )
+            return self._client.submit(eval, expression, names, key=f"{self._roster.name}-{self._count}", pure=False, **options)
 
     def _columns(self, held: _HandedOut) -> dict[str, Any] | None:
         """Return the columns of a block that has ended; None where its worker has, and it goes to another."""
@@ -259,8 +242,7 @@ def _connected(distributed: Any, address: str) -> Any:
         # The library asks again for as long as it may: here a machine that refuses is told at once.
         socket.create_connection(host_and_port(address), timeout=ANSWERS).close()
     except OSError as error:
-        raise InputError(f"nothing answers there{said_by_library(error)}", path=OPTION, value=address,
-                         mend=mend) from None  # fmt: skip
+        raise InputError(f"nothing answers there{said_by_library(error)}", path=OPTION, value=address, mend=mend) from None
     try:
         with Abreast(1) as thread:  # this one may run a loop of its own, as in a notebook
             identity = thread.submit(asyncio.run, _identity(distributed, address)).result()
@@ -268,8 +250,9 @@ def _connected(distributed: Any, address: str) -> Any:
             raise ValueError(f"it is a {identity['type']}")
         return distributed.Client(address, timeout=BEGINS, set_as_default=False, name="bristle")
     except Exception as error:  # noqa: BLE001  (what answers there may be anything)
-        raise InputError(f"what answers there is no scheduler of Dask{said_by_library(error)}", path=OPTION,
-                         value=address, mend=mend) from None  # fmt: skip
+        raise InputError(
+            f"what answers there is no scheduler of Dask{said_by_library(error)}", path=OPTION, value=address, mend=mend
+        ) from None
 
 
 async def _identity(distributed: Any, address: str) -> Mapping[str, Any]:

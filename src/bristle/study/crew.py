@@ -42,17 +42,7 @@ class _Ended:
 
 @dataclass
 class Crew:
-    """Workers, each a process of its own with a thread here that hands it blocks.
-
-    Parameters
-    ----------
-    study : Study
-        The study, or what else is done in blocks.
-    count : int
-        How many workers.
-    simulator : callable
-        What makes of the study that which has the columns of a block; a worker imports it by its name.
-    """
+    """Workers, each a process of its own with a thread here that hands it blocks."""
 
     study: Any
     count: int
@@ -87,11 +77,6 @@ class Crew:
         """Yield blocks with their columns, in the order in which they are ready.
 
         A block whose workers ended `TRIES` times is left out, and noted among those `lost`.
-
-        Raises
-        ------
-        WorkerError
-            If workers end before they can begin, or one tells of a fault.
         """
         self._blocks.extend(blocks)
         waiting, tries, unbegun = len(self._blocks), dict[int, int](), 0
@@ -131,9 +116,12 @@ class Crew:
             if self._ends:
                 return
             process = subprocess.Popen(
-                [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL, env=os.environ | THREADS,
-            )  # fmt: skip
+                [sys.executable, "-c", code],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | THREADS,
+            )
             self._processes[process.pid] = process
         thread = threading.Thread(target=self._drive, args=(process,), daemon=True)
         self._threads.append(thread)

@@ -26,15 +26,7 @@ BESIDE = ("seed", "folder", "log", "time_of_log", "status", "reason")
 
 @dataclass(frozen=True)
 class Runs:
-    """What a folder of a study holds.
-
-    Parameters
-    ----------
-    described : mapping
-        What ``study.json`` says.
-    columns : mapping of str to ndarray, shape (run,)
-        The runs that are there, by column, in the order of their numbers.
-    """
+    """What a folder of a study holds."""
 
     described: Mapping[str, Any]
     columns: Mapping[str, np.ndarray]
@@ -46,29 +38,18 @@ class Runs:
 
 
 def runs_in(folder: str | Path) -> Runs:
-    """Return the runs of a study that are there.
-
-    Raises
-    ------
-    InputError
-        If the folder is none of a study, or a file of it cannot be read.
-    MissingExtraError
-        If pyarrow is not installed.
-    """
+    """Return the runs of a study that are there."""
     place = Path(folder)
     described = study_in(place)
     pyarrow, parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-    files = (
-        sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet"))
-        if (place / RUNS).is_dir()
-        else []
-    )
+    files = sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet")) if (place / RUNS).is_dir() else []
     verified(place, [STUDY, *(f"{RUNS}/{name}" for name in files)])
     try:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"cannot be read: {error}", path=str(place / RUNS),
-                         mend="Give the command of the study again: it replaces what is damaged") from None  # fmt: skip
+        raise InputError(
+            f"cannot be read: {error}", path=str(place / RUNS), mend="Give the command of the study again: it replaces what is damaged"
+        ) from None
     if not tables:
         return Runs(described, {name: np.empty(0) for name in described["columns"]})
     table = pyarrow.concat_tables(tables)

@@ -26,27 +26,13 @@ EXAMPLES = {
 
 @dataclass(frozen=True)
 class Distribution:
-    """How a quantity is drawn.
-
-    Parameters
-    ----------
-    name : str
-        One of `DISTRIBUTIONS`.
-    numbers : tuple
-        Mean and standard deviation, or lowest and highest value, or the values to choose from; in SI, or names.
-    """
+    """How a quantity is drawn."""
 
     name: str
     numbers: tuple[Any, ...]
 
     def values(self, unit_numbers: np.ndarray) -> np.ndarray:
-        """Return what numbers between 0 and 1 stand for, by the inverse of the distribution function.
-
-        Parameters
-        ----------
-        unit_numbers : ndarray, shape (draw,)
-            Numbers from 0 to 1, the ends left out.
-        """
+        """Return what numbers between 0 and 1 stand for, by the inverse of the distribution function."""
         if self.name == "choice":
             places = np.minimum((unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1)
             return np.array(self.numbers)[places]
@@ -61,22 +47,7 @@ class Distribution:
 
 
 def distribution_from(table: Mapping[str, Any], target: Target, path: str) -> Distribution:
-    """Return the distribution that a table of ``[vary]`` describes.
-
-    Parameters
-    ----------
-    table : mapping
-        Such as ``{"normal": ["34 mN*m", "2 mN*m"]}``.
-    target : Target
-        What is varied: gives unit and range.
-    path : str
-        Key of the table, for messages.
-
-    Raises
-    ------
-    InputError
-        With the path of the key that does not fit, its value and what is allowed.
-    """
+    """Return the distribution that a table of ``[vary]`` describes."""
     name = _name_in(table, path)
     values, place = table[name], f"{path}.{name}"
     count = "at least one value" if name == "choice" else "two values"
@@ -85,19 +56,25 @@ def distribution_from(table: Mapping[str, Any], target: Target, path: str) -> Di
     if name == "choice":
         return Distribution(name, target.numbers(values, place))
     if target.is_discrete:
-        raise InputError(f"is for quantities that vary without steps, and {target.path} is a whole number or a name",
-                         path=place, value=values, mend="Write choice = [...] instead")  # fmt: skip
+        raise InputError(
+            f"is for quantities that vary without steps, and {target.path} is a whole number or a name",
+            path=place,
+            value=values,
+            mend="Write choice = [...] instead",
+        )
     first = target.number(values[0], f"{place}[0]")
     if name == "normal":
         width = number_at(values[1], target.spread, target.kind, f"{place}[1]")
         if not width > 0.0:
-            raise InputError("must be positive", path=f"{place}[1]", value=values[1], allowed="> 0",
-                             mend="The second value is the standard deviation")  # fmt: skip
+            raise InputError(
+                "must be positive", path=f"{place}[1]", value=values[1], allowed="> 0", mend="The second value is the standard deviation"
+            )
         return Distribution(name, (first, width))
     second = target.number(values[1], f"{place}[1]")
     if not first < second:
-        raise InputError("must be above the lowest value", path=f"{place}[1]", value=values[1],
-                         allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}")  # fmt: skip
+        raise InputError(
+            "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
+        )
     if name == "log_uniform" and not first > 0.0:
         raise InputError("must be positive: it has a logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
     return Distribution(name, (first, second))
@@ -107,8 +84,9 @@ def _name_in(table: Mapping[str, Any], path: str) -> str:
     allowed = f"{', '.join(DISTRIBUTIONS)}, or from and draws"
     for key in table:
         if key not in DISTRIBUTIONS:
-            raise InputError("is no distribution", path=f"{path}.{key}", value=table[key], allowed=allowed,
-                             mend=did_you_mean(key, DISTRIBUTIONS))  # fmt: skip
+            raise InputError(
+                "is no distribution", path=f"{path}.{key}", value=table[key], allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
+            )
     if len(table) != 1:
         fault = "has two distributions" if table else "has no distribution"
         raise InputError(fault, path=path, allowed=allowed, mend=f"Write {EXAMPLES['normal']}")

@@ -23,17 +23,7 @@ LEVELS = (2.5, 97.5)  # [%]
 
 @dataclass(frozen=True)
 class Influence:
-    """How strongly one cause goes with one metric.
-
-    Parameters
-    ----------
-    cause, metric : str
-        Their columns.
-    value : float
-        Rank correlation of Spearman.
-    interval : tuple of float
-        Its 95 % interval, by the bootstrap over draws.
-    """
+    """How strongly one cause goes with one metric."""
 
     cause: str
     metric: str
@@ -43,17 +33,7 @@ class Influence:
 
 @dataclass(frozen=True)
 class Index:
-    """Which share of the variance of one metric comes from one cause.
-
-    Parameters
-    ----------
-    cause, metric : str
-        The cause by its name, and the column of the metric.
-    first, total : float
-        Alone, and with all that it does together with others.
-    first_interval, total_interval : tuple of float
-        Their 95 % intervals, by the bootstrap.
-    """
+    """Which share of the variance of one metric comes from one cause."""
 
     cause: str
     metric: str
@@ -89,15 +69,7 @@ class Spread:
 
 
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
-    """Return how numbers are distributed; those that are none are left out.
-
-    Parameters
-    ----------
-    numbers : ndarray, shape (run,)
-        A metric of several runs.
-    independent : bool
-        Whether the runs are: intervals are NaN otherwise.
-    """
+    """Return how numbers are distributed; those that are none are left out."""
     usable = np.sort(numbers[np.isfinite(numbers)])
     count, unknown = len(usable), (math.nan, math.nan)
     if not count:
@@ -107,8 +79,7 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> Spread:
     if not independent:
         return Spread(count, mean, std, median, low, high, unknown, unknown, unknown)
     half = 1.96 * std / math.sqrt(count)
-    return Spread(count, mean, std, median, low, high, (mean - half, mean + half),
-                  _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))  # fmt: skip
+    return Spread(count, mean, std, median, low, high, (mean - half, mean + half), _by_ranks(usable, 0.5), _by_ranks(usable, 0.95))
 
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
@@ -221,10 +192,7 @@ def _indices(rows: np.ndarray, causes: list[str], metric: str) -> list[Index]:
     resampled = np.array([_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)])
     low, high = np.percentile(resampled, LEVELS, axis=0)
     ends = [[(float(low[kind, place]), float(high[kind, place])) for kind in (0, 1)] for place in range(len(causes))]
-    return [
-        Index(cause, metric, float(values[0, place]), float(values[1, place]), *ends[place])
-        for place, cause in enumerate(causes)
-    ]
+    return [Index(cause, metric, float(values[0, place]), float(values[1, place]), *ends[place]) for place, cause in enumerate(causes)]
 
 
 def _estimated(rows: np.ndarray) -> np.ndarray:
@@ -232,7 +200,5 @@ def _estimated(rows: np.ndarray) -> np.ndarray:
     from scipy.stats import sobol_indices as indices_of
 
     own, second, exchanged = rows[:, 0], rows[:, 1], rows[:, 2:].T
-    result = indices_of(
-        func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]}, n=len(rows)
-    )  # fmt: skip
+    result = indices_of(func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]}, n=len(rows))
     return np.array([result.first_order, result.total_order]).reshape(2, -1)

@@ -27,19 +27,7 @@ SECTIONS = ("plant", "friction")
 
 @dataclass(frozen=True)
 class Fitted:
-    """The draws of an identification.
-
-    Parameters
-    ----------
-    folder : str
-        The folder of its results, as the study names it.
-    plant, friction : Model
-        What was identified.
-    draws : mapping of str to ndarray, shape (draw,) or (draw, element)
-        Values by name of a parameter, in SI.
-    origin : Origin
-        The file of the draws.
-    """
+    """The draws of an identification."""
 
     folder: str
     plant: Model | None
@@ -54,13 +42,7 @@ class Fitted:
 
 
 def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False) -> Fitted:
-    """Return the draws that a table such as ``{ from = "results", draws = "bootstrap" }`` names.
-
-    Raises
-    ------
-    InputError
-        If there are no results, or they hold no draws.
-    """
+    """Return the draws that a table such as ``{ from = "results", draws = "bootstrap" }`` names."""
     check_keys(table, KEYS, path)
     for key in KEYS:
         if key not in table:
@@ -80,31 +62,15 @@ def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: 
     if not draws:
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
-        raise InputError("holds no draws: it was identified without intervals", path=f"{path}.from", value=named,
-                         mend="Identify again with --draws 1000")  # fmt: skip
+        raise InputError(
+            "holds no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+        )
     file = file if file.is_file() else results / "draws.npz"
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
 
 def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> dict[str, np.ndarray]:
-    """Return the draws of one section of an experiment by dotted key, in SI.
-
-    Parameters
-    ----------
-    fitted : Fitted
-        The draws.
-    section : str
-        ``"friction"`` or ``"plant"``.
-    experiment : Experiment
-        What they are set in.
-    path : str
-        Key in the study, for messages.
-
-    Raises
-    ------
-    InputError
-        If the experiment has another model there than the fit.
-    """
+    """Return the draws of one section of an experiment by dotted key, in SI."""
     if section not in SECTIONS:
         raise InputError("takes no draws of a fit", path=path, allowed=" or ".join(SECTIONS))
     own = sections_of(experiment.variants[0])[section]
@@ -112,15 +78,14 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
         raise InputError(
             f"the fit is of {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, and the experiment has "
-            f"{own.name}, {own.kind}", path=path, value=fitted.folder,
-            mend=f"Write file = \"{fitted.folder}/model.toml\" under [friction] of the experiment",
-        )  # fmt: skip
+            f"{own.name}, {own.kind}",
+            path=path,
+            value=fitted.folder,
+            mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
+        )
     columns = {
-        f"{section}.{key_of(name)}": values[: fitted.count]
-        for name, values in fitted.draws.items()
-        if name in own.component.variables
+        f"{section}.{key_of(name)}": values[: fitted.count] for name, values in fitted.draws.items() if name in own.component.variables
     }
     if not columns:
-        raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder,
-                         allowed=", ".join(fitted.draws))  # fmt: skip
+        raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
     return columns

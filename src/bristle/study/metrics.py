@@ -23,26 +23,18 @@ METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EF
 """The numbers of a variant by dotted name."""
 
 SHORT = {
-    "following_error": "following error", "true_error": "true error", "by_direction.forward": "following error forward",
-    "by_direction.backward": "following error backward", "motion": "position", "peak_to_peak": "peak to peak",
-}  # fmt: skip
+    "following_error": "following error",
+    "true_error": "true error",
+    "by_direction.forward": "following error forward",
+    "by_direction.backward": "following error backward",
+    "motion": "position",
+    "peak_to_peak": "peak to peak",
+}
 
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that is kept of each run.
-
-    Parameters
-    ----------
-    column : str
-        Its column: the dotted name, the variant before it where there are several.
-    variant : str
-        The variant that it is of.
-    name : str
-        One of `METRICS`.
-    unit : str
-        Its unit in SI.
-    """
+    """A number that is kept of each run."""
 
     column: str
     variant: str
@@ -100,13 +92,7 @@ def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
 
 
 def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> tuple[Metric, ...]:
-    """Return the metrics of these names, of each variant where a name says none.
-
-    Raises
-    ------
-    InputError
-        If a name is none, or named twice.
-    """
+    """Return the metrics of these names, of each variant where a name says none."""
     metrics: list[Metric] = []
     variants = [variant.name for variant in experiment.variants]
     for place, name in enumerate(names):
@@ -126,10 +112,12 @@ def _of_name(name: object, variants: list[str], experiment: Experiment, path: st
         if name.startswith(f"{variant}."):
             chosen, metric = [variant], name.removeprefix(f"{variant}.")
     if metric not in METRICS:
-        raise InputError("is no metric of a run", path=path, value=name,
-                         allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
-                         mend=did_you_mean(metric, METRICS))  # fmt: skip
+        raise InputError(
+            "is no metric of a run",
+            path=path,
+            value=name,
+            allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
+            mend=did_you_mean(metric, METRICS),
+        )
     unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
-    return [
-        Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen
-    ]
+    return [Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen]

@@ -28,13 +28,7 @@ BLOCKS_LEAST = 32  # so that cores have something to share, and little is lost w
 
 @dataclass(frozen=True)
 class Block:
-    """Runs that are simulated, written and lost together.
-
-    Parameters
-    ----------
-    first, last : int
-        Number of the first run, and of the one after the last.
-    """
+    """Runs that are simulated, written and lost together."""
 
     first: int
     last: int
@@ -140,15 +134,7 @@ class Study:
 
 
 def block_for(runs: int, experiment: Experiment) -> int:
-    """Return how many runs make a block: a function of the study alone, so that any number of workers makes the same.
-
-    Parameters
-    ----------
-    runs : int
-        Runs of the study.
-    experiment : Experiment
-        What a run is.
-    """
+    """Return how many runs make a block: a function of the study alone, so that any number of workers makes the same."""
     return max(1, min(BLOCK_MOST, BLOCK_STEPS // max(steps_of(experiment), 1), -(-runs // BLOCKS_LEAST)))
 
 

@@ -30,8 +30,7 @@ from bristle.study.target import Target, target_at
 
 __all__ = ["read_study_file"]
 
-KEYS = ("schema", "name", "experiment", "model", "runs", "seed", "sampling", "sobol_indices", "block",
-        "vary", "grid", "keep")  # fmt: skip
+KEYS = ("schema", "name", "experiment", "model", "runs", "seed", "sampling", "sobol_indices", "block", "vary", "grid", "keep")
 OF_MODEL = tuple(section for section in SECTIONS if section != "friction")
 RUNS_MOST = 1_000_000_000
 POINTS_MOST = 100_000
@@ -88,12 +87,22 @@ class _Reader:
             raise InputError("must be text", path="name", value=name)
         origins = origins | sources.origins | self._origins_of_draws()
         study = Study(
-            name=name, experiment=experiment, tables=tables, sources=sources, seed=sampling.seed, sampling=sampling,
-            causes=causes, grid=grid, metrics=metrics, worst=worst, block=1, described={}, origins=origins,
-        )  # fmt: skip
+            name=name,
+            experiment=experiment,
+            tables=tables,
+            sources=sources,
+            seed=sampling.seed,
+            sampling=sampling,
+            causes=causes,
+            grid=grid,
+            metrics=metrics,
+            worst=worst,
+            block=1,
+            described={},
+            origins=origins,
+        )
         if study.count > RUNS_MOST:
-            raise InputError("are too many with the points of the grid", path="runs", value=study.count,
-                             allowed=f"up to {RUNS_MOST}")  # fmt: skip
+            raise InputError("are too many with the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}")
         own = self.data.get("block")
         block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
         return replace(study, block=block, described=self._described(study, block))
@@ -107,16 +116,18 @@ class _Reader:
     def _experiment(self) -> tuple[dict[str, Any], Sources, dict[str, Any]]:
         """Return the tables of the experiment, what reads the files that they name, and the file that they are from."""
         if ("experiment" in self.data) == ("model" in self.data):
-            raise InputError("needs an experiment", path="experiment",
-                             mend='Write experiment = "rig.toml", or model = "results/model.toml" with [run] and '
-                                  "[effort], or [controller] and [reference]")  # fmt: skip
+            raise InputError(
+                "needs an experiment",
+                path="experiment",
+                mend='Write experiment = "rig.toml", or model = "results/model.toml" with [run] and '
+                "[effort], or [controller] and [reference]",
+            )
         if "model" in self.data:
             named = self._name("model")
             tables = {section: self.data[section] for section in OF_MODEL if section in self.data}
             tables |= {"schema": 1, "friction": {"file": named}}
             return copy.deepcopy(tables), Sources(self.source.parent, self.allow_code, self.size_limit), {}
-        content = content_of(self.source.parent / self._name("experiment"), limit=TOML_LIMIT, path="experiment",
-                             what="an experiment file")  # fmt: skip
+        content = content_of(self.source.parent / self._name("experiment"), limit=TOML_LIMIT, path="experiment", what="an experiment file")
         tables, source, _ = read_toml(content)
         sources = Sources(source.parent, self.allow_code, self.size_limit)
         try:
@@ -138,8 +149,9 @@ class _Reader:
         for key, value in table_at(self.data.get("vary", {}), "vary").items():
             path = f'vary."{key}"'
             if not isinstance(value, dict):
-                raise InputError("must be a table", path=path, value=value,
-                                 mend=f'Write "{key}" = {{ normal = [mean, standard deviation] }}')  # fmt: skip
+                raise InputError(
+                    "must be a table", path=path, value=value, mend=f'Write "{key}" = {{ normal = [mean, standard deviation] }}'
+                )
             if "from" in value or "draws" in value:
                 fitted = self._fitted(value, path)
                 if fitted.folder not in joint:
@@ -164,8 +176,7 @@ class _Reader:
         for key, values in table_at(self.data.get("grid", {}), "grid").items():
             path = f'grid."{key}"'
             if not isinstance(values, list) or not values:
-                raise InputError("must be a list of values", path=path, value=values,
-                                 mend=f'Write "{key}" = [value, value]')  # fmt: skip
+                raise InputError("must be a list of values", path=path, value=values, mend=f'Write "{key}" = [value, value]')
             target = target_at(key, experiment, tables, path)
             numbers = target.numbers(values, path)
             if len(set(numbers)) < len(numbers):
@@ -178,13 +189,15 @@ class _Reader:
 
     def _refuse_doubles(self, causes: tuple[Cause, ...], grid: tuple[Any, ...], experiment: Experiment) -> None:
         if not causes and not grid and all(not _is_random(variant) for variant in experiment.variants):
-            raise InputError("varies nothing: no run would differ from another", path="vary",
-                             mend="Write [vary] or [grid], or give sensor.noise to the experiment")  # fmt: skip
+            raise InputError(
+                "varies nothing: no run would differ from another",
+                path="vary",
+                mend="Write [vary] or [grid], or give sensor.noise to the experiment",
+            )
         paths = [path for cause in causes for path in cause.units] + [target.path for target, _ in grid]
         for path in paths:
             if paths.count(path) > 1:
-                raise InputError("is varied twice", path="vary", value=path,
-                                 mend="Take it out of [grid], or out of [vary]")  # fmt: skip
+                raise InputError("is varied twice", path="vary", value=path, mend="Take it out of [grid], or out of [vary]")
 
     def _sampling(self, causes: tuple[Cause, ...], grid: tuple[Any, ...]) -> Sampling:
         for key in ("runs", "seed"):
@@ -193,18 +206,23 @@ class _Reader:
         runs, seed = self._count("runs", 1, RUNS_MOST), self._count("seed", 0, SEED_MAX)
         method = self.data.get("sampling", SAMPLINGS[0])
         if method not in SAMPLINGS:
-            raise InputError("is no way to draw", path="sampling", value=method, allowed=", ".join(SAMPLINGS),
-                             mend=did_you_mean(method, SAMPLINGS))  # fmt: skip
+            raise InputError(
+                "is no way to draw", path="sampling", value=method, allowed=", ".join(SAMPLINGS), mend=did_you_mean(method, SAMPLINGS)
+            )
         indices = self.data.get("sobol_indices", False)
         if type(indices) is not bool:
             raise InputError("does not fit", path="sobol_indices", value=indices, allowed="true or false")
         if indices and (grid or not causes):
-            raise InputError("needs something that is drawn, and no grid", path="sobol_indices",
-                             mend="Write what stands under [grid] as a choice under [vary]")  # fmt: skip
+            raise InputError(
+                "needs something that is drawn, and no grid",
+                path="sobol_indices",
+                mend="Write what stands under [grid] as a choice under [vary]",
+            )
         if indices and runs & (runs - 1):
             below = 2 ** (runs.bit_length() - 1)
-            raise InputError("must be a power of two for Sobol indices", path="runs", value=runs,
-                             mend=f"Write runs = {below} or {2 * below}")  # fmt: skip
+            raise InputError(
+                "must be a power of two for Sobol indices", path="runs", value=runs, mend=f"Write runs = {below} or {2 * below}"
+            )
         return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
 
     def _metrics(self, experiment: Experiment) -> tuple[tuple[Metric, ...], int]:
@@ -212,13 +230,13 @@ class _Reader:
         check_keys(table, ("metrics", "traces"), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
         if not isinstance(names, list) or not names:
-            raise InputError("must be a list of metrics", path="keep.metrics", value=names,
-                             mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]')  # fmt: skip
+            raise InputError(
+                "must be a list of metrics", path="keep.metrics", value=names, mend=f'Write metrics = ["{usual_metrics(experiment)[0]}"]'
+            )
         traces = table.get("traces", "worst 0")
         match = _WORST.fullmatch(traces) if isinstance(traces, str) else None
         if match is None or int(match[1]) > WORST_MOST:
-            raise InputError("does not fit", path="keep.traces", value=traces,
-                             allowed=f'"worst 0" to "worst {WORST_MOST}"')  # fmt: skip
+            raise InputError("does not fit", path="keep.traces", value=traces, allowed=f'"worst 0" to "worst {WORST_MOST}"')
         return metrics_from(names, experiment, "keep.metrics"), int(match[1])
 
     def _origins_of_draws(self) -> dict[str, Any]:
@@ -227,14 +245,11 @@ class _Reader:
     def _described(self, study: Study, block: int) -> dict[str, Any]:
         """Return what tells this study from another: what it says, the files that it reads, and what computes it."""
         files = {
-            f"{role}: {origin.name}": origin.checksum
-            for role, origins in study.origins.items() if role != "study" for origin in origins
-        }  # fmt: skip
+            f"{role}: {origin.name}": origin.checksum for role, origins in study.origins.items() if role != "study" for origin in origins
+        }
         content = {key: value for key, value in self.data.items() if key not in ("name", "block", "schema")}
         checksum = study.sampling.checksum()
-        return {
-            "study": content, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle"),
-        }  # fmt: skip
+        return {"study": content, "block": block, "files": files, "points_sha256": checksum, "bristle": version("bristle")}
 
 
 def _units(columns: Mapping[str, Any], experiment: Experiment) -> dict[str, str]:

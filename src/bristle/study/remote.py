@@ -36,13 +36,7 @@ def described() -> dict[str, str]:
 
 
 def checksum_of_code(root: Path) -> str:
-    """Return the first letters of a SHA-256 over the Python below a folder: two copies may say the same version.
-
-    Parameters
-    ----------
-    root : Path
-        The folder.
-    """
+    """Return the first letters of a SHA-256 over the Python below a folder: two copies may say the same version."""
     digest = hashlib.sha256()
     for name in sorted(file.relative_to(root).as_posix() for file in root.rglob("*.py")):
         content = (root / name).read_bytes().replace(b"\r\n", b"\n")
@@ -51,19 +45,7 @@ def checksum_of_code(root: Path) -> str:
 
 
 def simulated(plan: bytes, checksum: str, code: str, first: int, last: int) -> tuple[str, Any]:
-    """Return what is kept of a block, as a worker of this machine tells it; of a bristle that is unfit, that it is.
-
-    Parameters
-    ----------
-    plan : bytes
-        The study, pickled.
-    checksum : str
-        SHA-256 of the plan.
-    code : str
-        The code of bristle that made it.
-    first, last : int
-        The block.
-    """
+    """Return what is kept of a block, as a worker of this machine tells it; of a bristle that is unfit, that it is."""
 
     def columns() -> dict[str, Any]:
         with cores_for_simulations():

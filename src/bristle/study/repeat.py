@@ -21,20 +21,7 @@ SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "
 
 
 def repeat_run(study: Study, number: int) -> SimulationResult:
-    """Return one run of a study, simulated again with its signals.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    number : int
-        Number of the run.
-
-    Raises
-    ------
-    InputError
-        If the study has no such run, or a value that was drawn for it is out of range.
-    """
+    """Return one run of a study, simulated again with its signals."""
     if not 0 <= number < study.count:
         raise InputError("is no run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
     return Simulator(study).run(number)

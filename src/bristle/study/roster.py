@@ -24,17 +24,7 @@ _DESCRIBED = "import_module('bristle.study.remote').described()"
 
 @dataclass
 class Roster:
-    """The workers of a cluster.
-
-    Parameters
-    ----------
-    client : distributed.Client
-        The connection.
-    address : str
-        The scheduler, for messages.
-    name : str
-        What the keys of its tasks begin with.
-    """
+    """The workers of a cluster."""
 
     client: Any
     address: str
@@ -50,13 +40,7 @@ class Roster:
     _alone: float | None = None
 
     def meet(self) -> None:
-        """Look which workers there are, and wait until they have said what they are.
-
-        Raises
-        ------
-        InputError
-            If one of them may not simulate.
-        """
+        """Look which workers there are, and wait until they have said what they are."""
         end = time.monotonic() + SAYS
         self.look()
         while self._asking and not self.unfit and time.monotonic() < end:
@@ -91,9 +75,14 @@ class Roster:
     def _ask(self, address: str) -> None:
         self._count += 1
         self._asking[address] = self.client.submit(
-            eval, _DESCRIBED, {"import_module": importlib.import_module}, key=f"{self.name}-asks-{self._count}",
-            workers=[address], priority=1, pure=False,
-        )  # fmt: skip
+            eval,
+            _DESCRIBED,
+            {"import_module": importlib.import_module},
+            key=f"{self.name}-asks-{self._count}",
+            workers=[address],
+            priority=1,
+            pure=False,
+        )
 
     def _judge(self, address: str, threads: int, future: Any) -> None:
         own = described()
@@ -113,14 +102,18 @@ class Roster:
         if different:
             warnings.warn(
                 f"the worker {address} has {', '.join(different)}: the last digits of its numbers may be other ones",
-                InputWarning, stacklevel=2,
-            )  # fmt: skip
+                InputWarning,
+                stacklevel=2,
+            )
 
     def _refuse(self, address: str, fault: str, value: str, own: dict[str, str]) -> None:
         refusal = InputError(
-            fault, path=address, value=value, allowed=_named(own),
+            fault,
+            path=address,
+            value=value,
+            allowed=_named(own),
             mend="Install the same in the Python that it runs in and start it again, or stop it",
-        )  # fmt: skip
+        )
         self.unfit[address] = refusal
         if not self._meeting:  # what runs is not ended by it
             warnings.warn(f"{refusal}; until then it gets no runs", InputWarning, stacklevel=2)
@@ -134,9 +127,10 @@ class Roster:
         elif now > self._alone + ALONE:
             self._alone = float("inf")
             warnings.warn(
-                f"{self.address} has no workers. Waiting for one: dask worker {self.address} --nworkers auto "
-                "--nthreads 1", InputWarning, stacklevel=2,
-            )  # fmt: skip
+                f"{self.address} has no workers. Waiting for one: dask worker {self.address} --nworkers auto --nthreads 1",
+                InputWarning,
+                stacklevel=2,
+            )
 
 
 def _named(facts: dict[str, str]) -> str:

@@ -28,19 +28,7 @@ MOST_PROBED = 2000
 
 @dataclass(frozen=True)
 class Ran:
-    """What came of running a study.
-
-    Parameters
-    ----------
-    blocks : int
-        Blocks of the study.
-    before : int
-        Those that were there before.
-    lost : tuple of (Block, int or None)
-        Those that no worker lived through, with how the last one ended.
-    seconds : float
-        How long it took [s].
-    """
+    """What came of running a study."""
 
     blocks: int
     before: int
@@ -55,19 +43,7 @@ class Ran:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a study costs.
-
-    Parameters
-    ----------
-    runs : int
-        Runs in all.
-    seconds : float
-        Time of one on one core, measured [s].
-    measured : int
-        How many runs it was measured on.
-    in_batches : bool
-        Whether many are simulated in one call.
-    """
+    """What a study costs."""
 
     runs: int
     seconds: float
@@ -94,9 +70,14 @@ def cost_of(study: Study) -> Cost:
 
 
 def run_study(
-    study: Study, folder: str | Path, *, workers: int | None = None, scheduler: str | None = None,
-    progress: Progress | None = None, provenance: Mapping[str, str] | None = None,
-) -> Ran:  # fmt: skip
+    study: Study,
+    folder: str | Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    provenance: Mapping[str, str] | None = None,
+) -> Ran:
     """Run what is missing of a study, and keep it in a folder.
 
     Parameters
@@ -130,20 +111,14 @@ def run_study(
 
 
 def run_within(
-    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None,
+    store: Store,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
     simulator: Callable[[Any], Any] = Simulator,
-) -> Ran:  # fmt: skip
-    """Run what is missing of a study in its folder, which this process has; as `run_study`.
-
-    Parameters
-    ----------
-    store : Store
-        The folder, opened.
-    workers, scheduler, progress
-        As for `run_study`.
-    simulator : callable
-        What makes of the study that which has the columns of a block; not on a cluster.
-    """
+) -> Ran:
+    """Run what is missing of a study in its folder, which this process has; as `run_study`."""
     study, begin = store.study, time.monotonic()
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
@@ -160,8 +135,7 @@ def _crew(
 ) -> AbstractContextManager[Crew | Cluster | _ThisProcess | _Threads]:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
-        raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers,
-                         mend="Leave one of them out")  # fmt: skip
+        raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers, mend="Leave one of them out")
     if scheduler is not None and missing:
         return Cluster(study, scheduler)
     if workers is None and simulator is Simulator and missing:

@@ -20,22 +20,7 @@ SMALLEST = 2.0**-54  # half the distance of the numbers of the generator, which 
 
 @dataclass(frozen=True)
 class Sampling:
-    """How draws fill their space.
-
-    Parameters
-    ----------
-    method : str
-        One of `SAMPLINGS`.
-    seed : int
-        Seed of the study.
-    names : tuple of str
-        The causes that vary: one dimension each.
-    rows : int
-        Points of the space.
-    indices : bool
-        Whether each point becomes as many draws as there are causes, and two more: itself, another point, and with one
-        coordinate after the other taken from that one. Sobol indices are computed from those.
-    """
+    """How draws fill their space."""
 
     method: str
     seed: int

@@ -26,17 +26,7 @@ LONGEST = 60
 
 
 class Store:
-    """The folder of a study while this process writes into it.
-
-    Parameters
-    ----------
-    folder : Growing
-        The folder.
-    study : Study
-        The study.
-    damaged : sequence of str
-        Files of it whose content is not the one that was written.
-    """
+    """The folder of a study while this process writes into it."""
 
     kind: ClassVar[str] = "study"
 
@@ -53,8 +43,11 @@ class Store:
         else:
             text = as_json(_described(self, provenance))
             if any(name.startswith(f"{RUNS}/") for name in self.grown.names) and not self.grown.has_held(STUDY, text):
-                raise InputError("is missing, and nothing else tells which study the runs beside it are of",
-                                 path=str(self.folder / STUDY), mend="Put it back, or name another folder")  # fmt: skip
+                raise InputError(
+                    "is missing, and nothing else tells which study the runs beside it are of",
+                    path=str(self.folder / STUDY),
+                    mend="Put it back, or name another folder",
+                )
             self.grown.write(STUDY, text)
         self.grown.make(RUNS)
 
@@ -65,18 +58,15 @@ class Store:
         self.damaged = []
         names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
         if unknown := sorted(set(names) - set(blocks)):
-            raise InputError("is none of the files of this study", path=str(self.folder / unknown[0]),
-                             mend="Move it elsewhere: whoever reads the folder would read it, too")  # fmt: skip
+            raise InputError(
+                "is none of the files of this study",
+                path=str(self.folder / unknown[0]),
+                mend="Move it elsewhere: whoever reads the folder would read it, too",
+            )
         return {blocks[name].first for name in names}
 
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
-        """Write a block; it appears whole under its name.
-
-        Raises
-        ------
-        InputError
-            If the disk does not take it: what is there stays.
-        """
+        """Write a block; it appears whole under its name."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
         table = self.pyarrow.Table.from_arrays(arrays, schema=self.schema)
         sink = self.pyarrow.BufferOutputStream()
@@ -98,9 +88,7 @@ class Store:
             kind = pa.string() if probe[path].dtype.kind == "U" else pa.float64()
             names = [path] if probe[path].ndim == 1 else [f"{path}[{k}]" for k in range(probe[path].shape[1])]
             fields += [pa.field(name, kind, metadata={"unit": unit}) for name in names]
-        fields += [
-            pa.field(metric.column, pa.float64(), metadata={"unit": metric.unit}) for metric in self.study.metrics
-        ]
+        fields += [pa.field(metric.column, pa.float64(), metadata={"unit": metric.unit}) for metric in self.study.metrics]
         return pa.schema(fields)
 
     @property
@@ -124,16 +112,8 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 
 
 @contextmanager
-def opened(
-    folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store
-) -> Iterator[AnyStore]:  # fmt: skip
-    """Give the folder of a study to write into, new or that of the same study, to this process alone.
-
-    Raises
-    ------
-    InputError
-        If another process writes there, or the folder holds something else: another study is told by what differs.
-    """
+def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
+    """Give the folder of a study to write into, new or that of the same study, to this process alone."""
     with growing_folder(folder, kind.kind, made_anew=_is_block, used=_is_used) as (grown, damaged):
         store = kind(grown, study, damaged)
         store.begin(provenance)
@@ -150,19 +130,16 @@ def _is_used(name: str) -> bool:
 
 
 def study_in(folder: Path) -> dict[str, Any]:
-    """Return what ``study.json`` of a folder says.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Return what ``study.json`` of a folder says."""
     file = folder / STUDY
     try:
         data = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise InputError("is no folder of a study: it has no study.json", path=str(folder),
-                         mend="Name what bristle study or bristle identify --each wrote") from None  # fmt: skip
+        raise InputError(
+            "is no folder of a study: it has no study.json",
+            path=str(folder),
+            mend="Name what bristle study or bristle identify --each wrote",
+        ) from None
     except (ValueError, OSError) as error:
         raise InputError(f"cannot be read: {error}", path=str(file)) from None
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -173,13 +150,22 @@ def study_in(folder: Path) -> dict[str, Any]:
 def _described(store: Store, provenance: Mapping[str, str]) -> dict[str, Any]:
     study = store.study
     return {
-        "schema": SCHEMA, "name": study.name, "kind": study.experiment.kind, "runs": study.count, "block": study.block,
-        "draws": study.sampling.count, "sampling": study.sampling.method, "sobol_indices": study.sampling.indices,
-        "seed": study.seed, "causes": {cause.name: list(cause.units) for cause in study.causes},
+        "schema": SCHEMA,
+        "name": study.name,
+        "kind": study.experiment.kind,
+        "runs": study.count,
+        "block": study.block,
+        "draws": study.sampling.count,
+        "sampling": study.sampling.method,
+        "sobol_indices": study.sampling.indices,
+        "seed": study.seed,
+        "causes": {cause.name: list(cause.units) for cause in study.causes},
         "grid": {target.path: list(values) for target, values in study.grid},
-        "metrics": [metric.column for metric in study.metrics], "columns": store.columns,
-        "described": study.described, "provenance": provenance,
-    }  # fmt: skip
+        "metrics": [metric.column for metric in study.metrics],
+        "columns": store.columns,
+        "described": study.described,
+        "provenance": provenance,
+    }
 
 
 def refuse_another(before: Any, now: Any, folder: Path) -> None:
@@ -187,8 +173,7 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
     differences = list(_differences(before, now, ""))
     if differences:
         more = f", and {len(differences) - 1} more" if len(differences) > 1 else ""
-        raise InputError(f"holds another study: {differences[0]}{more}", path=str(folder),
-                         mend="Name another folder for this one")  # fmt: skip
+        raise InputError(f"holds another study: {differences[0]}{more}", path=str(folder), mend="Name another folder for this one")
 
 
 def _differences(before: Any, now: Any, path: str) -> Iterator[str]:

@@ -88,24 +88,7 @@ def sections_of(variant: Variant) -> dict[str, Model]:
 
 
 def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place: str) -> Target:
-    """Return what stands under a dotted key of an experiment.
-
-    Parameters
-    ----------
-    path : str
-        Such as ``"friction.F_C"``, or ``"compare.observer.controller.g"`` for one variant alone.
-    experiment : Experiment
-        The experiment as it stands.
-    data : mapping
-        The tables that it was read from.
-    place : str
-        Where the key stands in the study, for messages.
-
-    Raises
-    ------
-    InputError
-        If the experiment has no such value, or it cannot be varied.
-    """
+    """Return what stands under a dotted key of an experiment."""
     keys = path.split(".")
     variant, keys = _variant_of(keys, experiment, place)
     registry = _variables(keys[:-1], variant, data, place)
@@ -113,14 +96,20 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
         raise InputError("is not varied", path=place, mend=f"Leave it out: {OF_RUNS}")
     if keys[-1] not in names:
-        raise InputError("is no value of this experiment", path=place,
-                         allowed=", ".join(".".join((*keys[:-1], name)) for name in names if name != "seed"),
-                         mend=did_you_mean(keys[-1], names))  # fmt: skip
+        raise InputError(
+            "is no value of this experiment",
+            path=place,
+            allowed=", ".join(".".join((*keys[:-1], name)) for name in names if name != "seed"),
+            mend=did_you_mean(keys[-1], names),
+        )
     model = _model_at(keys[:-1], variant)
     name = names[keys[-1]]
     if model is not None and model.component.is_array(name):
-        raise InputError("is a list, which is not varied as one number", path=place,
-                         mend="Take joint draws of a fit, from = \"results\", or vary another value")  # fmt: skip
+        raise InputError(
+            "is a list, which is not varied as one number",
+            path=place,
+            mend='Take joint draws of a fit, from = "results", or vary another value',
+        )
     is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
     kind = "translational" if keys[0] == "table_friction" else experiment.kind
     return Target(path, registry[name], kind, is_whole and not registry[name].choices)
@@ -131,8 +120,7 @@ def _variant_of(keys: list[str], experiment: Experiment, place: str) -> tuple[Va
     if keys[0] != "compare":
         return experiment.variants[0], keys
     if len(keys) < 4 or keys[1] not in variants:
-        raise InputError("names no variant of the experiment", path=place,
-                         allowed=", ".join(f"compare.{name}.…" for name in variants))  # fmt: skip
+        raise InputError("names no variant of the experiment", path=place, allowed=", ".join(f"compare.{name}.…" for name in variants))
     return variants[keys[1]], keys[2:]
 
 
@@ -156,5 +144,6 @@ def _variables(keys: list[str], variant: Variant, data: Mapping[str, Any], place
     if section == "controller.learning" and variant.learning is not None:
         return LEARNING
     sections = [*sections_of(variant), "run"]
-    raise InputError("is no value of this experiment", path=place,
-                     allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections))  # fmt: skip
+    raise InputError(
+        "is no value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)
+    )

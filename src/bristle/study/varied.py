@@ -34,13 +34,7 @@ SEEDED = ("sensor", "friction", "table")
 
 
 class Varied:
-    """What makes the experiments of a study.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    """
+    """What makes the experiments of a study."""
 
     def __init__(self, study: Study) -> None:
         self.study = study
@@ -54,20 +48,7 @@ class Varied:
         return self._direct is not None
 
     def experiment(self, values: Mapping[str, Any], seed: int) -> Experiment:
-        """Return the experiment of a run.
-
-        Parameters
-        ----------
-        values : mapping
-            What the run is made with, by dotted key in SI.
-        seed : int
-            Seed of the run.
-
-        Raises
-        ------
-        InputError
-            If a value that was drawn is out of the range of its quantity.
-        """
+        """Return the experiment of a run."""
         if self._direct is None:
             base = self._by_tables(values)
             changes = [_seeds(variant, {}, seed) for variant in base.variants]
@@ -76,55 +57,30 @@ class Varied:
         return _changed(base, changes)
 
     def models(self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS) -> list[dict[str, Model]]:
-        """Return by variant the models that a run changes, by field, where values are set in them.
-
-        Parameters
-        ----------
-        values, seed
-            As of `experiment`.
-        fields : sequence of str
-            Those that are wanted.
-
-        Raises
-        ------
-        InputError
-            If a value that was drawn is out of the range of its quantity.
-        """
+        """Return by variant the models that a run changes, by field, where values are set in them."""
         changes = []
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             changed = {
                 _FIELD.get(section, section): with_changes(
-                    getattr(variant, _FIELD.get(section, section)),
-                    {name: values[path] for path, name in names.items()}, section,
+                    getattr(variant, _FIELD.get(section, section)), {name: values[path] for path, name in names.items()}, section
                 )
                 for section, names in sections.items()
                 if _FIELD.get(section, section) in fields
-            }  # fmt: skip
+            }
             changes.append(_seeds(variant, changed, seed, fields))
         return changes
 
     def models_by_place(
         self, values: Mapping[str, np.ndarray], seeds: Sequence[int], fields: Sequence[str]
     ) -> dict[int, list[dict[str, Model]]]:
-        """Return the `models` of several runs by their place, of those whose values are all in range.
-
-        Parameters
-        ----------
-        values : mapping of str to ndarray
-            What the runs are made with, by dotted key in SI; shape (run,) or (run, element).
-        seeds : sequence of int
-            Seed of each run.
-        fields : sequence of str
-            The models that are wanted.
-        """
+        """Return the `models` of several runs by their place, of those whose values are all in range."""
         changed: dict[int, list[dict[str, Model]]] = {place: [] for place in range(len(seeds))}
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             models = {
-                field: with_columns(
-                    getattr(variant, field), {name: values[path] for path, name in sections[section].items()}, section
-                )
-                for section in sections if (field := _FIELD.get(section, section)) in fields
-            }  # fmt: skip
+                field: with_columns(getattr(variant, field), {name: values[path] for path, name in sections[section].items()}, section)
+                for section in sections
+                if (field := _FIELD.get(section, section)) in fields
+            }
             for place in list(changed):
                 own = {field: model for field, column in models.items() if (model := column[place]) is not None}
                 if len(own) < len(models):
@@ -163,11 +119,6 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
     """Return a model with some parameters changed, of which those are held to their ranges, and all to its relations.
 
     As `Model.with_values` does, which looks at every parameter again.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range, or breaks a relation.
     """
     component, variables = model.component, model.component.variables
     numbers = numbers_of(component, model.parameters)

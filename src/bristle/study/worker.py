@@ -23,13 +23,7 @@ LENGTH = struct.Struct("<Q")
 
 
 def read_message(stream: BinaryIO) -> Any:
-    """Return the next message.
-
-    Raises
-    ------
-    EOFError
-        If there comes none.
-    """
+    """Return the next message."""
     return pickle.loads(_exactly(stream, LENGTH.unpack(_exactly(stream, LENGTH.size))[0]))
 
 

@@ -6,14 +6,4 @@ from bristle.testing.figures import check_figure
 from bristle.testing.readers import check_reader
 from bristle.testing.targets import check_target
 
-__all__ = [
-    "CHECKS",
-    "Check",
-    "admit",
-    "admit_friction_of",
-    "check_figure",
-    "check_model",
-    "check_reader",
-    "check_target",
-    "example_of",
-]
+__all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]

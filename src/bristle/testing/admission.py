@@ -57,16 +57,13 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
     for check in unmet:
         if check.name in NAMES_OF_FORM:
             raise InputError(
-                f"is not fit to be used ({check.name}): {check.detail.rstrip('.')}", path=file,
+                f"is not fit to be used ({check.name}): {check.detail.rstrip('.')}",
+                path=file,
                 mend=f"{check.advice}. Try: bristle check {file}" if check.advice else f"Try: bristle check {file}",
-            )  # fmt: skip
+            )
     if unmet:
         names = ", ".join(check.name for check in unmet)
-        warnings.warn(
-            f"{file}: does not meet the contract of a {word}: {names}. See: bristle check {file}",
-            InputWarning,
-            stacklevel=3,
-        )
+        warnings.warn(f"{file}: does not meet the contract of a {word}: {names}. See: bristle check {file}", InputWarning, stacklevel=3)
 
 
 def admit_friction_of(experiment: Experiment) -> None:

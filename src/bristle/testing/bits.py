@@ -14,13 +14,7 @@ __all__ = ["compiled_as_plain"]
 
 
 def compiled_as_plain(forces: Callable[[], np.ndarray], kind: Kind) -> Fact:
-    """Return that some forces are the same in plain Python and compiled, to the bit.
-
-    Raises
-    ------
-    UnmetError
-        If they are not.
-    """
+    """Return that some forces are the same in plain Python and compiled, to the bit."""
     fast = forces()
     with interpreted():
         slow = forces()

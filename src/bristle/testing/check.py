@@ -77,14 +77,10 @@ def _outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never r
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
-        return Check(
-            name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops
-        )
+        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}{_told_place(error)}", where_it_stops)
 
 
-def outcomes(
-    checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise"
-) -> list[Check]:
+def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
     """Return what became of several demands, in order; after one of `form` that is not met the others are not tried."""
     results: list[Check] = []
     for check in checks:

@@ -34,9 +34,7 @@ __all__ = ["CHECKS", "COMPILED", "OF_SLOT", "SLOT_FORM", "Check", "check_model",
 SEED = 20260
 
 
-def check_model(
-    model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None
-) -> list[Check]:
+def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
     """Run the contract suite on a friction model, a slot, a control law or a sensor.
 
     Parameters
@@ -53,13 +51,13 @@ def check_model(
         One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
     """
     resolved = find(model, "model") if isinstance(model, str) else model
-    demands = next((checks_of for family, checks_of in DEMANDS.items()
-                    if isinstance(getattr(resolved, "component", resolved), family)), None)  # fmt: skip
+    demands = next(
+        (checks_of for family, checks_of in DEMANDS.items() if isinstance(getattr(resolved, "component", resolved), family)), None
+    )
     if demands is None:
         raise InputError(
-            "is no friction model, slot, control law or sensor", path="model", value=model,
-            mend="Give a model, its descriptor or its name",
-        )  # fmt: skip
+            "is no friction model, slot, control law or sensor", path="model", value=model, mend="Give a model, its descriptor or its name"
+        )
     try:
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
@@ -151,9 +149,7 @@ def finite_everywhere(model: Model) -> Fact:
     tried = [(v, dt) for v in speeds for dt in (0.0, 1e-9, 1e-3, 1.0)]
     forces = [model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)[0] for v, dt in tried]
     bad = [
-        f"the force is {force} at v = {v:g}, dt = {dt:g}"
-        for force, (v, dt) in zip(forces, tried, strict=True)
-        if not np.isfinite(force)
+        f"the force is {force} at v = {v:g}, dt = {dt:g}" for force, (v, dt) in zip(forces, tried, strict=True) if not np.isfinite(force)
     ]
     if bad:
         raise UnmetError(Fact(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
@@ -209,9 +205,7 @@ def refines(model: Model) -> Fact:
     errors = []
     for division in (1, 2, 4, 8):
         count = 200 * division
-        x = 2e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count) + 5e-6 * np.sin(
-            14 * np.pi * np.arange(count + 1) / count
-        )
+        x = 2e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count) + 5e-6 * np.sin(14 * np.pi * np.arange(count + 1) / count)
         v = np.diff(x) / (1.0 / count)
         force = force_along(model, v, 1.0 / count, x[1:])
         errors.append(force.reshape(200, division).mean(axis=1))
@@ -312,18 +306,34 @@ FORM = (described_variables, exportable_kernels, scalar_results)
 SLOT_FORM = (slot.described_parameters, slot.on_a_model(exportable_kernels), slot.on_a_model(scalar_results))
 FORM_OF_ALL = (*FORM, *FORM_OF_SAMPLED, *SLOT_FORM)
 CHECKS = (
-    *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
-    flow_agrees, same_bits_compiled, same_bits_exported, drives_a_mass,
-)  # fmt: skip
+    *FORM,
+    pure_trial,
+    finite_everywhere,
+    one_sided_limits,
+    opposes_sliding,
+    dissipates,
+    refines,
+    rate_agrees,
+    flow_agrees,
+    same_bits_compiled,
+    same_bits_exported,
+    drives_a_mass,
+)
 OF_SLOT = (
-    *SLOT_FORM, slot.neutral_defaults, slot.factor_above_zero,
+    *SLOT_FORM,
+    slot.neutral_defaults,
+    slot.factor_above_zero,
     *(slot.on_a_model(check) for check in (one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees)),
-    slot.same_bits_along_its_channel, slot.same_bits_exported, slot.on_a_model(drives_a_mass),
-)  # fmt: skip
+    slot.same_bits_along_its_channel,
+    slot.same_bits_exported,
+    slot.on_a_model(drives_a_mass),
+)
 DEMANDS: dict[type[Documented], tuple[Demand, ...]] = {
-    FrictionModel: CHECKS, Controller: (described_variables, *LAW_CHECKS),
-    Sensor: (described_variables, *SENSOR_CHECKS), Slot: OF_SLOT,
-}  # fmt: skip
+    FrictionModel: CHECKS,
+    Controller: (described_variables, *LAW_CHECKS),
+    Sensor: (described_variables, *SENSOR_CHECKS),
+    Slot: OF_SLOT,
+}
 COMPILED = ("same bits compiled", "same bits along its channel", "same bits exported", "drives a mass")
 """Demands that compile something, by name."""
 

@@ -48,13 +48,7 @@ class _Examples(Mapping[str, Any]):
 
 @cache
 def example_facts(kind: Kind) -> Facts:
-    """Return small results of a made-up axis of this kind, as reports have them: what every figure is tried with.
-
-    Parameters
-    ----------
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return small results of a made-up axis of this kind, as reports have them: what every figure is tried with."""
     return _Examples(kind)
 
 
@@ -90,12 +84,17 @@ def _experiment(kind: Kind, frequency: float, **further: Any) -> Any:
 
     friction = {"model": "coulomb_viscous", "F_C": 5.0, "F_v": 80.0}
     described = {
-        "schema": 1, "kind": kind, "name": "example", "plant": {"model": "inertia", "M": 12.0}, "friction": friction,
+        "schema": 1,
+        "kind": kind,
+        "name": "example",
+        "plant": {"model": "inertia", "M": 12.0},
+        "friction": friction,
         "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
         "reference": {"model": "sine", "amplitude": 0.01, "frequency": frequency},
         "run": {"duration": 2.5 / frequency, "sample_time": STEP, "settle": 0.5 / frequency},
-        "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}}, **further,
-    }  # fmt: skip
+        "compare": {"uncompensated": {"controller": {"feedforward": {"friction": "none"}}}},
+        **further,
+    }
     return experiment_from(described, Path("example.toml"), Sources(Path()))
 
 
@@ -126,9 +125,11 @@ def _comparison(facts: _Examples) -> Any:
     for seed, size in enumerate((2e-5, 1e-5)):
         noise = np.random.default_rng(seed).normal(size=(2, t.size))
         columns = {
-            "time": t, "reference": reference, "position": reference - size * np.sign(velocity) + 1e-6 * noise[0],
+            "time": t,
+            "reference": reference,
+            "position": reference - size * np.sign(velocity) + 1e-6 * noise[0],
             "effort": 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[1],
-        }  # fmt: skip
+        }
         logs.append((Log.from_columns(columns, kind=facts.kind), None))
     return compare(logs[:1], logs[1:])
 
@@ -139,23 +140,38 @@ def _study(facts: _Examples) -> Any:
 
     force, length = (unit_of(quantity, facts.kind) for quantity in ("force", "length"))
     columns = {
-        "run": {"role": "run", "unit": ""}, "friction.F_C": {"role": "drawn", "unit": force},
+        "run": {"role": "run", "unit": ""},
+        "friction.F_C": {"role": "drawn", "unit": force},
         "following_error.rms": {"role": "metric", "unit": length, "description": "following error, root mean square"},
-        "status": {"role": "run", "unit": ""}, "reason": {"role": "run", "unit": ""},
-    }  # fmt: skip
+        "status": {"role": "run", "unit": ""},
+        "reason": {"role": "run", "unit": ""},
+    }
     described = {
-        "name": "example", "kind": facts.kind, "runs": DRAWS, "draws": DRAWS, "seed": 1, "sampling": "latin_hypercube",
-        "grid": {}, "sobol_indices": False, "metrics": ["following_error.rms"], "columns": columns,
-    }  # fmt: skip
+        "name": "example",
+        "kind": facts.kind,
+        "runs": DRAWS,
+        "draws": DRAWS,
+        "seed": 1,
+        "sampling": "latin_hypercube",
+        "grid": {},
+        "sobol_indices": False,
+        "metrics": ["following_error.rms"],
+        "columns": columns,
+    }
     level = np.random.default_rng(1).normal(5.0, 0.5, DRAWS)
     numbers = {"run": np.arange(DRAWS), "friction.F_C": level, "following_error.rms": 1e-6 * level}
     return Runs(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
 
 
 EXAMPLES: dict[str, Callable[[_Examples], Any]] = {
-    "identification": _identification, "log": _log, "simulation": _simulation, "prediction": _prediction,
-    "design": _design, "comparison": _comparison, "study": _study,
-}  # fmt: skip
+    "identification": _identification,
+    "log": _log,
+    "simulation": _simulation,
+    "prediction": _prediction,
+    "design": _design,
+    "comparison": _comparison,
+    "study": _study,
+}
 
 
 def check_figure(figure: ReportFigure) -> list[Check]:
@@ -218,10 +234,14 @@ def shows_numbers(trial: _Trial) -> Fact:
     from bristle.figures import numbers_of
 
     counts = {
-        kind: sum(int(np.isfinite(stroke).all(axis=1).sum()) for panel in numbers_of(drawing)
-                  for _, drawn in panel.drawn for stroke in drawn.strokes)
+        kind: sum(
+            int(np.isfinite(stroke).all(axis=1).sum())
+            for panel in numbers_of(drawing)
+            for _, drawn in panel.drawn
+            for stroke in drawn.strokes
+        )
         for kind, drawing in trial.drawn.items()
-    }  # fmt: skip
+    }
     for kind, count in counts.items():
         if count < 2:
             raise UnmetError(f"nothing is drawn ({kind} axis)", "Plot into the axes of the figure that is returned")
@@ -282,6 +302,4 @@ def _open_figures() -> set[int]:
 
 
 FORM = (described_figure, draws_each_kind)
-FIGURE_CHECKS = (
-    *FORM, shows_numbers, labelled_axes, legible_texts, same_figure_twice, saved_in_each_form, nothing_left_open,
-)  # fmt: skip
+FIGURE_CHECKS = (*FORM, shows_numbers, labelled_axes, legible_texts, same_figure_twice, saved_in_each_form, nothing_left_open)

@@ -83,8 +83,7 @@ def described_reader(trial: _Trial) -> Fact:
         raise UnmetError(f"the title is {title!r:.60}", "Say in a few words what people call such files")
     if not isinstance(trial.example, bytes) or not trial.example.strip():
         raise UnmetError(
-            "there are no bytes of an example",
-            f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more',
+            "there are no bytes of an example", f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more'
         )
     return Fact(f"{title}: {len(trial.example)} bytes")
 
@@ -171,12 +170,8 @@ def time_in_order(trial: _Trial) -> Fact:
 def same_log_twice(trial: _Trial) -> Fact:
     """Give the same numbers, units and notes when it reads the same bytes again."""
     first, again = trial.table, trial.read(trial.example)
-    if _facts(first) != _facts(again) or any(
-        again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()
-    ):
-        raise UnmetError(
-            "the second reading differs", "Go by the bytes alone: no clock, no counter, no set in its own order"
-        )
+    if _facts(first) != _facts(again) or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
+        raise UnmetError("the second reading differs", "Go by the bytes alone: no clock, no counter, no set in its own order")
     return Fact(f"{sum(values.size for values in first.columns.values())} numbers")
 
 
@@ -201,8 +196,7 @@ def leaves_other_files(trial: _Trial) -> Fact:
                 ) from None
             if claimed:
                 raise UnmetError(
-                    f"a file of another kind is taken for one of it: {title}",
-                    "Let recognises look at more of the first bytes",
+                    f"a file of another kind is taken for one of it: {title}", "Let recognises look at more of the first bytes"
                 )
     return Fact(f"{len(foreign)} files of other kinds")
 
@@ -246,9 +240,7 @@ def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:
 
 
 FORM = (described_reader, recognises_its_example, columns_of_numbers)
-READER_CHECKS = (
-    *FORM, units_that_exist, time_in_order, same_log_twice, leaves_other_files, tells_where_a_file_ends_early,
-)  # fmt: skip
+READER_CHECKS = (*FORM, units_that_exist, time_in_order, same_log_twice, leaves_other_files, tells_where_a_file_ends_early)
 
 
 @cache
@@ -269,11 +261,19 @@ def other_files() -> Mapping[str, bytes]:
         "objects of JSON, line by line": b'{"t": 0.0, "x": 1.5}\n{"t": 0.001, "x": 1.6}\n',
         "XML": b'<?xml version="1.0" encoding="UTF-8"?>\n<trace><signal name="x">1 2 3</signal></trace>\n',
         "settings": b"[axis]\nname = bench\nkind=translational\n# a remark\n",
-        "NPZ": archive.getvalue(), "NPY": array.getvalue(),
-        "HDF5": b"\x89HDF\r\n\x1a\n" + bytes(64), "MAT": b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(128),
-        "MAT v7.3": b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512), "Parquet": b"PAR1\x15\x04\x15" + bytes(64),
-        "MF4": b"MDF     4.10    ".ljust(64, b"\0"), "MCAP": b"\x89MCAP0\r\n" + bytes(64), "TDMS": b"TDSm" + bytes(64),
-        "a spreadsheet": b"PK\x03\x04" + bytes(22) + b"xl/workbook.xml", "a document": b"%PDF-1.7\n1 0 obj\n",
-        "what is compressed": b"\x1f\x8b\x08" + bytes(64), "nothing": b"", "blanks": b" \r\n\n",
+        "NPZ": archive.getvalue(),
+        "NPY": array.getvalue(),
+        "HDF5": b"\x89HDF\r\n\x1a\n" + bytes(64),
+        "MAT": b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(128),
+        "MAT v7.3": b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512),
+        "Parquet": b"PAR1\x15\x04\x15" + bytes(64),
+        "MF4": b"MDF     4.10    ".ljust(64, b"\0"),
+        "MCAP": b"\x89MCAP0\r\n" + bytes(64),
+        "TDMS": b"TDSm" + bytes(64),
+        "a spreadsheet": b"PK\x03\x04" + bytes(22) + b"xl/workbook.xml",
+        "a document": b"%PDF-1.7\n1 0 obj\n",
+        "what is compressed": b"\x1f\x8b\x08" + bytes(64),
+        "nothing": b"",
+        "blanks": b" \r\n\n",
         "noise": np.random.default_rng(SEED).bytes(START),
-    }  # fmt: skip
+    }

@@ -30,10 +30,7 @@ def law_kernels(model: Model) -> Fact:
     """Keep the functions of a law in the part of Python that can be compiled and exported."""
     reference = struct_of(Reference, [REAL] * len(Reference._fields))
     state, p = type_of(_begun(model)), type_of(model.parameters)
-    built = [
-        _built(model.component.start, [REAL, REAL, REAL, REAL, p]),
-        _built(model.component.step, [state, reference, REAL, REAL, p]),
-    ]
+    built = [_built(model.component.start, [REAL, REAL, REAL, REAL, p]), _built(model.component.step, [state, reference, REAL, REAL, p])]
     if model.component.resume is not None:
         built.append(_built(model.component.resume, [state, reference, REAL, REAL, REAL, p]))
     return Fact(f"{sum(built)} kernels", 0.0, "1", 0.0)
@@ -98,9 +95,7 @@ def _built(function: Any, types: list[Any]) -> int:
 def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
     value, after = step()
     if not isinstance(value, (float, int)) or not math.isfinite(value):
-        raise UnmetError(
-            f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state), both finite"
-        )
+        raise UnmetError(f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state), both finite")
     if type(after) is not model.component.State:
         raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
     if step() != (value, after):

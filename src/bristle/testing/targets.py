@@ -29,13 +29,12 @@ LONGEST_NOTE = 400  # letters
 FEWEST_LETTERS = 4  # of a folder by which a machine is known: "/" is in every text
 REFUSE = "Refuse what it cannot hold: raise InputError(message, path=..., mend=...) from bristle.core"
 AXIS = {
-    "schema": 1, "kind": "translational", "columns": {
-        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"},
-        "effort": {"column": "u", "unit": "A"},
-    },
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
     "effort": {"force_constant": "50 N/A", "rated": "200 N"},
     "controller": {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "T_n": "20 ms"},
-}  # fmt: skip
+}
 
 
 class _Trial:
@@ -62,22 +61,19 @@ def example_requests() -> Mapping[str, Request]:
     source = Source({"model": "model.toml", "command": "bristle export model.toml"}, {"F_C": {"interval": (7.0, 9.0)}})
     cogging = with_terms(inertia, cogging={"motor": [6]})(
         kind="rotational", M=1e-3, motor_turn=2.0 * math.pi, motor_6_cos=1e-2, motor_6_sin=2e-2
-    )  # fmt: skip
+    )
     stribeck = friction.with_slots(friction.stribeck, ["asymmetry"])(
-        F_C_pos=8.0, F_C_neg=7.0, F_S_pos=11.0, F_S_neg=10.0, v_S=4e-3, F_v_pos=30.0, F_v_neg=28.0,
-        offset=1.5,
-    )  # fmt: skip
+        F_C_pos=8.0, F_C_neg=7.0, F_S_pos=11.0, F_S_neg=10.0, v_S=4e-3, F_v_pos=30.0, F_v_neg=28.0, offset=1.5
+    )
     lugre = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
     return {
-        "coulomb_viscous": Request(
-            friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2, drawn=drawn
-        ),
+        "coulomb_viscous": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP, source, speed=0.2, drawn=drawn),
         "stribeck+asymmetry with an axis file": Request(
             stribeck, "axis_x", STEP, axis=axis_from(AXIS), speed=0.2, points=10, plant=inertia(M=20.0)
         ),
         "lugre, rotational, on a motor that cogs": Request(lugre, "axis_x", STEP, speed=5.0, plant=cogging),
         "coulomb_viscous without a speed": Request(friction.coulomb_viscous(F_C=8.0, F_v=30.0), "axis_x", STEP),
-    }  # fmt: skip
+    }
 
 
 def check_target(target: Target) -> list[Check]:
@@ -131,8 +127,10 @@ def same_bytes_twice(trial: _Trial) -> Fact:
     for model, product in written.items():
         for name, content in product.files.items():
             if model not in again or again[model].files.get(name) != content or again[model].notes != product.notes:
-                raise UnmetError(f"{name} of {model} has other content the second time",
-                                 "Write no date, no counter, nothing random, and no set in its own order")  # fmt: skip
+                raise UnmetError(
+                    f"{name} of {model} has other content the second time",
+                    "Write no date, no counter, nothing random, and no set in its own order",
+                )
     return Fact(f"{sum(len(product.files) for product in written.values())} files")
 
 
@@ -155,8 +153,7 @@ def notes_in_words(trial: _Trial) -> Fact:
     notes = [note for product in written.values() for note in product.notes]
     for note in notes:
         if not note.isprintable() or len(note.split()) < 2 or len(note) > LONGEST_NOTE:
-            raise UnmetError(f"a note is {note!r:.60}",
-                             f"Write each in one line of {LONGEST_NOTE} letters at most, in words")  # fmt: skip
+            raise UnmetError(f"a note is {note!r:.60}", f"Write each in one line of {LONGEST_NOTE} letters at most, in words")
     return Fact(f"{len(notes)} notes")
 
 

@@ -6,14 +6,4 @@ from bristle.workflow.loaded import Loaded, load
 from bristle.workflow.outcome import Outcome
 from bristle.workflow.pipeline import Prepared, prepare
 
-__all__ = [
-    "Compared",
-    "Identified",
-    "Loaded",
-    "Outcome",
-    "Prepared",
-    "compare",
-    "identify",
-    "load",
-    "prepare",
-]
+__all__ = ["Compared", "Identified", "Loaded", "Outcome", "Prepared", "compare", "identify", "load", "prepare"]

@@ -62,9 +62,7 @@ class Compared(WithCard, Comparison):
         """The report, one HTML page."""
         from bristle.report.comparison import comparison_report
 
-        return comparison_report(
-            self, name=self.axis_name, command=self.call, provenance=self.provenance, figures=self.figures
-        )
+        return comparison_report(self, name=self.axis_name, command=self.call, provenance=self.provenance, figures=self.figures)
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -110,9 +108,7 @@ class Compared(WithCard, Comparison):
         columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
         return pandas.DataFrame(rows, columns=columns)
 
-    def report(
-        self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()
-    ) -> Path:  # fmt: skip
+    def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
         """Write the report, one HTML file that needs nothing else.
 
         Parameters
@@ -219,24 +215,17 @@ def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None 
 
 
 def compared_as(
-    before: Any, after: Any, *, axis: Any = None, window: float | None = None, call: str = "", name: str = "",
-    read: Mapping[str, Any] | None = None, figures: Sequence[ReportFigure] = (),
-) -> Compared:  # fmt: skip
-    """Return what `compare` does, told in words of one's own.
-
-    Parameters
-    ----------
-    before, after, axis, window
-        As for `compare`.
-    call : str
-        What repeats it.
-    name : str
-        What people call the axis.
-    read : mapping, optional
-        What was read beside the logs, by what it is.
-    figures : sequence of ReportFigure
-        A person's own, for the report.
-    """
+    before: Any,
+    after: Any,
+    *,
+    axis: Any = None,
+    window: float | None = None,
+    call: str = "",
+    name: str = "",
+    read: Mapping[str, Any] | None = None,
+    figures: Sequence[ReportFigure] = (),
+) -> Compared:
+    """Return what `compare` does, told in words of one's own."""
     sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
     named_logs = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
     for side, path in zip(sides, ("before", "after"), strict=True):
@@ -248,9 +237,8 @@ def compared_as(
     comparison = sides_compared(first, second, window)
     fields = {field: getattr(comparison, field) for field in Comparison.__dataclass_fields__}
     return Compared(
-        **fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {},
-        figures=tuple(figures),
-    )  # fmt: skip
+        **fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {}, figures=tuple(figures)
+    )
 
 
 def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:

@@ -23,19 +23,7 @@ FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "
 
 @dataclass(frozen=True, eq=False)
 class DesignedMotion:
-    """A motion to run on an axis, and what was read for it.
-
-    Parameters
-    ----------
-    excitation : Excitation
-        The motion, and what is known about it.
-    axis_file : Content
-        The axis file.
-    model_file : Content or None
-        An earlier model of the axis.
-    command : str
-        What repeats it.
-    """
+    """A motion to run on an axis, and what was read for it."""
 
     excitation: Excitation
     axis_file: Content
@@ -69,32 +57,11 @@ class DesignedMotion:
         from bristle.report.excitation import excitation_report
         from bristle.report.results import write_motion_folder
 
-        page = excitation_report(
-            self.excitation, command=self.command, identify=identify, provenance=self.provenance
-        )  # fmt: skip
+        page = excitation_report(self.excitation, command=self.command, identify=identify, provenance=self.provenance)
         summary = self.summary(FILES, identify)
         write_motion_folder(folder, self.excitation, axis_file=self.axis_file, report=page, summary=summary)
 
 
-def designed_motion(
-    axis_file: Content, *, command: str, model_file: Content | None = None, **options: Any
-) -> DesignedMotion:
-    """Return the motion to run on an axis.
-
-    Parameters
-    ----------
-    axis_file : Content
-        The axis file.
-    command : str
-        What repeats it.
-    model_file : Content, optional
-        An earlier model of the axis.
-    **options
-        As for `bristle.excite`.
-
-    Raises
-    ------
-    InputError
-        If the axis does not say enough for what is asked, or an option is out of range.
-    """
+def designed_motion(axis_file: Content, *, command: str, model_file: Content | None = None, **options: Any) -> DesignedMotion:
+    """Return the motion to run on an axis."""
     return DesignedMotion(excite(axis_file, model=model_file, **options), axis_file, model_file, command)

@@ -27,21 +27,7 @@ __all__ = ["ExportedModel", "export_model_file"]
 
 
 class ExportedModel(NamedTuple):
-    """Files of an export, what is in them, and where it comes from.
-
-    Parameters
-    ----------
-    target : str
-        What they are for.
-    product : Product
-        The files, and what the target loses.
-    name : str
-        Of the model.
-    provenance : dict
-        Versions, files, checksums.
-    beside : tuple of str
-        What could not be read beside the model file.
-    """
+    """Files of an export, what is in them, and where it comes from."""
 
     target: str
     product: Product
@@ -54,10 +40,13 @@ class ExportedModel(NamedTuple):
         """What was written, as ``summary.json`` holds it."""
         effect = self.product.effect
         return {
-            "target": self.target, "model": self.name, "files": list(self.product.files),
+            "target": self.target,
+            "model": self.name,
+            "files": list(self.product.files),
             "notes": [*self.product.notes, *self.beside],
-            "effect": None if effect is None else effect.as_data(), "provenance": self.provenance,
-        }  # fmt: skip
+            "effect": None if effect is None else effect.as_data(),
+            "provenance": self.provenance,
+        }
 
     def write(self, folder: Results) -> None:
         """Write the files and the summary into a folder of results."""
@@ -70,50 +59,24 @@ class ExportedModel(NamedTuple):
 
 
 def export_model_file(
-    model: Path, to: str | Target, *, command: str, name: str = NAME, step: str | float = STEP, tunable: bool = False,
-    float32: bool = False, axis: Any = None, speed: str | None = None, points: int = 20, log: Any = None,
-    draws: int = 0, rest: str | None = None, accept_harm: bool = False, allow_code: bool = False,
-) -> ExportedModel:  # fmt: skip
-    """Return a friction model or an operator, from its file, as files for another world.
-
-    Parameters
-    ----------
-    model : Path
-        The model file; draws of the identification are looked for beside it.
-    to : str or Target
-        The name of a target of bristle, or one of a user's own; a file is not loaded here.
-    command : str
-        What repeats it.
-    name : str
-        What files and functions are called.
-    step : str or float
-        Time step of self-test and example, or inside of an FMU [s].
-    tunable : bool
-        Whether parameters may be changed at run time.
-    float32 : bool
-        Whether C has numbers of single precision.
-    axis : path-like, bytes or None
-        The axis file, which tells the units of the drive and the loop; the one beside the model file where not given.
-    speed : str or None
-        Largest speed of a table; that of the log that was fitted, where not given.
-    points : int
-        Entries of a table, at most.
-    log : path-like or None
-        Along whose motion a table is compared with the model.
-    draws : int
-        How many draws of what was identified.
-    rest : {"held", "middle"} or None
-        Force of a memoryless model at rest; that of the target where not given.
-    accept_harm : bool
-        Whether files are written that make the simulated following error larger.
-    allow_code : bool
-        Whether a model of a person's own may run without having been allowed before.
-
-    Raises
-    ------
-    InputError
-        If the file does not serve, the target is unknown, or it cannot hold the model.
-    """
+    model: Path,
+    to: str | Target,
+    *,
+    command: str,
+    name: str = NAME,
+    step: str | float = STEP,
+    tunable: bool = False,
+    float32: bool = False,
+    axis: Any = None,
+    speed: str | None = None,
+    points: int = 20,
+    log: Any = None,
+    draws: int = 0,
+    rest: str | None = None,
+    accept_harm: bool = False,
+    allow_code: bool = False,
+) -> ExportedModel:
+    """Return a friction model or an operator, from its file, as files for another world."""
     from bristle.exports.described import Source
     from bristle.exports.target import Request
     from bristle.exports.writing import files_for
@@ -134,10 +97,24 @@ def export_model_file(
     fastest = float(facts["treatment"].get("velocity_max", 0.0)) if speed is None else _speed(speed, exported.kind)
     loop, said = _loop_beside(model.parent, exported, described)
     request = Request(
-        exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]), tunable, float32,
-        described, fastest, points, 1.0 if plant is None else float(plant.values.get("M", 1.0)), plant, recorded,
-        facts, draws, drawn, "" if rest is None else among(*RESTS)(rest, "--rest", None), loop,
-    )  # fmt: skip
+        exported,
+        name_for(name),
+        PERIOD(step, "--step", None),
+        Source(source, facts["uncertainty"]),
+        tunable,
+        float32,
+        described,
+        fastest,
+        points,
+        1.0 if plant is None else float(plant.values.get("M", 1.0)),
+        plant,
+        recorded,
+        facts,
+        draws,
+        drawn,
+        "" if rest is None else among(*RESTS)(rest, "--rest", None),
+        loop,
+    )
     product = files_for(target, request, accept_harm=accept_harm)
     return ExportedModel(target.name, product, exported.name, source, said)
 

@@ -75,11 +75,16 @@ class Identified(ModelInHand, Identification):
         return self.outcome_with()
 
     def outcome_with(
-        self, *, command: str | None = None, axis_name: str | None = None, progress: Progress | None = None,
-        banner: str | None = None, files: Mapping[str, Any] | None = None,
+        self,
+        *,
+        command: str | None = None,
+        axis_name: str | None = None,
+        progress: Progress | None = None,
+        banner: str | None = None,
+        files: Mapping[str, Any] | None = None,
         loop: tuple[SimulationResult | None, Prediction | None, Following | None] | None = None,
         figures: Sequence[ReportFigure] = (),
-    ) -> Outcome:  # fmt: skip
+    ) -> Outcome:
         """Return what follows from the models, with words of one's own.
 
         Parameters
@@ -108,10 +113,17 @@ class Identified(ModelInHand, Identification):
         read = {"log": logs, "code": self.code} | dict(files or {})
         name = self.axis.name if self.axis is not None else Path(self.log.source.name.strip("<>")).stem
         return outcome_of(
-            self, self.axis, provenance=provenance(command or self.call, **read), command=command or self.call,
-            axis_name=axis_name or name, progress=progress, banner=banner, loop=loop, axes=texts,
+            self,
+            self.axis,
+            provenance=provenance(command or self.call, **read),
+            command=command or self.call,
+            axis_name=axis_name or name,
+            progress=progress,
+            banner=banner,
+            loop=loop,
+            axes=texts,
             figures=tuple(figures),
-        )  # fmt: skip
+        )
 
     def _axis_texts(self) -> tuple[bytes, ...]:
         """Return the axis files as used, each once."""
@@ -119,9 +131,7 @@ class Identified(ModelInHand, Identification):
         texts = [axis_text(_with_columns(axis, log)) for axis, log in zip(self.axes, logs, strict=True)]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
-    def report(
-        self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()
-    ) -> Path:  # fmt: skip
+    def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
         """Write the report, one HTML file that needs nothing else.
 
         Parameters
@@ -200,13 +210,22 @@ def _with_columns(axis: Axis | None, log: Log) -> Axis:
 
 
 def identify(
-    log: Any, model: Any = DEFAULT_MODELS, *,
+    log: Any,
+    model: Any = DEFAULT_MODELS,
+    *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
-    cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
-    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 100, method: str | None = None, global_search: bool | None = None,
-    settings: Settings | Mapping[str, float] | None = None, progress: Progress | None = None,
-) -> Identified:  # fmt: skip
+    cutoff: float | str | None = None,
+    decimation: int | None = None,
+    blocks: int | None = None,
+    offset: float | str | None = None,
+    mass: float | str | None = None,
+    free: str | Sequence[str] = (),
+    draws: int = 100,
+    method: str | None = None,
+    global_search: bool | None = None,
+    settings: Settings | Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+) -> Identified:
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
     Parameters
@@ -271,15 +290,25 @@ def identify(
     pairs = logs_and_axes(log, axis)
     logs, axes = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
     options: dict[str, Any] = {
-        "cutoff": cutoff, "decimation": decimation, "blocks": blocks, "offset": offset, "mass": mass, "free": free,
-        "draws": draws, "method": method, "global_search": global_search, "settings": settings,
-    }  # fmt: skip
+        "cutoff": cutoff,
+        "decimation": decimation,
+        "blocks": blocks,
+        "offset": offset,
+        "mass": mass,
+        "free": free,
+        "draws": draws,
+        "method": method,
+        "global_search": global_search,
+        "settings": settings,
+    }
     fitted = models_fitted(logs, model, axis=axes, progress=progress, **options)  # type: ignore[arg-type]
     code = origins_of_code(models_of(model))
     return Identified(
-        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__}, axes=tuple(axes), code=code,
+        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__},
+        axes=tuple(axes),
+        code=code,
         call=_call(logs, model, axes, options),
-    )  # fmt: skip
+    )
 
 
 def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any]) -> str:

@@ -26,25 +26,7 @@ __all__ = ["Inspected", "inspect_log"]
 
 
 class Inspected(NamedTuple):
-    """What is in a log.
-
-    Parameters
-    ----------
-    summary : dict
-        Columns, channels, rates, passages, notes, diagnostics and problems, as ``summary.json`` holds them.
-    content : Content
-        The file, as it was read.
-    table : Table
-        Its columns.
-    axis : Axis or None
-        What it was looked at with; None where columns called as usual were taken.
-    proposal : Proposal or None
-        The axis file that it speaks of, where none was given.
-    log : Log or None
-        The log in SI; None where it has problems, or a unit that is not known.
-    passages : tuple of Passage
-        The experiments that it contains.
-    """
+    """What is in a log."""
 
     summary: dict[str, Any]
     content: Content
@@ -55,15 +37,7 @@ class Inspected(NamedTuple):
     passages: tuple[Passage, ...]
 
     def write(self, folder: Results, command: str) -> None:
-        """Write the numbers, and the report of a log that can be used, into a folder of results.
-
-        Parameters
-        ----------
-        folder : Results
-            The folder.
-        command : str
-            What repeats it.
-        """
+        """Write the numbers, and the report of a log that can be used, into a folder of results."""
         from bristle.files.results import SUMMARY
         from bristle.files.summary import as_json
         from bristle.report.log import log_report
@@ -73,29 +47,18 @@ class Inspected(NamedTuple):
             folder.write(SUMMARY, as_json(self.summary))
             return
         page = log_report(
-            self.log, self.passages, name=self.axis.name if self.axis else Path(self.summary["file"]).stem,
-            command=command, provenance=self.summary["provenance"], diagnostics=self.summary["diagnostics"],
-        )  # fmt: skip
+            self.log,
+            self.passages,
+            name=self.axis.name if self.axis else Path(self.summary["file"]).stem,
+            command=command,
+            provenance=self.summary["provenance"],
+            diagnostics=self.summary["diagnostics"],
+        )
         write_report(folder, page, self.summary)
 
 
 def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
-    """Return what is in a log.
-
-    Parameters
-    ----------
-    log : path-like, bytes, file object or Content
-        A log in any format that `bristle.read_log` reads.
-    axis : Axis, optional
-        Which columns are which. Without it columns are told by their names and units, and by what moves like what.
-    size_limit : int
-        Largest file, and largest content that a file announces [byte].
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read at all.
-    """
+    """Return what is in a log."""
     content = content_of_log(log, limit=size_limit)
     proposal = _proposal(content, size_limit) if axis is None else None
     used = proposal.axis if proposal else axis

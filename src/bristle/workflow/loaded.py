@@ -128,15 +128,22 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
         raise InputError(f"does not say what it should: {error!r}", path=str(place / SUMMARY)) from None
     axis, page = place / "axis.toml", place / REPORT
     return Loaded(
-        fit, summary["treatment"], read_axis(axis) if axis.is_file() else None, summary,
+        fit,
+        summary["treatment"],
+        read_axis(axis) if axis.is_file() else None,
+        summary,
         page.read_text(encoding="utf-8") if page.is_file() else "",
-    )  # fmt: skip
+    )
 
 
 def _fit(
-    plant: Model, friction: Model, summary: Mapping[str, Any], traces: Traces, draws: Mapping[str, np.ndarray],
+    plant: Model,
+    friction: Model,
+    summary: Mapping[str, Any],
+    traces: Traces,
+    draws: Mapping[str, np.ndarray],
     bands: Mapping[str, Any] | None,
-) -> Fit:  # fmt: skip
+) -> Fit:
     diagnostics = tuple(
         Diagnostic(entry["code"], entry["parameter"], entry["severity"], _numbers(entry["numbers"]), friction.kind)
         for entry in summary["diagnostics"]
@@ -144,13 +151,20 @@ def _fit(
     metrics, correlation = summary["metrics"], summary["correlation"]
     simulated = {name: metrics[name] for name in SIMULATED}
     return Fit(
-        plant=plant, friction=friction, estimates=_estimates(summary["parameters"], diagnostics),
-        correlation=np.array(correlation["values"], dtype=float), correlation_names=tuple(correlation["names"]),
-        condition_number=_number(metrics["condition_number"]), traces=traces,
-        force_error_percent=_number(metrics["force_error_percent"]), diagnostics=diagnostics,
-        combinations=_estimates(summary["combinations"], diagnostics), lag=summary["treatment"].get("lag"),
-        resampling=_resampling(summary["resampling"], draws, bands), **simulated,
-    )  # fmt: skip
+        plant=plant,
+        friction=friction,
+        estimates=_estimates(summary["parameters"], diagnostics),
+        correlation=np.array(correlation["values"], dtype=float),
+        correlation_names=tuple(correlation["names"]),
+        condition_number=_number(metrics["condition_number"]),
+        traces=traces,
+        force_error_percent=_number(metrics["force_error_percent"]),
+        diagnostics=diagnostics,
+        combinations=_estimates(summary["combinations"], diagnostics),
+        lag=summary["treatment"].get("lag"),
+        resampling=_resampling(summary["resampling"], draws, bands),
+        **simulated,
+    )
 
 
 def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
@@ -159,17 +173,16 @@ def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...
     reasons = {reason.parameter: reason for reason in reversed(diagnostics) if reason.parameter}
     return tuple(
         Estimate(
-            name=name, **{key: value for key, value in entry.items() if key in names and key != "interval"},
+            name=name,
+            **{key: value for key, value in entry.items() if key in names and key != "interval"},
             interval=tuple(entry["interval"]) if entry["interval"] else None,
             reason=None if entry["status"] == "identified" else reasons.get(name),
         )
         for name, entry in parameters.items()
-    )  # fmt: skip
+    )
 
 
-def _resampling(
-    numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None
-) -> Resampling | None:
+def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None) -> Resampling | None:
     """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
     if numbers is None or not (draws or bands):
         return None
@@ -177,11 +190,14 @@ def _resampling(
     curve = numbers["virgin_curve"]
     return Resampling(
         bands=Bands(draws or (bands or {})["draws"], scatter=numbers["scatter"]["value"], **errors),
-        scatter=Scatter(**numbers["scatter"]), half_cycles=numbers["half_cycles"], resolution=numbers["resolution"],
-        white=numbers["white"], jackknife=numbers["jackknife_std"],
+        scatter=Scatter(**numbers["scatter"]),
+        half_cycles=numbers["half_cycles"],
+        resolution=numbers["resolution"],
+        white=numbers["white"],
+        jackknife=numbers["jackknife_std"],
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
         curve_from=numbers["virgin_curve_from"],
-    )  # fmt: skip
+    )
 
 
 def _numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:

@@ -117,31 +117,12 @@ class ModelInHand(WithCard):
     def draws(self) -> dict[str, np.ndarray]:
         """Parameters that the log allows, as simulated logs tell, one entry a log; empty where there were none."""
         resampling = self.best.resampling
-        return (
-            {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
-        )
+        return {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
 
     def predict(
-        self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *,
-        axis: Axis | str | PathLike[str] | None = None,
-    ) -> Prediction:  # fmt: skip
-        """Predict a log, treated as the log of the identification was, with a 95 % band where there is one.
-
-        Parameters
-        ----------
-        log : Log, path-like, or table of columns
-            What was measured.
-        mode : {"inverse", "closed-loop", "open-loop"}
-            ``inverse``: the effort from the measured motion. ``closed-loop``: effort and motion from the reference,
-            with the controller of the axis. ``open-loop``: the motion from the measured effort.
-        axis : Axis or path-like, optional
-            That of the log; that of the identification where not given.
-
-        Returns
-        -------
-        Prediction
-            Measured and predicted signals, and the errors [%].
-        """
+        self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *, axis: Axis | str | PathLike[str] | None = None
+    ) -> Prediction:
+        """Predict a log, treated as the log of the identification was, with a 95 % band where there is one."""
         from bristle.files.model import TREATMENT
         from bristle.prediction.predict import predict
 
@@ -153,18 +134,7 @@ class ModelInHand(WithCard):
         return predict(self.plant, self.model, log, own, mode, bands=bands, **options)
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
-        """Return velocity and steady friction for the compensation of a drive, at most `entries` of them.
-
-        Parameters
-        ----------
-        entries : int
-            Number of entries at most, 4 to 1000.
-
-        Returns
-        -------
-        list of (float, float)
-            Velocity, ascending, and the force to be fed forward [m/s or rad/s, N or N*m].
-        """
+        """Return velocity and steady friction for the compensation of a drive, at most `entries` of them."""
         from bristle.prediction.drive_table import drive_table
 
         return drive_table(self.best, entries)
@@ -176,20 +146,7 @@ class ModelInHand(WithCard):
         return figures.fitted(self.best)
 
     def widget(self) -> Widget:
-        """Return the model to be touched in a notebook, each identified interval under its slider.
-
-        Returns
-        -------
-        bristle.lab.Widget
-            What a notebook shows with sliders; ``.model`` is the model with the values of now.
-
-        Raises
-        ------
-        InputError
-            If a page cannot compute the model.
-        MissingExtraError
-            If anywidget is not installed.
-        """
+        """Return the model to be touched in a notebook, each identified interval under its slider."""
         from bristle.lab import Widget
         from bristle.lab.living import uncertainty_of
 
@@ -197,28 +154,21 @@ class ModelInHand(WithCard):
         return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=fastest)
 
     def to_dataframe(self) -> Any:
-        """Return the parameters as a data frame of pandas, one row a parameter.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Columns ``value``, ``unit``, ``std``, ``robust_std``, ``low`` and ``high`` of the 95 % interval, ``status``,
-            ``description``.
-
-        Raises
-        ------
-        MissingExtraError
-            If pandas is not installed.
-        """
+        """Return the parameters as a data frame of pandas, one row a parameter."""
         pandas = library("pandas", "to_dataframe()")
         rows = {
             name: {
-                "value": estimate.value, "unit": estimate.unit, "std": estimate.std, "robust_std": estimate.robust_std,
-                "low": (estimate.interval or (None, None))[0], "high": (estimate.interval or (None, None))[1],
-                "status": estimate.status, "description": estimate.description,
+                "value": estimate.value,
+                "unit": estimate.unit,
+                "std": estimate.std,
+                "robust_std": estimate.robust_std,
+                "low": (estimate.interval or (None, None))[0],
+                "high": (estimate.interval or (None, None))[1],
+                "status": estimate.status,
+                "description": estimate.description,
             }
             for name, estimate in self.parameters.items()
-        }  # fmt: skip
+        }
         return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
 
     def _card(self) -> Card:
@@ -229,8 +179,12 @@ class ModelInHand(WithCard):
         columns = [index for index, head in enumerate(table.heads) if head in COLUMNS]
         rows = tuple(tuple(row[index] for index in columns) for row in table.rows)
         title = f"{self.best.name}, identified{self._source()}: error {self.best.error_percent:.3g} %"
-        return Card(title, tuple(table.heads[index] for index in columns), rows,
-                    (*self._beside(), *(f"warning: {warning}" for warning in warnings_of(self.best))))  # fmt: skip
+        return Card(
+            title,
+            tuple(table.heads[index] for index in columns),
+            rows,
+            (*self._beside(), *(f"warning: {warning}" for warning in warnings_of(self.best))),
+        )
 
     def _source(self) -> str:
         """Return from which log, in words."""

@@ -97,9 +97,15 @@ class Outcome:
         from bristle.report.summary import identification_summary
 
         return identification_summary(
-            self.identification, table=self.table, simulation=self.simulation, prediction=self.prediction,
-            provenance=self.provenance, certificates=self.certificates, following=self.following, axis=self.axis,
-        )  # fmt: skip
+            self.identification,
+            table=self.table,
+            simulation=self.simulation,
+            prediction=self.prediction,
+            provenance=self.provenance,
+            certificates=self.certificates,
+            following=self.following,
+            axis=self.axis,
+        )
 
     @cached_property
     def page(self) -> str:
@@ -108,12 +114,20 @@ class Outcome:
         from bristle.report.identification import identification_report
 
         return identification_report(
-            self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
-            command=self.command, axis_name=self.axis_name, provenance=self.provenance,
-            certificates=self.certificates, banner=self.banner, following=self.following,
-            axis=self.axis, figures=self.figures,
+            self.identification,
+            prediction=self.prediction,
+            simulation=self.simulation,
+            table=self.table,
+            command=self.command,
+            axis_name=self.axis_name,
+            provenance=self.provenance,
+            certificates=self.certificates,
+            banner=self.banner,
+            following=self.following,
+            axis=self.axis,
+            figures=self.figures,
             living=living_part(self.identification, self.axis, self.simulation, self.following),
-        )  # fmt: skip
+        )
 
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file that lies in a folder beside the model: the next step."""
@@ -121,9 +135,13 @@ class Outcome:
 
         log, plant = self.identification.log, self.identification.best.plant
         return next_experiment(
-            plant, self.axis or Axis(kind=log.kind), log, folder, has_axis_file=bool(self.axes),
+            plant,
+            self.axis or Axis(kind=log.kind),
+            log,
+            folder,
+            has_axis_file=bool(self.axes),
             loop=self.looped.variants[0] if self.looped is not None and self.axes else None,
-        )  # fmt: skip
+        )
 
     def write(self, folder: Results, **further: Any) -> None:
         """Write all of it into a folder of results.
@@ -142,9 +160,8 @@ class Outcome:
 
         best = self.identification.best
         write_identification(
-            folder, self.identification, table=self.table, report=self.page, summary=self.summary | further,
-            provenance=self.provenance,
-        )  # fmt: skip
+            folder, self.identification, table=self.table, report=self.page, summary=self.summary | further, provenance=self.provenance
+        )
         for number, text in enumerate(self.axes, 1):
             folder.write("axis.toml" if number == 1 else f"axis_{number}.toml", text)
         following = self.following_experiment(folder.path)
@@ -159,35 +176,19 @@ class Outcome:
 
 
 def outcome_of(
-    identification: Identification, axis: Axis | None = None, *, provenance: Mapping[str, str], command: str,
-    axis_name: str, progress: Progress | None = None, banner: str | None = None, axes: tuple[bytes, ...] = (),
-    loop: Loop | None = None, figures: tuple[ReportFigure, ...] = (),
-) -> Outcome:  # fmt: skip
-    """Return what follows from an identification.
-
-    Parameters
-    ----------
-    identification : Identification
-        The models, best first.
-    axis : Axis, optional
-        That of its first log; with a controller, its loop is simulated.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    command : str
-        What repeats it.
-    axis_name : str
-        What people call the axis.
-    progress : callable, optional
-        Called with the share done and what comes next.
-    banner : str, optional
-        What a reader of the report must know before anything else.
-    axes : tuple of bytes
-        The axis files as used.
-    loop : tuple of SimulationResult, Prediction and Following, optional
-        Where these were made elsewhere, as on an axis that is simulated.
-    figures : tuple of ReportFigure
-        A user's own, for the report.
-    """
+    identification: Identification,
+    axis: Axis | None = None,
+    *,
+    provenance: Mapping[str, str],
+    command: str,
+    axis_name: str,
+    progress: Progress | None = None,
+    banner: str | None = None,
+    axes: tuple[bytes, ...] = (),
+    loop: Loop | None = None,
+    figures: tuple[ReportFigure, ...] = (),
+) -> Outcome:
+    """Return what follows from an identification."""
     unfinished, source = identification.unfinished, dict(provenance)
     source |= {"unfinished": unfinished} if unfinished else {}
     table = drive_table(identification.best, ENTRIES)
@@ -195,9 +196,22 @@ def outcome_of(
     simulation, prediction, following = loop or _in_the_loop(identification, axis or Axis(), looped, progress)
     certificates, uncertified = _certificates(identification.best.friction)
     return Outcome(
-        identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
-        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis, figures, looped,
-    )  # fmt: skip
+        identification,
+        table,
+        simulation,
+        prediction,
+        certificates,
+        uncertified,
+        source,
+        command,
+        axis_name,
+        f"Unfinished; {unfinished}." if unfinished else banner,
+        axes,
+        following,
+        axis,
+        figures,
+        looped,
+    )
 
 
 def _certificates(friction: Model) -> tuple[Mapping[str, Certificate], str]:
@@ -222,9 +236,7 @@ def _loop_of(identification: Identification, axis: Axis) -> Experiment | None:
     return loop_of(best.plant, best.friction, identification.log, axis, lag=best.lag, **treatment)
 
 
-def _in_the_loop(
-    identification: Identification, axis: Axis, experiment: Experiment | None, progress: Progress | None
-) -> Loop:  # fmt: skip
+def _in_the_loop(identification: Identification, axis: Axis, experiment: Experiment | None, progress: Progress | None) -> Loop:
     """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop.
 
     What was fitted to the position is told by the position, and that takes no loop.

@@ -51,9 +51,8 @@ class Prepared:
 
 
 def prepare(
-    experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT,
-    progress: Progress | None = None,
-) -> tuple[Prepared, ...]:  # fmt: skip
+    experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT, progress: Progress | None = None
+) -> tuple[Prepared, ...]:
     """Identify what an experiment file has under ``[identify.NAME]``, as far as it is not there already.
 
     A model is kept until something changes that it depends on: a log or the axis file, or where the rig itself is
@@ -133,14 +132,14 @@ def _excited(variant: Variant, axis_file: Path | None) -> tuple[list[Log], Axis]
     kind = variant.plant.kind
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
-        raise InputError("does not run to its end", path=f"compare.{variant.name}", value=outcome.status.sentence,
-                         mend="Simulate it alone and mend the loop first")  # fmt: skip
+        raise InputError(
+            "does not run to its end",
+            path=f"compare.{variant.name}",
+            value=outcome.status.sentence,
+            mend="Simulate it alone and mend the loop first",
+        )
     signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
-    axis = (
-        Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
-        if axis_file is None
-        else read_axis(axis_file)
-    )
+    axis = Axis(kind=kind, resolution=variant.sensor.values.get("resolution")) if axis_file is None else read_axis(axis_file)
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis
 
 

@@ -95,8 +95,7 @@ def test_the_jackknife_agrees_where_the_model_is_right(dahl):
 def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
-    unidentifiable = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS,
-                     bands=fit.resampling.bands)  # fmt: skip
+    unidentifiable = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS, bands=fit.resampling.bands)
     assert 85.0 < unidentifiable.inside_percent < 99.5
     assert unidentifiable.half_width.shape == unidentifiable.effort.shape
 
@@ -197,8 +196,7 @@ def test_of_what_is_sought_in_excess_of_another_the_sum_is_wider_and_the_other_s
     # Where the level is high, its excess is low: the break-away force is known better than either.
     thetas = np.array([[11.0, 1.1e-6], [9.0, 2.9e-6], [12.0, -0.1e-6], [8.0, 4.1e-6]])
     plain, wide = (
-        np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=given)])
-        for given in (None, np.array([1.0, 2.5]))
+        np.array([draw.numbers for draw in turned(solution, thetas, solution.theta, wide=given)]) for given in (None, np.array([1.0, 2.5]))
     )
     np.testing.assert_allclose(wide[:, 0], plain[:, 0])
     np.testing.assert_allclose(wide[:, 1] - 12.0, 2.5 * (plain[:, 1] - 12.0), atol=1e-9)

@@ -57,8 +57,7 @@ def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke
     assert rows.size > 20
     noise = 0.01 * rng.standard_normal((400, slope.size))
     levels = 0.05 * rng.standard_normal((400, rows.size))
-    seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + one)
-                     for level, one in zip(levels, noise, strict=True)])  # fmt: skip
+    seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + one) for level, one in zip(levels, noise, strict=True)])
     assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.05, rel=0.03)
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
 

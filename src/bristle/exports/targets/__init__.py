@@ -8,8 +8,6 @@ from bristle.exports.target import Target
 
 __all__ = ["TARGETS"]
 
-FILES = (
-    "c", "wasm", "st", "cuda", "table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf", "draws", "fmu2", "fmu3",
-)  # fmt: skip
+FILES = ("c", "wasm", "st", "cuda", "table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf", "draws", "fmu2", "fmu3")
 TARGETS: dict[str, Target] = {name: import_module(f"{__name__}.{name}").TARGET for name in FILES}
 """Every target of bristle, by name."""

@@ -26,8 +26,9 @@ def write(request: Request) -> Product:
     friction = friction_of(request.model, levels, request.speed)
     notes = (
         *level_losses(request.model, curves, levels, effort, turns=friction.spring > 0.0),
-        *sides_lost(levels, effort.name, effort.si), *_said_of_spring(friction.spring),
-    )  # fmt: skip
+        *sides_lost(levels, effort.name, effort.si),
+        *_said_of_spring(friction.spring),
+    )
     text = ax8000_text(friction, request.axis, request.model.kind, (*request.source.lines, *notes))
     return Product({f"{request.name}.csv": text}, notes)
 

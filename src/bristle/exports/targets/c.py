@@ -27,9 +27,7 @@ def write(request: Request) -> Product:
     from bristle.exports.single import CONSTANTS, single_note
 
     subject = subject_of(request.sampled, CONSTANTS)
-    files = c_files(
-        subject, request.name, request.source, request.dt, tunable=request.tunable, single=True, units=units
-    )  # fmt: skip
+    files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=True, units=units)
     return Product(dict(files), (single_note("force"),))
 
 

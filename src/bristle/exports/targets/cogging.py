@@ -37,10 +37,5 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
 
 
 TARGET = Target(
-    name="cogging",
-    write=write,
-    reads=reads,
-    pushes=True,
-    of_cogging=True,
-    description="harmonics of cogging, where they were identified",
+    name="cogging", write=write, reads=reads, pushes=True, of_cogging=True, description="harmonics of cogging, where they were identified"
 )

@@ -21,6 +21,5 @@ TARGET = Target(
     write=write,
     takes_draws=True,
     needs="draws of an identification",
-    description="what the bootstrap found, a row a draw with all correlations, and the same as attributes of a scene "
-    "of MuJoCo",
+    description="what the bootstrap found, a row a draw with all correlations, and the same as attributes of a scene of MuJoCo",
 )

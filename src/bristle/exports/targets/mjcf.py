@@ -15,9 +15,4 @@ def write(request: Request) -> Product:
     return Product({f"{request.name}.xml": text}, mjcf_notes(request.model))
 
 
-TARGET = Target(
-    name="mjcf",
-    title="MuJoCo",
-    write=write,
-    description="a scene of MuJoCo with what it has of friction",
-)
+TARGET = Target(name="mjcf", title="MuJoCo", write=write, description="a scene of MuJoCo with what it has of friction")

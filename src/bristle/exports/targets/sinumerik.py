@@ -22,10 +22,7 @@ def write(request: Request) -> Product:
     forward, backward = [curve_of(request.model, way, request.speed) for way in (1.0, -1.0)]
     values = start_values(request.axis, float(forward[0, 1] + backward[0, 1]))
     effort = table_units(request.axis, request.model.kind).efforts[0]
-    notes = (
-        "start values, to be tuned by the circularity test",
-        *memory_lost(request.model, forward, backward, effort),
-    )
+    notes = ("start values, to be tuned by the circularity test", *memory_lost(request.model, forward, backward, effort))
     return Product({f"{request.name}.txt": sinumerik_text(request.model, values, notes, request.source.lines)}, notes)
 
 

@@ -24,9 +24,7 @@ def write(request: Request) -> Product:
     checked(request.name)
     subject = subject_of(request.sampled, CONSTANTS if request.single else None)
     units = command_units(request.axis, request.model.kind) if not subject.is_operator else None
-    files = st_files(
-        subject, request.name, request.source, request.dt, tunable=request.tunable, single=request.single, units=units
-    )  # fmt: skip
+    files = st_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=request.single, units=units)
     notes = ["the sign of a velocity of -0.0 is lost: the language cannot tell it from 0.0"]
     notes += [single_note(OUT[subject.is_operator])] if request.single else []
     return Product(dict(files), tuple(notes))
@@ -51,6 +49,5 @@ TARGET = Target(
     tunable=True,
     single=True,
     operators=True,
-    description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files "
-    "of TwinCAT 3",
+    description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files of TwinCAT 3",
 )

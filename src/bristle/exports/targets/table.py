@@ -29,10 +29,12 @@ def write(request: Request) -> Product:
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     effort, entries = units.efforts[0], {way: side.entries for way, side in sides.items()}
     notes = (
-        AT_REST["table", request.rest], *_said_of_sign(signs),
-        *losses(request.model, sides[1.0], sides[-1.0], effort, symmetric=False), *error_on_log(request, entries),
+        AT_REST["table", request.rest],
+        *_said_of_sign(signs),
+        *losses(request.model, sides[1.0], sides[-1.0], effort, symmetric=False),
+        *error_on_log(request, entries),
         *said_of_units(request.axis, effort),
-    )  # fmt: skip
+    )
     head = (*request.source.lines, *notes)
     files: dict[str, str | bytes] = {f"{request.name}.csv": table_text(sides[1.0], sides[-1.0], units.log, signs, head)}
     if units.drive is not None:
@@ -53,14 +55,7 @@ def _values(request: Request) -> Product:
     """Return gravity, level and viscous friction for each direction, and the inertia."""
     import numpy as np
 
-    from bristle.exports.drive import (
-        AT_REST,
-        curve_of,
-        error_on_log,
-        level_losses,
-        said_of_units,
-        values_text,
-    )
+    from bristle.exports.drive import AT_REST, curve_of, error_on_log, level_losses, said_of_units, values_text
     from bristle.prediction.drive_table import levels_of
     from bristle.prediction.drive_units import table_units
 
@@ -70,19 +65,16 @@ def _values(request: Request) -> Product:
     effort, fastest = units.efforts[0], request.speed
     slopes = {1.0: levels.viscous_forward or 0.0, -1.0: levels.viscous_backward or 0.0}
     forces = {1.0: (levels.forward or 0.0) + levels.constant, -1.0: (levels.backward or 0.0) - levels.constant}
-    lines = {
-        way: np.array([[0.0, force], [fastest, force + slopes[way] * fastest]]) for way, force in forces.items()
-    }  # fmt: skip
+    lines = {way: np.array([[0.0, force], [fastest, force + slopes[way] * fastest]]) for way, force in forces.items()}
     notes = (
         AT_REST["levels", request.rest],
-        *level_losses(request.model, curves, levels, effort), *error_on_log(request, lines),
+        *level_losses(request.model, curves, levels, effort),
+        *error_on_log(request, lines),
         *(() if levels.inertia else ("the inertia is not known: the model file has no plant with one",)),
         *said_of_units(request.axis, effort),
-    )  # fmt: skip
+    )
     head = (*request.source.lines, *notes)
-    return Product(
-        {f"{request.name}.csv": values_text(levels, request, units, head, inertia=bool(levels.inertia))}, notes
-    )  # fmt: skip
+    return Product({f"{request.name}.csv": values_text(levels, request, units, head, inertia=bool(levels.inertia))}, notes)
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:

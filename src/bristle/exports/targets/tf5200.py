@@ -31,9 +31,11 @@ def write(request: Request) -> Product:
     written = as_written(mean.entries, current, request.model.kind)
     entries = {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
     notes = (
-        *losses(request.model, forward, backward, effort, symmetric=True), ROUNDED,
-        *delay_lost(request.model, mean), *error_on_log(request, entries),
-    )  # fmt: skip
+        *losses(request.model, forward, backward, effort, symmetric=True),
+        ROUNDED,
+        *delay_lost(request.model, mean),
+        *error_on_log(request, entries),
+    )
     ahead = samples_ahead(loop_for(request))
     text = tf5200_text(request.model, mean, current, ahead, notes, request.source.lines)
     return Product({f"{request.name}.txt": text}, notes)

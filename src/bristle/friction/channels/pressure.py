@@ -29,10 +29,7 @@ class Parameters(NamedTuple):
     """Parameters of the slot."""
 
     k_P: Annotated[
-        float,
-        Variable(
-            "travel^2/force of travel", "change of friction over the pressure", nominal=1e-7, excitation="channel"
-        ),
+        float, Variable("travel^2/force of travel", "change of friction over the pressure", nominal=1e-7, excitation="channel")
     ] = 0.0
     P_0: Annotated[float, Variable(PRESSURE, "pressure that friction is told at", nominal=1e6)] = 0.0
 
@@ -46,9 +43,7 @@ def factor(pressure, p):
 SLOT = Slot(
     name="pressure",
     description="a level of dry friction that rises with the pressure that seals hold",
-    channel=Surrounding(
-        "pressure", Variable(PRESSURE, "pressure that the seals hold", min=0.0, nominal=1e7), usual=0.0
-    ),
+    channel=Surrounding("pressure", Variable(PRESSURE, "pressure that the seals hold", min=0.0, nominal=1e7), usual=0.0),
     Parameters=Parameters,
     factor=factor,
     of=LEVEL,

@@ -31,9 +31,7 @@ TOLD_MORE_FULLY = {"repeats_one_motion": ("motion_repeats", "one_amplitude")}
 """Codes of a fit that say the same with more."""
 
 
-def checks_of(
-    pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings
-) -> tuple[Diagnostic, ...]:  # fmt: skip
+def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return what the logs of an identification say before it, of each code the first."""
     by_code: dict[str, Diagnostic] = {}
     mass = sum(prior.values[name] for name in names_of(Role.INERTIA, prior.plant.variables) if name in prior.values)
@@ -47,11 +45,7 @@ def checks_of(
 def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
     of_fit = {diagnostic.code for diagnostic in fit.diagnostics}
-    added = [
-        _naming(fit, diagnostic)
-        for diagnostic in diagnostics
-        if not of_fit.intersection(TOLD_MORE_FULLY.get(diagnostic.code, ()))
-    ]
+    added = [_naming(fit, diagnostic) for diagnostic in diagnostics if not of_fit.intersection(TOLD_MORE_FULLY.get(diagnostic.code, ()))]
     return replace(fit, diagnostics=(*fit.diagnostics, *added))
 
 

@@ -144,10 +144,7 @@ class Judgement:
         partners = [partner for partner, variable in variables.items() if PARTNER[role].fits(variable)]
         unknown = [partner for partner in partners if self.problem.parameters.is_redundant(partner)]
         free = [partner for partner in partners if partner in self.solution.values]
-        unknown += [
-            partner for partner in free
-            if partner in self.solution.at_edge or self._unsure_alone(partner) is not None
-        ]  # fmt: skip
+        unknown += [partner for partner in free if partner in self.solution.at_edge or self._unsure_alone(partner) is not None]
         return bool(unknown) and set(free) <= set(unknown)
 
     def _hidden_by_reversals(self, name: str) -> Diagnostic | None:
@@ -203,10 +200,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     fixed = {name: entry for name, entry in problem.parameters.fixed.items() if entry.half_width is None}
     weights = [entry for entry in fixed.values() if entry.reason == GUESSED]
     return (
-        *(
-            Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind)
-            for entry in weights
-        ),
+        *(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind) for entry in weights),
         *(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items() if entry.reason not in SHOWN),
     )
 
@@ -238,9 +232,7 @@ def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[
     return (Diagnostic("level_as_seen", levels[0], "warning", numbers, excitation.dataset.kind),)
 
 
-def combinations_of(
-    component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind
-) -> tuple[Estimate, ...]:  # fmt: skip
+def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind) -> tuple[Estimate, ...]:
     """Return the products of a redundant parameter with each one that it is a factor of."""
     combinations = []
     for redundancy in component.redundancies:
@@ -248,12 +240,17 @@ def combinations_of(
         for name in redundancy.factor_of:
             member = by_name[name]
             unit = unit_of("*".join(component.variables[part].quantity for part in (factor.name, name)), kind)
-            std, robust = (
-                None if deviation is None else abs(factor.value) * deviation
-                for deviation in (member.std, member.robust_std)
+            std, robust = (None if deviation is None else abs(factor.value) * deviation for deviation in (member.std, member.robust_std))
+            combinations.append(
+                Estimate(
+                    f"{factor.name}*{name}",
+                    unit,
+                    f"product of {factor.name} and {name}",
+                    factor.value * member.value,
+                    std,
+                    member.status,
+                    member.reason,
+                    robust,
+                )
             )
-            combinations.append(Estimate(
-                f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * member.value, std,
-                member.status, member.reason, robust,
-            ))  # fmt: skip
     return tuple(combinations)

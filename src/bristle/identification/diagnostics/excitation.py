@@ -89,11 +89,7 @@ class Excitation:
     def _without_fall(self) -> tuple[str, dict[str, Number]]:
         speeds, fall = self.dataset.all_velocities, name_of(Role.FALL, self.variables)
         slow = self.scales.slowest if fall is None else self.values[fall]
-        numbers: dict[str, Number] = {
-            "slow_samples": int(np.sum(np.abs(speeds) < slow)),
-            "samples": speeds.size,
-            "speed": slow,
-        }
+        numbers: dict[str, Number] = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
         grain = shortest_zone(self.dataset, self.settings)
         steady = [
             speed
@@ -112,10 +108,10 @@ class Excitation:
             return "no_reversal", {}
         if zone is None:
             return "few_reversals", {"reversals": count}
-        return self._below_the_noise(zone) or ("fast_reversals", {
-            "reversals": count, "zone": zone, "samples": self._samples_within(zone),
-            "filter_samples": self._filter_period,
-        })  # fmt: skip
+        return self._below_the_noise(zone) or (
+            "fast_reversals",
+            {"reversals": count, "zone": zone, "samples": self._samples_within(zone), "filter_samples": self._filter_period},
+        )
 
     def _below_the_noise(self, zone: float) -> tuple[str, dict[str, Number]] | None:
         """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""

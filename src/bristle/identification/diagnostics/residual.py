@@ -18,24 +18,14 @@ from bristle.identification.parameters import Role, name_of, names_of
 from bristle.identification.result import Estimate
 from bristle.identification.settings import Settings
 
-__all__ = [
-    "about_alignment",
-    "about_held_effort",
-    "about_noise",
-    "about_residual",
-    "about_rise",
-    "about_treatment",
-    "noisy_inertia",
-]
+__all__ = ["about_alignment", "about_held_effort", "about_noise", "about_residual", "about_rise", "about_treatment", "noisy_inertia"]
 
 FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
 MENDED = 0.1  # of the share of noise that is told
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
-def about_residual(
-    problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings
-) -> tuple[Diagnostic, ...]:
+def about_residual(problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
     residual = problem.dataset.effort - problem.predicted(values)
     if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
@@ -49,9 +39,7 @@ def about_residual(
     return (Diagnostic(code, numbers={"percent": percent}),)
 
 
-def _lacks_presliding(
-    problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings
-) -> bool:
+def _lacks_presliding(problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings) -> bool:
     """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
     dataset, total = problem.dataset, float(residual @ residual)
     near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
@@ -74,17 +62,19 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
     if speed is None or len(firsts) != len(levels):
         return ()
     return tuple(
-        Diagnostic("rising_friction", first, "warning", {
-            "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
-        }, problem.dataset.kind)
+        Diagnostic(
+            "rising_friction",
+            first,
+            "warning",
+            {"first": values[first], "level": values[level], "speed": values[speed], "direction": direction},
+            problem.dataset.kind,
+        )
         for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
         if values[first] < values[level]
-    )  # fmt: skip
+    )
 
 
-def about_held_effort(
-    problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings
-) -> tuple[Diagnostic, ...]:
+def about_held_effort(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
     dataset, variables = problem.dataset, problem.parameters.variables
 
@@ -93,20 +83,14 @@ def about_held_effort(
         return {one.name: one.value for one in estimates if one.status == "identified" and one.name in names}
 
     shift = 0.5 * dataset.sample_time * max(identified(Role.STIFFNESS).values(), default=0.0)
-    touched = tuple(
-        name
-        for name, damping in identified(Role.MICRO_DAMPING).items()
-        if shift > settings.half_sample_damping * abs(damping)
-    )
+    touched = tuple(name for name, damping in identified(Role.MICRO_DAMPING).items() if shift > settings.half_sample_damping * abs(damping))
     aligned = dataset.alignment is not None and dataset.alignment.delay is not None
     if dataset.held is not None or aligned or not touched:
         return ()
     return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
-def about_noise(
-    problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings
-) -> tuple[Diagnostic, ...]:  # fmt: skip
+def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
     share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
@@ -126,9 +110,7 @@ def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic
     return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
 
 
-def about_alignment(
-    problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings
-) -> tuple[Diagnostic, ...]:  # fmt: skip
+def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return what was found of the channels in time, and where all rows want another inertia than was found with it."""
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
@@ -143,9 +125,10 @@ def about_alignment(
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:
         numbers = {
-            "lag": abs(alignment.smoothing), "half_width": alignment.smoothing_half_width or 0.0,
+            "lag": abs(alignment.smoothing),
+            "half_width": alignment.smoothing_half_width or 0.0,
             "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
-        }  # fmt: skip
+        }
         about.append(Diagnostic("filter_suspect", numbers=numbers))
     if alignment.filter_open and alignment.delay is not None:
         feeling = Role.STIFFNESS, Role.MICRO_DAMPING

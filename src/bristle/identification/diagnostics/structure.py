@@ -23,11 +23,19 @@ from bristle.identification.slow_force import slow_forces
 __all__ = ["missing_in", "next_models", "with_structure"]
 
 CODES = {
-    "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
-    "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
-    "gravity": "missing_gravity", "transmitted": "missing_transmitted", "flanks": "missing_flanks",
-    "load": "missing_load", "temperature": "missing_temperature",
-}  # fmt: skip
+    "speed": "missing_speed",
+    "direction": "missing_direction",
+    "lag": "missing_lag",
+    "play": "missing_play",
+    "presliding": "missing_presliding",
+    "position": "missing_position",
+    "ripple": "missing_ripple",
+    "gravity": "missing_gravity",
+    "transmitted": "missing_transmitted",
+    "flanks": "missing_flanks",
+    "load": "missing_load",
+    "temperature": "missing_temperature",
+}
 """The code of each cause; the others are further channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("gravity", "flanks")  # told by what to write or to look for
@@ -42,9 +50,13 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         return (), 0.0
     values = problem.parameters.complete(solution.values)
     rows = Rows.of(
-        problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian,
-        fit.traces.predicted - fit.traces.mechanical, problem.friction_slope(values),
-    )  # fmt: skip
+        problem.dataset,
+        problem.half_cycles,
+        fit.traces.residual,
+        solution.jacobian,
+        fit.traces.predicted - fit.traces.mechanical,
+        problem.friction_slope(values),
+    )
     for test in (missing_forces, slow_forces, play_at_flanks):
         missing, left = test(rows, settings)
         if missing:
@@ -52,9 +64,7 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
     return (), 0.0
 
 
-def with_structure(
-    fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()
-) -> Fit:  # fmt: skip
+def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
     """Return a fit with what its model lacks before all else that is to be known of it.
 
     A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Nobody is sent to models that were
@@ -71,9 +81,13 @@ def with_structure(
     lacking = float(np.sqrt(sum(force.force**2 for force in missing)))
     names = tuple(estimate.name for estimate in fit.estimates if estimate.status == "identified")
     numbers: dict[str, Number] = {
-        "missing": lacking, "percent": 100.0 * lacking / level, "chance": left, "names": names,
-        "causes": tuple(force.cause for force in missing), "small": int(lacking < settings.missing_force * level),
-    }  # fmt: skip
+        "missing": lacking,
+        "percent": 100.0 * lacking / level,
+        "chance": left,
+        "names": names,
+        "causes": tuple(force.cause for force in missing),
+        "small": int(lacking < settings.missing_force * level),
+    }
     named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
@@ -105,9 +119,11 @@ def _with_presliding(fit: Fit, compared: Collection[str]) -> Fit:
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
     numbers: dict[str, Number] = {
-        "force": left, "percent": 100.0 * left / level if level > 0.0 else 100.0, "share_percent": 100.0,
+        "force": left,
+        "percent": 100.0 * left / level if level > 0.0 else 100.0,
+        "share_percent": 100.0,
         **_next("hysteresis", fit.friction, compared),
-    }  # fmt: skip
+    }
     return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
 
 
@@ -122,14 +138,10 @@ def _slot_cause(missing: Missing) -> str:
     return "level" if missing.cause == "ripple" and missing.alike is False else missing.cause
 
 
-def _diagnostic(
-    missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]
-) -> Diagnostic:  # fmt: skip
+def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]) -> Diagnostic:
     # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
     cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
-    numbers: dict[str, Number] = {
-        "force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share,
-    }  # fmt: skip
+    numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
     if cause not in WITHOUT_MODEL:
         numbers |= _next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared)
     if cause == "ripple":
@@ -152,9 +164,7 @@ def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str,
     pulls = {True: "alike", False: "turning", None: ""}[ripple.alike]
     turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
     orders = np.array(ripple.overtones) * (turn / ripple.period if turn else 1.0)
-    integral = (
-        orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
-    )
+    integral = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
     harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
     turner = "screw" if turn else "motor"
     return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or ripple.period}

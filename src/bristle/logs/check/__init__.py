@@ -24,10 +24,22 @@ from bristle.logs.log_data import LogData
 __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 
 RECORDED = (
-    "rows_lost", "sign_reversed", "clock_suspect", "unit_suspect", "velocity_contradicts", "gear_suspect", "clipped",
-    "saturates", "effort_unsigned", "stamps_jitter", "rates_differ", "unit_contradicts",
-    "beyond_limit", "beyond_stroke", "resolution_contradicts",
-)  # fmt: skip
+    "rows_lost",
+    "sign_reversed",
+    "clock_suspect",
+    "unit_suspect",
+    "velocity_contradicts",
+    "gear_suspect",
+    "clipped",
+    "saturates",
+    "effort_unsigned",
+    "stamps_jitter",
+    "rates_differ",
+    "unit_contradicts",
+    "beyond_limit",
+    "beyond_stroke",
+    "resolution_contradicts",
+)
 """Codes of what is wrong with a recording, whatever it is used for."""
 
 AnyLog = TypeVar("AnyLog", bound=LogData)
@@ -36,9 +48,10 @@ SHORTEST = 10  # samples of a stretch between lost rows
 
 
 @guarded(
-    log=instance(LogData, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")),
+    log=instance(LogData, "a log", "Write read_log(...)"),
+    axis=optional(instance(Axis, "an axis")),
     settings=instance(CheckThresholds, "thresholds"),
-)  # fmt: skip
+)
 def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
     """Return what a log says against itself and against what is told of its axis, before anything is fitted.
 
@@ -82,22 +95,7 @@ def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Di
 
 
 def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
-    """Return a log with the places where rows are missing between its segments, so that nothing goes across them.
-
-    Parameters
-    ----------
-    log : Log
-        Its channels, in SI.
-    axis : Axis, optional
-        Step of the encoder, if known.
-    settings : CheckThresholds
-        How large a step of the position stands out, `lost_step`.
-
-    Returns
-    -------
-    Log
-        The same channels; the log itself where no row is missing.
-    """
+    """Return a log with the places where rows are missing between its segments, so that nothing goes across them."""
     return _parted(log, lost_in(log, _resolution(log, axis), settings.lost_step))
 
 

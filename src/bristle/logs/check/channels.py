@@ -32,9 +32,7 @@ SELDOM = 0.001  # of the steps: what stands out more often is how this axis move
 ALIKE = 0.1  # relative, by which the jumps of one counter differ
 
 
-def about_effort(
-    log: LogData, rows: Rows, axis: Axis, resolution: float, settings: CheckThresholds
-) -> Iterator[Diagnostic]:  # fmt: skip
+def about_effort(log: LogData, rows: Rows, axis: Axis, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
     """Yield where an effort is cut off, or has lost its sign."""
     assert log.effort is not None
     law = axis.controller.values if isinstance(axis.controller, Model) else {}
@@ -47,14 +45,11 @@ def about_effort(
         numbers = {"largest": float(np.max(np.abs(log.effort.values)))}
         yield Diagnostic("effort_unsigned", "", "error", numbers, log.kind)
     if cut is not None:
-        numbers = {"level": cut.level, "samples": cut.longest, "all": cut.samples,
-                   "time": float(log.time.values[cut.first])}  # fmt: skip
+        numbers = {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": float(log.time.values[cut.first])}
         yield Diagnostic("clipped", "", "warning", numbers, log.kind)
 
 
-def about_velocity(
-    log: LogData, rows: Rows, axis: Axis, resolution: float, settings: CheckThresholds
-) -> Iterator[Diagnostic]:
+def about_velocity(log: LogData, rows: Rows, axis: Axis, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
     """Yield where a recorded velocity is not that of the position: its size, its shape, its delay."""
     speed = np.abs(rows.velocity)
     moved = rows.of(speed > SPEEDS * speed.max(initial=0.0))
@@ -81,9 +76,10 @@ def about_rows(log: LogData, starts: np.ndarray) -> Iterator[Diagnostic]:
     """Yield where rows are missing, behind the samples `starts`, though the stamps go on."""
     if starts.size:
         numbers = {
-            "places": int(starts.size), "time": float(log.time.values[starts[0]]),
+            "places": int(starts.size),
+            "time": float(log.time.values[starts[0]]),
             "step": float(np.max(np.abs(log.position.values[starts + 1] - log.position.values[starts]))),
-        }  # fmt: skip
+        }
         yield Diagnostic("rows_lost", "", "warning", numbers, log.kind)
 
 

@@ -50,9 +50,7 @@ def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> 
         yield Diagnostic("repeats_one_motion", "", "note", {"period": period}, log.kind)
 
 
-def about_sliding(
-    log: LogData, rows: Rows, axis: Axis, share: float, resolution: float, settings: CheckThresholds
-) -> Iterator[Diagnostic]:  # fmt: skip
+def about_sliding(log: LogData, rows: Rows, axis: Axis, share: float, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
     """Yield where the effort follows the position as that of a spring, and gives back the work that it did.
 
     `share` is the work that stays in the axis over closed motion, as a share of what friction would keep.

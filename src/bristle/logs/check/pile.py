@@ -26,17 +26,6 @@ def piled_up(log: LogData, rows: Rows, resolution: float, settings: CheckThresho
 
     A drive at its limit piles up too, and its effort is the one that acts: there inertia times acceleration is what it
     was elsewhere.
-
-    Parameters
-    ----------
-    log : Log
-        A log with an effort.
-    rows : Rows
-        The same behind a filter.
-    resolution : float
-        Step of the encoder [m or rad].
-    settings : CheckThresholds
-        Samples in a row that a pile has, `clipped_samples`, and how clearly the effort falls short, `sure`.
     """
     assert log.effort is not None
     values = log.effort.values

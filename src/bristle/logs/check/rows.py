@@ -130,15 +130,14 @@ def _filtered(log: LogData, window: int) -> Rows:
         count = last - first - 3 * window - 2
         if count < 1:
             continue
-        x, u, v = (
-            None if channel is None else channel.values[segment] for channel in (log.position, log.effort, log.velocity)
-        )  # fmt: skip
+        x, u, v = (None if channel is None else channel.values[segment] for channel in (log.position, log.effort, log.velocity))
         assert x is not None
         signals = (
             log.time.values[first] + log.sample_time * (np.arange(1, count + 1) + 1.5 * window - 0.5),
-            *_moving(x, count, window, log.sample_time), *_acting(u, count, window, log.sample_time),
+            *_moving(x, count, window, log.sample_time),
+            *_acting(u, count, window, log.sample_time),
             np.empty(0) if v is None else _mean(v, window, 3)[2 : count + 2],
-        )  # fmt: skip
+        )
         for column, signal in zip(columns, signals, strict=True):
             column.append(signal[::stride])
     return Rows(*(np.concatenate(column) if column else np.empty(0) for column in columns))

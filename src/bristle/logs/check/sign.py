@@ -20,16 +20,6 @@ def work_share(log: LogData) -> float:
     The integral of effort over way from one sample to a later one at the same place and speed: inertia, gravity and
     springs give back what they took, whatever they are. No model is fitted, and where friction has not saturated the
     loop of effort over position has an area too.
-
-    Parameters
-    ----------
-    log : Log
-        A log with an effort.
-
-    Returns
-    -------
-    float
-        Between -1 (the effort is that of an axis that drives its drive) and 1; 0 where no motion of the log closes.
     """
     if log.effort is None:
         return 0.0

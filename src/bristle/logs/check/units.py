@@ -19,9 +19,22 @@ __all__ = ["about_units", "unit_in_name"]
 
 TIMES = {"s": "s", "sec": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "µs": "us", "μs": "us", "ns": "ns"}
 LENGTHS = {
-    "m": "m", "mm": "mm", "um": "um", "µm": "um", "μm": "um", "nm": "nm", "rad": "rad", "mrad": "mrad", "deg": "deg",
-    "degree": "deg", "degrees": "deg", "°": "deg", "rev": "rev", "turn": "rev", "turns": "rev",
-}  # fmt: skip
+    "m": "m",
+    "mm": "mm",
+    "um": "um",
+    "µm": "um",
+    "μm": "um",
+    "nm": "nm",
+    "rad": "rad",
+    "mrad": "mrad",
+    "deg": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "°": "deg",
+    "rev": "rev",
+    "turn": "rev",
+    "turns": "rev",
+}
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 DEGREES = 180.0 / math.pi  # in a radian
 ALMOST_ALL = 0.999  # of the rows: faster ones may be noise
@@ -59,12 +72,7 @@ def _about_steps(log: LogData, axis: Axis) -> Iterator[Diagnostic]:
     if 1.0 / OTHER_STEP < times < OTHER_STEP:
         return
     degrees = any(abs(ratio / DEGREES - 1.0) < 0.02 for ratio in (times, 1.0 / times))
-    numbers: dict[str, Number] = {
-        "step": step,
-        "resolution": axis.resolution,
-        "times": times,
-        "degrees": float(degrees),
-    }
+    numbers: dict[str, Number] = {"step": step, "resolution": axis.resolution, "times": times, "degrees": float(degrees)}
     yield Diagnostic("resolution_contradicts", "", "warning", numbers, log.kind)
 
 

@@ -38,11 +38,6 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
     It is the log of the bench: a minute of triangles in the loop of set A without compensation, encoder and effort
     command alone. Of a measured truth it is one half of its record, whose other half is the truth.
-
-    Parameters
-    ----------
-    truth : Truth
-        The friction.
     """
     if truth.record is not None and truth.axis is not None:
         return truth.record, truth.axis

@@ -24,19 +24,7 @@ SET_A = "set_a"
 
 
 class Interval(NamedTuple):
-    """A following error peak to peak over runs [m].
-
-    Parameters
-    ----------
-    peak_to_peak : float
-        Mean.
-    low, high : float
-        Ends of the 95 % interval of the mean, by Student's t; NaN of a single run.
-    largest : float
-        Of the worst run.
-    seeds : int
-        Runs.
-    """
+    """A following error peak to peak over runs [m]."""
 
     peak_to_peak: float
     low: float
@@ -64,48 +52,20 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
     return Interval(mean, mean - half, mean + half, float(np.max(values)), values.size)
 
 
-def error_of(
-    trial: Trial, place: str, truth: str, variant: str, condition: str = NOMINAL, family: str = CHOSEN
-) -> Interval | None:
-    """Return the error of a loop; None where it was not simulated.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    place, truth, variant, condition, family : str
-        Of the `Cell`; the set is the `place`.
-    """
+def error_of(trial: Trial, place: str, truth: str, variant: str, condition: str = NOMINAL, family: str = CHOSEN) -> Interval | None:
+    """Return the error of a loop; None where it was not simulated."""
     errors = trial.errors.get(Cell(place, truth, condition, variant, family if "feedforward" in variant else ""))
     return interval(errors) if errors is not None and errors.size else None
 
 
 def share_left(trial: Trial, place: str, truth: str, variant: str, family: str = CHOSEN) -> float:
-    """Return which share of the error without compensation a loop leaves under nominal conditions; NaN if not known.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    place, truth, variant, family : str
-        As of `error_of`.
-    """
+    """Return which share of the error without compensation a loop leaves under nominal conditions; NaN if not known."""
     before, after = error_of(trial, place, truth, "none"), error_of(trial, place, truth, variant, family=family)
     return after.peak_to_peak / before.peak_to_peak if before and after else math.nan
 
 
 def best_family(trial: Trial, place: str, truth: str, *, strangers: bool = False) -> str:
-    """Return the family whose feedforward leaves least of the error of a truth; empty where none was fitted.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    place, truth : str
-        Set and truth.
-    strangers : bool
-        Whether families that have the structure of the truth are left out.
-    """
+    """Return the family whose feedforward leaves least of the error of a truth; empty where none was fitted."""
     friction = next(friction for friction in trial.plan.truths if friction.name == truth)
     errors = {
         family: loop_error.peak_to_peak
@@ -120,13 +80,6 @@ def no_better(trial: Trial, place: str) -> list[str]:
     """Return the truths on which observer and feedforward together leave no less than the observer alone.
 
     The difference of both means has to exceed its own 95 % interval, under nominal conditions.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    place : str
-        The set.
     """
     names = []
     for truth in trial.plan.truths:
@@ -140,17 +93,7 @@ def no_better(trial: Trial, place: str) -> list[str]:
 
 
 class Claim(NamedTuple):
-    """What the table is to show, and whether it does.
-
-    Parameters
-    ----------
-    words : str
-        What is claimed.
-    limit : float
-        Largest error allowed [m].
-    errors : mapping of str to float
-        Mean error of each case that it is about [m].
-    """
+    """What the table is to show, and whether it does."""
 
     words: str
     limit: float
@@ -163,15 +106,7 @@ class Claim(NamedTuple):
 
 
 def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
-    """Return what is claimed of observer and feedforward together, as far as the trial has the cases.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    place : str
-        The set.
-    """
+    """Return what is claimed of observer and feedforward together, as far as the trial has the cases."""
     levels = {
         condition: loop_error.peak_to_peak
         for condition in LEVELS
@@ -183,10 +118,9 @@ def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
         if truth.name != FIRST and (loop_error := error_of(trial, place, truth.name, TOGETHER)) is not None
     }
     listed = [
-        Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit",
-              AT_ALL_LEVELS, levels),
+        Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", AT_ALL_LEVELS, levels),
         Claim("observer and feedforward on every other truth, nothing changed", ON_ALL_TRUTHS, strange),
-    ]  # fmt: skip
+    ]
     return [claim for claim in listed if claim.errors]
 
 
@@ -194,20 +128,11 @@ FIRST = "thirty_sliders"
 
 
 def numbers(trial: Trial) -> dict[str, Any]:
-    """Return what came out for the summary, lengths in m.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    """
+    """Return what came out for the summary, lengths in m."""
     return {
         **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in trial.plan.sets},
         "families": {truth.name: _families(trial, truth.name) for truth in trial.plan.truths},
-        "best_family": {
-            truth.name: {place: _best(trial, place, truth.name) for place in trial.plan.sets}
-            for truth in trial.plan.truths
-        },
+        "best_family": {truth.name: {place: _best(trial, place, truth.name) for place in trial.plan.sets} for truth in trial.plan.truths},
         "observer_alone_does_as_well": {place: no_better(trial, place) for place in trial.plan.sets},
         "claims": {
             place: [
@@ -252,6 +177,8 @@ def _families(trial: Trial, name: str) -> dict[str, Any]:
 def _best(trial: Trial, place: str, truth: str) -> dict[str, Any]:
     family, stranger = best_family(trial, place, truth), best_family(trial, place, truth, strangers=True)
     return {
-        "family": family, "share_left": share_left(trial, place, truth, "feedforward", family),
-        "stranger": stranger, "stranger_share_left": share_left(trial, place, truth, "feedforward", stranger),
-    }  # fmt: skip
+        "family": family,
+        "share_left": share_left(trial, place, truth, "feedforward", family),
+        "stranger": stranger,
+        "stranger_share_left": share_left(trial, place, truth, "feedforward", stranger),
+    }

@@ -17,8 +17,7 @@ from bristle.simulation import simulate
 __all__ = ["SETS", "VARIANTS", "loop", "peak_to_peak", "setting"]
 
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
-VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer",
-            "observer_feedforward": "observer_feedforward"}  # fmt: skip
+VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
 """Variants of both sets by what they are called here."""
 SUBSTEPS = 4
 """Steps of the integration in a sample; with the 25 of the sets means over runs stay within their intervals."""
@@ -31,26 +30,17 @@ def setting(name: str) -> dict[str, Variant]:
 
 
 def loop(variant: Variant, truth: Truth, friction: Model, compensator: Model | None) -> Variant:
-    """Return a loop on the rig with another friction.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop as its set has it.
-    truth : Truth
-        Whose motion the rig goes through.
-    friction : Model
-        That truth under a condition.
-    compensator : Model or None
-        What is fed forward, where the loop feeds friction forward.
-    """
+    """Return a loop on the rig with another friction."""
     fed = variant.feedforward
     if fed.friction is not None:
         fed = replace(fed, friction=compensator, fitted_to="")
     return replace(
-        variant, friction=friction, feedforward=fed, reference=_motion(variant.reference, truth),
+        variant,
+        friction=friction,
+        feedforward=fed,
+        reference=_motion(variant.reference, truth),
         run=replace(variant.run, substeps=SUBSTEPS, seeds=1),
-    )  # fmt: skip
+    )
 
 
 def _motion(reference: Model, truth: Truth) -> Model:
@@ -61,15 +51,7 @@ def _motion(reference: Model, truth: Truth) -> Model:
 
 
 def peak_to_peak(variant: Variant, number: int) -> float:
-    """Return the following error peak to peak of one run of a loop [m]; infinite for one that diverged.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop.
-    number : int
-        Of the run, by which the seeds of its sensor and its friction are moved on.
-    """
+    """Return the following error peak to peak of one run of a loop [m]; infinite for one that diverged."""
     seeded = {
         name: model.with_values(seed=model.values["seed"] + number)
         for name, model in (("friction", variant.friction), ("sensor", variant.sensor))

@@ -8,17 +8,7 @@ from typing import Any
 
 from bristle.core.typography import number
 from bristle.paper.robust.competitors import CHOSEN, PRINTED
-from bristle.paper.robust.findings import (
-    ON_ALL_TRUTHS,
-    TOGETHER,
-    Claim,
-    Interval,
-    claims,
-    error_of,
-    no_better,
-    numbers,
-    share_left,
-)
+from bristle.paper.robust.findings import ON_ALL_TRUTHS, TOGETHER, Claim, Interval, claims, error_of, no_better, numbers, share_left
 from bristle.paper.robust.loops import VARIANTS
 from bristle.paper.robust.sparing import means_of
 from bristle.paper.robust.tables import (
@@ -52,9 +42,7 @@ FAMILIES = (
     "A star stands where the family has the structure of the truth or of a limit of it, which nobody at a machine "
     "can count on."
 )
-SPARING = (
-    "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
-)
+SPARING = "Figure 6 of the paper on contacts of other kinds: errors of models made from few and from more measured branches."
 LIMITS = (
     "Truths are equations with chosen numbers; real contacts wear, warm up and are not alike along the axis.",
     "The measured contact is one record of one amplitude, one speed and one load. It does not react to another speed; "
@@ -66,13 +54,7 @@ LIMITS = (
 
 
 def words_of(trial: Trial) -> list[str]:
-    """Return what came out in sentences: how much of the error goes, on which truths.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    """
+    """Return what came out in sentences: how much of the error goes, on which truths."""
     sentences = []
     for place in trial.plan.sets:
         lines = [
@@ -109,20 +91,13 @@ def _range(values: Sequence[float], resolution: float) -> str:
 
 
 def ruling_of(trial: Trial) -> Ruling:
-    """Return whether what was to be shown is.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    """
+    """Return whether what was to be shown is."""
     listed = [(place, claim) for place in trial.plan.sets for claim in claims(trial, place)]
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
         return Ruling("usable", "Observer and feedforward hold on every truth that was tried")
     level = "with_care" if len(missed) < len(listed) else "no"
-    return Ruling(level, "Observer and feedforward do not hold everywhere",
-                  tuple(_reason(place, claim) for place, claim in missed))  # fmt: skip
+    return Ruling(level, "Observer and feedforward do not hold everywhere", tuple(_reason(place, claim) for place, claim in missed))
 
 
 def _reason(place: str, claim: Claim) -> str:
@@ -132,41 +107,43 @@ def _reason(place: str, claim: Claim) -> str:
 
 
 def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:
-    """Return the report as one HTML page.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    command : str
-        The command that repeats it.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    """
+    """Return the report as one HTML page."""
     plan = trial.plan
     return render(
-        "robust.html", provenance=provenance, command=command, banner=SIMULATED, front=_front(trial),
-        claims=claim_table(trial), pipeline=PIPELINE, tables=[error_table(trial, place) for place in plan.sets],
-        conditions=condition_table(trial), margins=margin_table(margins_of_sets(plan.sets)),
-        families_in_words=FAMILIES, best=best_table(trial),
-        families=[family_table(trial, place) for place in plan.sets], unfitted=unfitted(trial),
-        economy=economy_table(trial) if trial.economy else None, economy_in_words=SPARING, limits=LIMITS,
-    )  # fmt: skip
+        "robust.html",
+        provenance=provenance,
+        command=command,
+        banner=SIMULATED,
+        front=_front(trial),
+        claims=claim_table(trial),
+        pipeline=PIPELINE,
+        tables=[error_table(trial, place) for place in plan.sets],
+        conditions=condition_table(trial),
+        margins=margin_table(margins_of_sets(plan.sets)),
+        families_in_words=FAMILIES,
+        best=best_table(trial),
+        families=[family_table(trial, place) for place in plan.sets],
+        unfitted=unfitted(trial),
+        economy=economy_table(trial) if trial.economy else None,
+        economy_in_words=SPARING,
+        limits=LIMITS,
+    )
 
 
 def _front(trial: Trial) -> Front:
     ruling = ruling_of(trial)
     answers = answered(
         words_of(trial),
-        ["An observer, `model = \"disturbance_observer\"` of the controller, and a model of your log fed forward"],
+        ['An observer, `model = "disturbance_observer"` of the controller, and a model of your log fed forward'],
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[1]],
-        ["your own friction as a truth: `bristle paper --robust --truth model.toml`",
-         "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`"],
-    )  # fmt: skip
+        [
+            "your own friction as a truth: `bristle paper --robust --truth model.toml`",
+            "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`",
+        ],
+    )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
-    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(trial), "claims",
-                 "No case is above its limit.")  # fmt: skip
+    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(trial), "claims", "No case is above its limit.")
 
 
 def _picture(trial: Trial) -> Picture:
@@ -175,9 +152,7 @@ def _picture(trial: Trial) -> Picture:
 
     errors = {
         SET_NAMES[place]: {
-            truth.name.replace("_", " "): {
-                LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS
-            }
+            truth.name.replace("_", " "): {LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
             for truth in trial.plan.truths
         }
         for place in trial.plan.sets
@@ -188,9 +163,13 @@ def _picture(trial: Trial) -> Picture:
         "smallest to the largest mean when level, scatter, place or creep change, without a refit."
     )
     return picture(
-        "robust", lambda: errors_by_truth(errors, 1e6 * ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
-        alternative, caption, file="robust", published=f"{caption} {SIMULATED}",
-    )  # fmt: skip
+        "robust",
+        lambda: errors_by_truth(errors, 1e6 * ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
+        alternative,
+        caption,
+        file="robust",
+        published=f"{caption} {SIMULATED}",
+    )
 
 
 def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
@@ -204,15 +183,7 @@ def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
 
 
 def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return what came out in numbers, lengths in m.
-
-    Parameters
-    ----------
-    trial : Trial
-        What came out.
-    provenance : mapping of str to str
-        Versions, files, checksums.
-    """
+    """Return what came out in numbers, lengths in m."""
     return {
         "verdict": ruling_of(trial).as_data(),
         "sentences": words_of(trial),

@@ -72,9 +72,7 @@ RELATIONS = (
     Relation(
         "upper and lower of one length, at least 2, forward and backward a multiple of it",
         lambda p: (
-            len(p.upper) == len(p.lower) >= 2
-            and len(p.forward) == len(p.backward) >= len(p.upper)
-            and len(p.forward) % len(p.upper) == 0
+            len(p.upper) == len(p.lower) >= 2 and len(p.forward) == len(p.backward) >= len(p.upper) and len(p.forward) % len(p.upper) == 0
         ),
         "Give a number for each place",
         structural=True,
@@ -126,15 +124,7 @@ MODEL = FrictionModel(
 
 
 class Record(NamedTuple):
-    """Half-cycles of a record over the place.
-
-    Parameters
-    ----------
-    x : ndarray, shape (place,)
-        Places, evenly spaced [m].
-    forward, backward : ndarray, shape (half_cycle, place)
-        Friction of each half-cycle [N].
-    """
+    """Half-cycles of a record over the place."""
 
     x: np.ndarray
     forward: np.ndarray
@@ -147,37 +137,27 @@ class Record(NamedTuple):
 
 
 def half_cycles_of(log: Log) -> Record:
-    """Return the half-cycles of a log that goes to and fro over one stroke, its middle at 0.
-
-    Parameters
-    ----------
-    log : Log
-        Position and friction, the friction positive where it opposes a motion forward.
-
-    Raises
-    ------
-    InputError
-        If the log has no effort, or fewer than four half-cycles of one stroke in each direction.
-    """
+    """Return the half-cycles of a log that goes to and fro over one stroke, its middle at 0."""
     if log.effort is None:
         raise InputError("has no effort, and a contact is what its friction is", path=str(log.source))
     x, force = log.position.values, log.effort.values
     middle, stroke = 0.5 * float(x.max() + x.min()), float(np.ptp(x))
     grain = graininess(x, log.position.step)
-    legs = [leg for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time)
-            if abs(leg.distance) > (1.0 - ALIKE) * stroke]  # fmt: skip
+    legs = [
+        leg for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time) if abs(leg.distance) > (1.0 - ALIKE) * stroke
+    ]
     sides = [[leg for leg in legs if leg.distance * side > 0.0] for side in (1.0, -1.0)]
     if min(map(len, sides)) < FEWEST:
         raise InputError(
-            "goes to and fro over its stroke too few times for a contact", path=str(log.source),
-            value=min(map(len, sides)), allowed=f"at least {FEWEST} times in each direction",
+            "goes to and fro over its stroke too few times for a contact",
+            path=str(log.source),
+            value=min(map(len, sides)),
+            allowed=f"at least {FEWEST} times in each direction",
             mend="Take a record of a motion that repeats itself",
-        )  # fmt: skip
+        )
     reach = min(min(abs(x[end] - middle) for end in (leg.first, leg.last)) for leg in legs)
     places = np.linspace(-reach, reach, POINTS)
-    forward, backward = (
-        np.stack([_over_places(x, force, leg.first, leg.last + 1, places + middle) for leg in side]) for side in sides
-    )
+    forward, backward = (np.stack([_over_places(x, force, leg.first, leg.last + 1, places + middle) for leg in side]) for side in sides)
     return Record(places, forward, backward)
 
 
@@ -192,15 +172,7 @@ def _over_places(x: np.ndarray, force: np.ndarray, first: int, last: int, places
 
 
 def recorded_contact(record: Record, factor: float = 1.0) -> Model:
-    """Return a contact that does what was recorded, `factor` times as strong.
-
-    Parameters
-    ----------
-    record : Record
-        Its half-cycles.
-    factor : float
-        As of so many contacts side by side.
-    """
+    """Return a contact that does what was recorded, `factor` times as strong."""
     count = min(len(record.forward), len(record.backward))
     forward, backward = factor * record.forward[:count], factor * record.backward[:count]
     upper, lower = forward.mean(axis=0), backward.mean(axis=0)
@@ -208,6 +180,11 @@ def recorded_contact(record: Record, factor: float = 1.0) -> Model:
     window = max(round(STEEPEST_OVER * POINTS), 1)
     rises = [np.max(mean[window:] - mean[:-window]) for mean in (upper, lower)]
     return slotted(MODEL, asymmetry=False)(
-        x_0=float(record.x[0]), step=step, k=float(max(rises)) / (window * step), upper=upper, lower=lower,
-        forward=(forward - upper).ravel(), backward=(backward - lower).ravel(),
-    )  # fmt: skip
+        x_0=float(record.x[0]),
+        step=step,
+        k=float(max(rises)) / (window * step),
+        upper=upper,
+        lower=lower,
+        forward=(forward - upper).ravel(),
+        backward=(backward - lower).ravel(),
+    )

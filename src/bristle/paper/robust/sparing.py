@@ -23,17 +23,7 @@ def is_measurable(truth: Truth) -> bool:
 
 
 def economy_on(truth: Truth, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
-    """Return the errors of models made from few and more measured branches of a truth.
-
-    Parameters
-    ----------
-    truth : Truth
-        The contact; everything else is that of figure 6.
-    seeds : int
-        How many times everything is measured.
-    progress : callable, optional
-        Called with the share done and what is measured next.
-    """
+    """Return the errors of models made from few and more measured branches of a truth."""
     setting = read_setting(EXPERIMENTS / "fig_06.toml")
     measurement = dict(setting.numbers["measurement"]) | {"branches": list(COUNTS)}
     setting = replace(setting, numbers=dict(setting.numbers) | {"measurement": measurement})
@@ -42,5 +32,8 @@ def economy_on(truth: Truth, seeds: int, progress: Callable[[float, str], None] 
 
 def means_of(cost: Economy) -> dict[str, Any]:
     """Return the mean errors [%] by the way to the model, in the order of the branches; NaN where there is no model."""
-    return {"branches": list(cost.counts), "scatter_percent": cost.floor,
-            "error_percent": {name: cost.errors[name].mean(axis=1) for name in WAYS}}  # fmt: skip
+    return {
+        "branches": list(cost.counts),
+        "scatter_percent": cost.floor,
+        "error_percent": {name: cost.errors[name].mean(axis=1) for name in WAYS},
+    }

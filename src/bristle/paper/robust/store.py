@@ -17,65 +17,29 @@ WRITTEN = ("summary.json", "report.html")
 
 
 class Store:
-    """The folder while this process writes into it.
-
-    Parameters
-    ----------
-    grown : Growing
-        The folder.
-    """
+    """The folder while this process writes into it."""
 
     def __init__(self, grown: Growing) -> None:
         self.grown, self.path = grown, grown.path
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file; it appears whole under its name, in the place of one that was written before.
-
-        Raises
-        ------
-        InputError
-            If a person changed it, or the disk does not take it: what is there stays.
-        """
+        """Write a file; it appears whole under its name, in the place of one that was written before."""
         return self.grown.write(name, content)
 
     def take(self, name: str, source: Mapping[str, Any]) -> Any:
-        """Return what a part holds; None where it is not there or was made from something else.
-
-        Parameters
-        ----------
-        name : str
-            Of the part.
-        source : mapping
-            What it is to be made from.
-        """
+        """Return what a part holds; None where it is not there or was made from something else."""
         content = self.grown.read(f"{PARTS}/{name}.json")
         part = None if content is None else json.loads(content)
         return part["content"] if part and part["made_from"] == dict(source) else None
 
     def keep(self, name: str, source: Mapping[str, Any], content: Any) -> None:
-        """Write a part.
-
-        Parameters
-        ----------
-        name : str
-            Of the part.
-        source : mapping
-            What it was made from.
-        content : object
-            What JSON knows, numbers that are not finite among them.
-        """
+        """Write a part."""
         self.write(f"{PARTS}/{name}.json", json.dumps({"made_from": dict(source), "content": content}) + "\n")
 
 
 @contextmanager
 def opened(path: str | Path) -> Iterator[Store]:
-    """Give a folder to write into, new or begun by an earlier trial, to this process alone.
-
-    Raises
-    ------
-    InputError
-        If another process writes there, or it holds something else.
-    """
+    """Give a folder to write into, new or begun by an earlier trial, to this process alone."""
     with growing_folder(path, "robust trial", made_anew=_is_part, used=_is_used) as (grown, damaged):
         grown.set_all_aside(damaged)
         yield Store(grown)

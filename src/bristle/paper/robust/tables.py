@@ -17,15 +17,21 @@ from bristle.report.table import Table
 from bristle.stability import assess
 
 __all__ = [
-    "LOOPS", "SET_NAMES", "best_table", "claim_table", "condition_table", "economy_table", "error_table",
-    "family_table", "margin_table", "margins_of_sets", "unfitted",
-]  # fmt: skip
+    "LOOPS",
+    "SET_NAMES",
+    "best_table",
+    "claim_table",
+    "condition_table",
+    "economy_table",
+    "error_table",
+    "family_table",
+    "margin_table",
+    "margins_of_sets",
+    "unfitted",
+]
 
 SET_NAMES = {"set_a": "Set A", "set_c": "Set C"}
-LOOPS = {
-    "none": "nothing", "feedforward": "a model, fed forward", "observer": "an observer",
-    "observer_feedforward": "both",
-}  # fmt: skip
+LOOPS = {"none": "nothing", "feedforward": "a model, fed forward", "observer": "an observer", "observer_feedforward": "both"}
 OWN = "*"
 DIVERGED = "diverged"
 
@@ -46,8 +52,9 @@ def error_table(trial: Trial, place: str) -> Table:
     """Return the following error of every loop of a set, truth by truth and condition by condition."""
     rows = [
         (truth.name, condition, *(micrometres(error_of(trial, place, truth.name, v, condition)) for v in VARIANTS))
-        for truth in trial.plan.truths for condition in trial.plan.conditions
-    ]  # fmt: skip
+        for truth in trial.plan.truths
+        for condition in trial.plan.conditions
+    ]
     caption = (
         f"{SET_NAMES[place]}: following error peak to peak [µm], mean over {trial.plan.seeds} runs with other noise "
         "and scatter, and its 95 % interval"
@@ -69,9 +76,7 @@ def claim_table(trial: Trial) -> Table:
             worst = max(claim.errors, key=lambda case: claim.errors[case])
             error = number(1e6 * claim.errors[worst], resolution=0.1)
             limit = number(1e6 * claim.limit, resolution=0.1)
-            rows.append(
-                (f"{SET_NAMES[place]}: {claim.words}", limit, error, worst, "yes" if claim.holds else "no")
-            )  # fmt: skip
+            rows.append((f"{SET_NAMES[place]}: {claim.words}", limit, error, worst, "yes" if claim.holds else "no"))
     heads = ("What", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 
@@ -88,17 +93,22 @@ def best_table(trial: Trial) -> Table:
                 cells += [family or "–", *own, _percent(share_left(trial, place, truth.name, "feedforward", family))]
             chosen = _percent(share_left(trial, place, truth.name, "feedforward", CHOSEN))
             rows.append((truth.name, SET_NAMES[place], *cells, chosen))
-    heads = ("Friction of the rig", "Set", "Best family", "Of the truth’s structure", "Leaves [%]",
-             "Best of another structure", "It leaves [%]", f"{CHOSEN} leaves [%]")  # fmt: skip
+    heads = (
+        "Friction of the rig",
+        "Set",
+        "Best family",
+        "Of the truth’s structure",
+        "Leaves [%]",
+        "Best of another structure",
+        "It leaves [%]",
+        f"{CHOSEN} leaves [%]",
+    )
     return Table("Which family fed forward leaves least of the error without compensation", heads, rows)
 
 
 def family_table(trial: Trial, place: str) -> Table:
     """Return the share that feedforward of each family leaves, truth by truth."""
-    rows = [
-        (family, *(_share_cell(trial, place, truth, family) for truth in trial.plan.truths))
-        for family in trial.plan.compensators
-    ]
+    rows = [(family, *(_share_cell(trial, place, truth, family) for truth in trial.plan.truths)) for family in trial.plan.compensators]
     caption = (
         f"{SET_NAMES[place]}: share of the error without compensation that feedforward leaves [%]; with {OWN} where "
         "the family has the structure of the truth"
@@ -142,8 +152,9 @@ def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Ta
     """Return the margins of the loops."""
     rows = [
         (SET_NAMES[place], LOOPS[name], number(loop["phase_deg"], digits=3), number(loop["gain"], digits=3))
-        for place, loops in margins.items() for name, loop in loops.items()
-    ]  # fmt: skip
+        for place, loops in margins.items()
+        for name, loop in loops.items()
+    ]
     heads = ("Set", "Against friction works", "Phase margin [°]", "Gain margin")
     return Table("Smallest margins of the loops; a model that is fed forward changes none", heads, rows)
 
@@ -152,8 +163,9 @@ def economy_table(trial: Trial) -> Table:
     """Return the error of models from few and more measured branches, truth by truth."""
     rows = [
         (truth, str(count), *(_error_cell(cost, way, row) for way in WAYS), number(cost.floor, digits=2))
-        for truth, cost in trial.economy.items() for row, count in enumerate(cost.counts)
-    ]  # fmt: skip
+        for truth, cost in trial.economy.items()
+        for row, count in enumerate(cost.counts)
+    ]
     heads = ("Contact", "Branches", *WAYS, "Scatter alone")
     return Table("Error on motions that were not measured [%], of the largest force, mean over seeds", heads, rows)
 

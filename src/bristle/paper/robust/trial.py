@@ -40,21 +40,7 @@ PATIENCE = 0.2  # [s]: so often signals are looked for
 
 
 class Cell(NamedTuple):
-    """Runs that are made and kept together.
-
-    Parameters
-    ----------
-    set : str
-        Of the experiment: ``set_a``, ``set_c``.
-    truth : str
-        Name of the friction of the rig.
-    condition : str
-        What has changed.
-    variant : str
-        The loop.
-    family : str
-        Of the compensator; empty where none is fed forward.
-    """
+    """Runs that are made and kept together."""
 
     set: str
     truth: str
@@ -70,18 +56,7 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """What is tried.
-
-    Parameters
-    ----------
-    truths : tuple of Truth
-        Frictions of the rig.
-    seeds : int
-        Runs of each loop.
-    conditions, sets, families : tuple of str
-        Names of what is tried with each of them; of the families but the chosen one, feedforward alone under nominal
-        conditions.
-    """
+    """What is tried."""
 
     truths: tuple[Truth, ...]
     seeds: int
@@ -99,13 +74,19 @@ class Plan:
         """Everything that is simulated."""
         cells = [
             Cell(name, truth.name, condition, variant, CHOSEN if "feedforward" in variant else "")
-            for truth in self.truths for name in self.sets for condition in self.conditions for variant in VARIANTS
-        ]  # fmt: skip
+            for truth in self.truths
+            for name in self.sets
+            for condition in self.conditions
+            for variant in VARIANTS
+        ]
         cells += [
             Cell(name, truth.name, NOMINAL, variant, family)
-            for truth in self.truths for name in self.sets for family in self.families
-            for variant in COMPETING if family != CHOSEN
-        ]  # fmt: skip
+            for truth in self.truths
+            for name in self.sets
+            for family in self.families
+            for variant in COMPETING
+            if family != CHOSEN
+        ]
         return cells
 
 
@@ -115,19 +96,7 @@ COMPETING = ("feedforward",)
 
 @dataclass
 class Trial:
-    """What came out.
-
-    Parameters
-    ----------
-    plan : Plan
-        What was tried.
-    fits : dict of (str, str) to Fitted
-        Compensators by truth and family.
-    errors : dict of Cell to ndarray, shape (seed,)
-        Following error peak to peak of each run [m]; infinite where the loop diverged.
-    economy : dict of str to Economy
-        By truth, what measuring more branches brings.
-    """
+    """What came out."""
 
     plan: Plan
     fits: dict[tuple[str, str], Fitted] = field(default_factory=dict)
@@ -136,17 +105,7 @@ class Trial:
 
 
 def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Trial:
-    """Make what is missing of a trial, and keep each part as soon as it is there.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is tried.
-    store : Store
-        Where parts are kept.
-    progress : callable, optional
-        Called with the share done, and how long the rest takes.
-    """
+    """Make what is missing of a trial, and keep each part as soon as it is there."""
     trial, tally = Trial(plan), Tally(progress)
     with cores_for_simulations():
         unfitted = _unfitted(trial, store)
@@ -185,9 +144,15 @@ def _alternating(*groups: list[Task]) -> list[Task]:
 
 
 def _simulate(
-    trial: Trial, store: Store, tally: Tally, cell: Cell, variant: Variant, source: Mapping[str, str],
-    known: Sequence[float], stop: threading.Event,
-) -> None:  # fmt: skip
+    trial: Trial,
+    store: Store,
+    tally: Tally,
+    cell: Cell,
+    variant: Variant,
+    source: Mapping[str, str],
+    known: Sequence[float],
+    stop: threading.Event,
+) -> None:
     """Simulate the runs of a cell that are missing, until all are there or it is to stop."""
     errors = list(known)
     while len(errors) < trial.plan.seeds and not stop.is_set():
@@ -203,8 +168,7 @@ def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str
     log = read_experiment(LOG).origins["experiment"][0].checksum
     for truth in trial.plan.truths:
         for family in trial.plan.compensators:
-            source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log,
-                      "file": truth.origin.checksum}  # fmt: skip
+            source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log, "file": truth.origin.checksum}
             present = store.take(_fit_file(truth.name, family), source)
             if present is None:
                 missing[truth.name, family] = source
@@ -226,9 +190,15 @@ def _logs(plan: Plan, names: set[str], tally: Tally) -> dict[str, tuple[Log, Axi
 
 
 def _fit(
-    trial: Trial, store: Store, tally: Tally, logs: Mapping[str, tuple[Log, Axis]], truth: str, family: str,
-    source: Mapping[str, str], stop: threading.Event,
-) -> None:  # fmt: skip
+    trial: Trial,
+    store: Store,
+    tally: Tally,
+    logs: Mapping[str, tuple[Log, Axis]],
+    truth: str,
+    family: str,
+    source: Mapping[str, str],
+    stop: threading.Event,
+) -> None:
     """Identify one compensator, unless all is to stop."""
     if stop.is_set():
         return
@@ -243,8 +213,7 @@ def _spare(trial: Trial, store: Store, tally: Tally, truth: Truth, stop: threadi
     if stop.is_set():
         return
     seeds = min(trial.plan.seeds, ECONOMY_SEEDS)
-    source = {"bristle": version("bristle"), "friction": digest(truth.friction), "branches": list(COUNTS),
-              "seeds": seeds}  # fmt: skip
+    source = {"bristle": version("bristle"), "friction": digest(truth.friction), "branches": list(COUNTS), "seeds": seeds}
     present = store.take(f"economy-{truth.name}", source)
     if present is None:
         tally.tell(f"{truth.name}: branches")
@@ -277,10 +246,12 @@ def _source_of(variant: Variant, compensator: Model | None) -> dict[str, str]:
     """Return what the runs of a loop are made from, in a few letters."""
     parts = (variant.plant, variant.controller, variant.sensor, variant.reference)
     return {
-        "bristle": version("bristle"), "friction": digest(variant.friction),
+        "bristle": version("bristle"),
+        "friction": digest(variant.friction),
         "compensator": "" if compensator is None else digest(compensator),
-        "loop": "-".join(map(digest, parts)), "run": repr(variant.run),
-    }  # fmt: skip
+        "loop": "-".join(map(digest, parts)),
+        "run": repr(variant.run),
+    }
 
 
 def _abreast(tasks: Iterable[Task]) -> None:
@@ -298,13 +269,7 @@ def _abreast(tasks: Iterable[Task]) -> None:
 
 
 class Tally:
-    """How many runs are there, and how long the rest takes.
-
-    Parameters
-    ----------
-    progress : callable or None
-        What is told.
-    """
+    """How many runs are there, and how long the rest takes."""
 
     def __init__(self, progress: Progress | None) -> None:
         self.progress, self.share, self.ran, self.missing = progress, 0.0, 0, 0

@@ -36,9 +36,13 @@ MEASURED = "measured"
 DATA = "BRISTLE_DATA"
 RECORD = Path("tribometer") / "test_data_2.txt"
 OF_FAMILY = {
-    "thirty_sliders": ("maxwell_slip", "gms"), "gms": ("gms", "maxwell_slip"), "reformed_dahl": ("reformed_dahl",),
-    "bouc_wen": ("bouc_wen", "dahl"), "printed": ("preisach_lugre", "printed"), "lugre": ("lugre", "dahl"),
-}  # fmt: skip
+    "thirty_sliders": ("maxwell_slip", "gms"),
+    "gms": ("gms", "maxwell_slip"),
+    "reformed_dahl": ("reformed_dahl",),
+    "bouc_wen": ("bouc_wen", "dahl"),
+    "printed": ("preisach_lugre", "printed"),
+    "lugre": ("lugre", "dahl"),
+}
 """Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
 SCATTER = 0.05
 AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
@@ -48,27 +52,7 @@ TRAVEL = 0.15  # of the amplitude, over which the level changes
 
 @dataclass(frozen=True)
 class Truth:
-    """A friction that the rig has.
-
-    Parameters
-    ----------
-    name : str
-        Its name.
-    friction : Model
-        The friction, in the layer of `bristle.paper.robust.uneven`.
-    origin : Origin
-        The file that it comes from.
-    families : tuple of str
-        Families of models that have its structure.
-    amplitude : float
-        Of the motion that the rig goes through [m].
-    is_varied : bool
-        Whether the amplitude of that motion varies as in the paper; of a record of one amplitude it does not.
-    record : Log or None
-        What compensators are identified from, where the rig does not log it.
-    axis : Axis or None
-        How that record is to be read.
-    """
+    """A friction that the rig has."""
 
     name: str
     friction: Model
@@ -86,22 +70,7 @@ def is_own(truth: Truth, family: str) -> bool:
 
 
 def truths_named(names: Sequence[str] = (), axis: Path | None = None, *, allow_code: bool = False) -> list[Truth]:
-    """Return truths by their names, or by the files that hold them; all that there are where none is named.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names, model files (``.toml``), or logs of a contact that goes to and fro over one stroke.
-    axis : Path, optional
-        The axis file of such logs.
-    allow_code : bool
-        Whether a model of a person's own may run without having been allowed before.
-
-    Raises
-    ------
-    InputError
-        If there is no such truth, or a file cannot be used.
-    """
+    """Return truths by their names, or by the files that hold them; all that there are where none is named."""
     present = [*SIMULATED, *([MEASURED] if _data() else [])]
     truths = [_truth(name, axis, present, allow_code) for name in dict.fromkeys(names or present)]
     if axis is not None and not any(truth.record is not None and truth.name != MEASURED for truth in truths):
@@ -121,24 +90,28 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
     if name == MEASURED:
         if file is None:
             raise InputError(
-                f"needs the record {RECORD.as_posix()} in the folder that {DATA} names", path="--truth", value=name,
+                f"needs the record {RECORD.as_posix()} in the folder that {DATA} names",
+                path="--truth",
+                value=name,
                 mend="Name a log instead: --truth log.csv --axis axis.toml",
-            )  # fmt: skip
+            )
         return _recorded(name, file, read_axis(FOLDER / "measured_axis.toml"))
     if file is not None:
         return _simulated(name, file, OF_FAMILY[name])
     path = Path(name)
     if not path.is_file():
         raise InputError(
-            "no such truth", path="--truth", value=name, allowed=", ".join([*present, "a model file", "a log"]),
+            "no such truth",
+            path="--truth",
+            value=name,
+            allowed=", ".join([*present, "a model file", "a log"]),
             mend=did_you_mean(name, present),
-        )  # fmt: skip
+        )
     if path.suffix == ".toml":
         friction = read_model(path, allow_code=allow_code).friction
         return Truth(path.stem, _in_layer(friction, 0.0), content_of(path).origin, (friction.name.split("+")[0],))
     if axis is None:
-        raise InputError("is a log, and nothing says what its columns are", path="--truth", value=name,
-                         mend="Add --axis axis.toml")  # fmt: skip
+        raise InputError("is a log, and nothing says what its columns are", path="--truth", value=name, mend="Add --axis axis.toml")
     return _recorded(path.stem, path, read_axis(axis))
 
 
@@ -161,10 +134,7 @@ def _recorded(name: str, file: Path, axis: Axis) -> Truth:
     factor = STATIC * screw_ratio(5e-3) / record.height
     amplitude = WITHIN_STROKE * float(record.x[-1])
     friction = _in_layer(recorded_contact(record, factor), 0.0, amplitude)
-    return Truth(
-        name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False,
-        record=_times(first, factor), axis=axis,
-    )  # fmt: skip
+    return Truth(name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False, record=_times(first, factor), axis=axis)
 
 
 def _times(log: Log, factor: float) -> Log:
@@ -176,5 +146,6 @@ def _times(log: Log, factor: float) -> Log:
 def _refuse_alike(truths: Sequence[Truth]) -> None:
     names: Mapping[str, Truth] = {truth.name: truth for truth in truths}
     if len(names) < len(truths):
-        raise InputError("two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths),
-                         mend="Rename one of the files")  # fmt: skip
+        raise InputError(
+            "two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
+        )

@@ -151,20 +151,7 @@ class UnevenModel(FrictionModel):
 
 
 def uneven(friction: Model, **values: Any) -> Model:
-    """Return a friction model in the layer; with nothing else, it does what it did before.
-
-    Parameters
-    ----------
-    friction : Model
-        Any friction model with an offset, as all are that have a name.
-    **values
-        Parameters of the layer.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return a friction model in the layer; with nothing else, it does what it did before."""
     return _uneven(friction.component)(kind=friction.kind, **(dict(friction.values) | values))
 
 

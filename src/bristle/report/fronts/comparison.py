@@ -17,14 +17,13 @@ __all__ = ["comparison_front", "comparison_ruling"]
 
 RMS = "following_error.rms"
 VERDICTS = {
-    "lower": ("usable", "It helped"), "higher": ("no", "It did not help"),
-    "no_change": ("with_care", "No change told"), "unknown": ("with_care", "Not told"),
-}  # fmt: skip
-HARDLY = ("with_care", "It hardly helped")
-WHY_NOT = {
-    "no_change": "the interval of the following error's change holds zero",
-    "unknown": "one cycle gives no interval",
+    "lower": ("usable", "It helped"),
+    "higher": ("no", "It did not help"),
+    "no_change": ("with_care", "No change told"),
+    "unknown": ("with_care", "Not told"),
 }
+HARDLY = ("with_care", "It hardly helped")
+WHY_NOT = {"no_change": "the interval of the following error's change holds zero", "unknown": "one cycle gives no interval"}
 NEXT = {
     "lower": "keep the change; what the axis still errs by: `bristle identify AFTER --axis axis.toml`",
     "higher": "take the change back, then `bristle identify BEFORE --axis axis.toml`",
@@ -34,16 +33,8 @@ NEXT = {
 
 
 def comparison_ruling(compared: Comparison) -> Ruling:
-    """Return whether it helped on the machine, and why.
-
-    Parameters
-    ----------
-    compared : Comparison
-        Two logs, held against each other.
-    """
-    doubts = [
-        sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"
-    ]
+    """Return whether it helped on the machine, and why."""
+    doubts = [sentence_of(diagnostic.code).means for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     change = compared.changes.get(RMS)
     if change is None:
         return Ruling("with_care", "Not told", tuple(dict.fromkeys(["no reference tells a following error", *doubts])))
@@ -78,16 +69,20 @@ def comparison_front(compared: Comparison, name: str, figure: Picture) -> Front:
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     named = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     return Front(
-        f"{name}: before and after", about(*(f"{side}: {file}" for side, file in named.items() if file)), *ruling[:2],
+        f"{name}: before and after",
+        about(*(f"{side}: {file}" for side, file in named.items() if file)),
+        *ruling[:2],
         ruling.reasons,
         answered(
             _lines(compared, ("following_error", "reversals"), "no following error: the logs have no reference"),
             [_typed(compared.changes.get(RMS))],
             _lines(compared, ("effort", "friction"), "no effort in these logs"),
-            _trust(compared), _next(compared),
+            _trust(compared),
+            _next(compared),
         ),
-        figure, "basis",
-    )  # fmt: skip
+        figure,
+        "basis",
+    )
 
 
 def _lines(compared: Comparison, groups: tuple[str, ...], otherwise: str) -> list[str]:

@@ -41,13 +41,7 @@ def counts_much(design: Design) -> bool:
 
 
 def design_ruling(design: Design) -> Ruling:
-    """Return whether to keep a loop, and why.
-
-    Parameters
-    ----------
-    design : Design
-        The loop, and what is proposed in its place.
-    """
+    """Return whether to keep a loop, and why."""
     chosen, doubts = _chosen(design), tuple(message(doubt) for doubt in doubts_of(design.assessment))
     if not design.is_stable:
         return Ruling("no", "Do not run it", (message(verdict_of(design.assessment)), *doubts))
@@ -74,9 +68,7 @@ def _instead(chosen: Proposal, design: Design) -> str:
 
 def _held(proposal: Proposal) -> str:
     phase = least_phase(proposal.assessment)
-    return (
-        "it has no crossover, and so no phase margin" if phase is None else f"phase margin {number(phase, digits=3)}°"
-    )
+    return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {number(phase, digits=3)}°"
 
 
 def design_front(design: Design, figure: Picture) -> Front:
@@ -85,14 +77,16 @@ def design_front(design: Design, figure: Picture) -> Front:
     chosen = _chosen(design)
     title = f"{design.variant.name}, as it is" if chosen is design.proposals[0] else f"{chosen.name}, in its place"
     return Front(
-        f"{name}: the loop", about(f"variant {design.variant.name}", f"law {design.variant.controller.name}"),
-        *ruling[:2], ruling.reasons,
+        f"{name}: the loop",
+        about(f"variant {design.variant.name}", f"law {design.variant.controller.name}"),
+        *ruling[:2],
+        ruling.reasons,
         answered(
-            _quality(design), [f"loop {title}", *law_lines(chosen.variant)], _cost(chosen, design), _trust(design),
-            _next(chosen, design),
+            _quality(design), [f"loop {title}", *law_lines(chosen.variant)], _cost(chosen, design), _trust(design), _next(chosen, design)
         ),
-        figure, "summary",
-    )  # fmt: skip
+        figure,
+        "summary",
+    )
 
 
 def _quality(design: Design) -> list[str]:
@@ -102,9 +96,8 @@ def _quality(design: Design) -> list[str]:
         first = design.budget.entries[0]
         lines += [
             f"following error {length_text(design.budget.all_causes.peak_to_peak, kind)} peak to peak, simulated",
-            f"mostly by {first.cause} ({first.description}): without it "
-            f"{length_text(first.without.peak_to_peak, kind)}",
-        ]  # fmt: skip
+            f"mostly by {first.cause} ({first.description}): without it {length_text(first.without.peak_to_peak, kind)}",
+        ]
     return lines
 
 
@@ -119,9 +112,7 @@ def _cost(chosen: Proposal, design: Design) -> list[str]:
         ("effort that one count of the encoder calls up", chosen.count_effort, present.count_effort),
     ):
         if new is not None:
-            lines.append(
-                f"{word}: {fixed(new, unit)}" + (f" instead of {fixed(old, unit)}" if is_change and old else "")
-            )
+            lines.append(f"{word}: {fixed(new, unit)}" + (f" instead of {fixed(old, unit)}" if is_change and old else ""))
     margins = [least_phase(loop.assessment) for loop in (chosen, present)]
     if is_change and margins[0] is not None and margins[1] is not None:
         lines.append(f"phase margin {number(margins[0], digits=3)}° instead of {number(margins[1], digits=3)}°")
@@ -132,9 +123,7 @@ def _trust(design: Design) -> list[str]:
     lines = ["margins of the loop as it is sampled, with its delays: no resonance but those of the plant in the file"]
     if design.budget is not None:
         runs = design.budget.runs
-        lines.append(
-            f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the file"
-        )
+        lines.append(f"errors are simulated, {'one run' if runs == 1 else f'{runs} runs'} each, with the friction of the file")
     return lines
 
 

@@ -21,15 +21,7 @@ FULL_PERCENT = 100.0  # percent: an interval as wide as the value
 
 
 def excitation_ruling(excitation: Excitation, missed: Sequence[str]) -> Ruling:
-    """Return whether to run a motion, and why.
-
-    Parameters
-    ----------
-    excitation : Excitation
-        The motion, rehearsed.
-    missed : sequence of str
-        Parameters that the rehearsal gave beyond their interval.
-    """
+    """Return whether to run a motion, and why."""
     rehearsal, limit = excitation.rehearsal, excitation.axis.effort_limit
     if rehearsal is None:
         return Ruling("with_care", "Run it, with care", ("it was not rehearsed",))
@@ -56,11 +48,7 @@ def _estimates(excitation: Excitation) -> list[Estimate]:
 def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the parameters that would be identified within their own size, or those that would not."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
-    identified = [
-        estimate
-        for estimate in _estimates(excitation)
-        if estimate.status == "identified" and truth.get(estimate.name) != 0.0
-    ]
+    identified = [estimate for estimate in _estimates(excitation) if estimate.status == "identified" and truth.get(estimate.name) != 0.0]
     return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < FULL_PERCENT) == sure]
 
 
@@ -68,16 +56,21 @@ def excitation_front(excitation: Excitation, identify: str, missed: Sequence[str
     """Return the first page of a motion to run; `identify` is the command for its log."""
     ruling, motion = excitation_ruling(excitation, missed), excitation.motion
     return Front(
-        f"{excitation.axis.name}: a motion to run", about(f"{motion.duration:.3g} s", "for the controller of the axis"),
-        *ruling[:2], ruling.reasons,
+        f"{excitation.axis.name}: a motion to run",
+        about(f"{motion.duration:.3g} s", "for the controller of the axis"),
+        *ruling[:2],
+        ruling.reasons,
         answered(
             _quality(excitation),
             ["set points: `motion.csv`", "or a list of moves: `moves.csv`", "or a program for an NC: `motion.nc`"],
-            _cost(excitation), _trust(excitation),
+            _cost(excitation),
+            _trust(excitation),
             [f"run it, log what the axis file names, then `{identify}`"],
         ),
-        figure, "assumptions", "In the rehearsal its log identifies everything.",
-    )  # fmt: skip
+        figure,
+        "assumptions",
+        "In the rehearsal its log identifies everything.",
+    )
 
 
 def _quality(excitation: Excitation) -> list[str]:
@@ -85,9 +78,7 @@ def _quality(excitation: Excitation) -> list[str]:
     if not identified:
         return ["nothing that its log would surely identify"]
     widths = ", ".join(
-        estimate.name
-        if estimate.interval_percent is None
-        else f"{estimate.name} ± {number(estimate.interval_percent, digits=2)} %"
+        estimate.name if estimate.interval_percent is None else f"{estimate.name} ± {number(estimate.interval_percent, digits=2)} %"
         for estimate in identified
     )
     return ["its log would identify, with 95 % intervals:", widths]
@@ -116,6 +107,4 @@ def _trust(excitation: Excitation) -> list[str]:
     loop = "in the loop of its controller" if excitation.rehearsal.loop else "along the motion: no stable loop is known"
     believed = len(excitation.prior.assumed)
     lines = [f"one rehearsal, {loop}, with the encoder of the axis and 5 % of scatter"]
-    return (
-        [*lines, f"{believed} {'value was' if believed == 1 else 'values were'} assumed, below"] if believed else lines
-    )
+    return [*lines, f"{believed} {'value was' if believed == 1 else 'values were'} assumed, below"] if believed else lines

@@ -20,15 +20,7 @@ __all__ = ["log_front", "log_ruling"]
 
 
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
-    """Return whether a log can be identified, and why.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    diagnostics : sequence of mapping
-        What it contradicts, and what it cannot tell: ``code`` and ``severity`` of each.
-    """
+    """Return whether a log can be identified, and why."""
     grave, doubts = (
         [sentence_of(diagnostic["code"]).means for diagnostic in diagnostics if diagnostic["severity"] == severity]
         for severity in ("error", "warning")
@@ -41,27 +33,30 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "It can be identified")
 
 
-def log_front(
-    log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str, figure: Picture
-) -> Front:
+def log_front(log: Log, segments: Sequence[Passage], diagnostics: Sequence[Mapping[str, Any]], name: str, figure: Picture) -> Front:
     """Return the first page of a log."""
     ruling, source = log_ruling(log, diagnostics), log.source.name.strip("<>")
     duration = len(log) * log.sample_time
     advice = (sentence_of(diagnostic["code"]).advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
-    then = (
-        [f"fit models to it: `bristle identify {source} --axis axis.toml --out results`"]
-        if ruling.level != "no"
-        else []
-    )
+    then = [f"fit models to it: `bristle identify {source} --axis axis.toml --out results`"] if ruling.level != "no" else []
     return Front(
-        f"{name}: a log", about(f"log {source}, {fixed(duration, 's')}"), *ruling[:2], ruling.reasons,
+        f"{name}: a log",
+        about(f"log {source}, {fixed(duration, 's')}"),
+        *ruling[:2],
+        ruling.reasons,
         answered(
-            _contents(segments), lines or ["nothing is to be mended in the axis file"], _spans(log), _trust(log),
-            then or ["mend it, then look at it again: `bristle log`"], third="How far, and how hard",
+            _contents(segments),
+            lines or ["nothing is to be mended in the axis file"],
+            _spans(log),
+            _trust(log),
+            then or ["mend it, then look at it again: `bristle log`"],
+            third="How far, and how hard",
         ),
-        figure, "check", "Nothing in it speaks against it.",
-    )  # fmt: skip
+        figure,
+        "check",
+        "Nothing in it speaks against it.",
+    )
 
 
 def _contents(segments: Sequence[Passage]) -> list[str]:

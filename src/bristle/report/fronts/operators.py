@@ -20,15 +20,7 @@ TWICE = 2.0  # times the fitted error, from which what was not fitted tells of t
 
 
 def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ruling:
-    """Return whether an operator is usable, and why.
-
-    Parameters
-    ----------
-    error, held_out : float
-        On the curves that it is shown, and on those that it was not fitted to [% of full scale].
-    fitted : bool
-        Whether the operator was fitted to these curves.
-    """
+    """Return whether an operator is usable, and why."""
     decisive = error if held_out is None else held_out
     place = "on what it was not fitted to" if held_out is not None else "on these curves"
     reasons = [f"it misses {percent_text(decisive)} of full scale {place}"]
@@ -43,9 +35,8 @@ def operator_ruling(error: float, held_out: float | None, *, fitted: bool) -> Ru
 
 
 def operator_front(
-    prediction: OperatorPrediction, name: str, title: str, recorded: Curves, figure: Picture,
-    fits: Sequence[OperatorFit] = (),
-) -> Front:  # fmt: skip
+    prediction: OperatorPrediction, name: str, title: str, recorded: Curves, figure: Picture, fits: Sequence[OperatorFit] = ()
+) -> Front:
     """Return the first page of an operator, identified or held against other curves; `fits` are best first."""
     best = fits[0] if fits else None
     held_out = best.held_out if best is not None else None
@@ -58,15 +49,21 @@ def operator_front(
     trust += [note for note in best.notes if note][:2] if best is not None else []
     then = "predict curves that it has not seen: `bristle predict model.toml CURVES --axis axis.toml`"
     return Front(
-        f"{name}: {title}", about(f"{count} {'curve' if count == 1 else 'curves'}"), *ruling[:2], ruling.reasons,
+        f"{name}: {title}",
+        about(f"{count} {'curve' if count == 1 else 'curves'}"),
+        *ruling[:2],
+        ruling.reasons,
         answered(
             quality,
             ["the model file, model.toml, as it is written" if fits else "nothing new: the model file as it is"],
-            _beside(fits), trust, [then if fits else "where it misses: record more curves there, and identify again"],
+            _beside(fits),
+            trust,
+            [then if fits else "where it misses: record more curves there, and identify again"],
             third="How others do",
         ),
-        figure, "model",
-    )  # fmt: skip
+        figure,
+        "model",
+    )
 
 
 def _beside(fits: Sequence[OperatorFit]) -> list[str]:

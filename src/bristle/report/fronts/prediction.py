@@ -29,15 +29,6 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     """Return whether a model holds on a log, and why.
 
     The effort decides, where it is predicted: of a position nearly everything is told by the reference.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        A model run on a log.
-    settings : Settings
-        From which error on it is used with care, or not at all: `usable_error`, `useless_error`.
-    own_log : bool
-        Whether the model was fitted to this very log, which it repeats better than any other.
     """
     doubted = [diagnostic for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     doubts = list(dict.fromkeys(sentence_of(diagnostic.code).means for diagnostic in doubted))
@@ -54,9 +45,7 @@ def prediction_ruling(prediction: Prediction, settings: Settings = DEFAULT, *, o
     status = [] if prediction.status is Status.OK else [prediction.status.sentence]
     own = [OWN_LOG] if own_log else []
     all_reasons = (*reasons, *own, *narrow, *status, *doubts)
-    if (error is not None and error > settings.useless_error) or any(
-        diagnostic.severity == "error" for diagnostic in doubted
-    ):
+    if (error is not None and error > settings.useless_error) or any(diagnostic.severity == "error" for diagnostic in doubted):
         return Ruling("no", "The model does not hold", all_reasons)
     if own or narrow or doubts or status or error is None or error > settings.usable_error:
         return Ruling("with_care", "The model holds, with care", all_reasons)
@@ -73,27 +62,28 @@ def _decisive(prediction: Prediction) -> tuple[str, float | None]:
 
 
 def prediction_front(
-    prediction: Prediction,
-    friction: Model,
-    log: Log,
-    name: str,
-    predicts: str,
-    figure: Picture | None,
-    *,
-    own_log: bool,
+    prediction: Prediction, friction: Model, log: Log, name: str, predicts: str, figure: Picture | None, *, own_log: bool
 ) -> Front:
     """Return the first page of a prediction."""
     ruling = prediction_ruling(prediction, own_log=own_log)
     source = log.source.name.strip("<>")
     facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}", f"{prediction.mode} mode")
     return Front(
-        f"{name}: does the model hold?", facts, *ruling[:2], ruling.reasons,
+        f"{name}: does the model hold?",
+        facts,
+        *ruling[:2],
+        ruling.reasons,
         answered(
-            _quality(prediction, log), _typed(ruling), _gain(prediction, log, predicts), _trust(prediction),
-            _next(ruling, prediction, own_log=own_log), third="What was predicted",
+            _quality(prediction, log),
+            _typed(ruling),
+            _gain(prediction, log, predicts),
+            _trust(prediction),
+            _next(ruling, prediction, own_log=own_log),
+            third="What was predicted",
         ),
-        figure, "metrics",
-    )  # fmt: skip
+        figure,
+        "metrics",
+    )
 
 
 def _quality(prediction: Prediction, log: Log) -> list[str]:
@@ -134,9 +124,7 @@ def _trust(prediction: Prediction) -> list[str]:
 
 
 def _next(ruling: Ruling, prediction: Prediction, *, own_log: bool) -> list[str]:
-    advice = [
-        sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"
-    ]
+    advice = [sentence_of(diagnostic.code).advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
     lines = [line for line in dict.fromkeys(advice) if line != "nothing"]
     if own_log:
         return [*lines, "predict another log of this axis, of another motion"]

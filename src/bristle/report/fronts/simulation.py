@@ -32,15 +32,7 @@ def is_open(result: SimulationResult) -> bool:
 
 
 def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:
-    """Return whether the variants of an experiment are worth having, and why.
-
-    Parameters
-    ----------
-    result : SimulationResult
-        The variants, simulated.
-    warnings : sequence of str
-        What is to be said of the loops.
-    """
+    """Return whether the variants of an experiment are worth having, and why."""
     failed = [f"{name}: {reason}" for name, reason in result.refused.items()]
     completed = []
     for name, variant in result.variants.items():
@@ -117,27 +109,26 @@ def simulation_front(result: SimulationResult, warnings: Sequence[str], figure: 
 def _open_answers(result: SimulationResult) -> list[tuple[str, list[str]]]:
     kind = result.experiment.kind
     completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
-    went = [
-        f"moves by {length_text(variant.motion.peak_to_peak, kind)} ({variant.name})"
-        for variant in completed
-        if variant.is_open
-    ]
+    went = [f"moves by {length_text(variant.motion.peak_to_peak, kind)} ({variant.name})" for variant in completed if variant.is_open]
     return answered(
         went or ["nothing completed against which an error could be measured"],
         ["nothing: no loop was compared with another"],
         [f"effort {_effort(variant)} ({variant.name})" for variant in completed] or ["nothing completed"],
         ["it is a simulation: what the models leave out, it leaves out"],
         ["mend what the verdict names" if not completed else "compare the motion with a log of the same effort"],
-    )  # fmt: skip
+    )
 
 
 def _loop_answers(result: SimulationResult, rank: Standing) -> list[tuple[str, list[str]]]:
     best = _variant(result, rank.best.name)
     place = "as it is" if rank.best is rank.base else "of the file"
     return answered(
-        _quality(rank, result), [f"variant {best.name}, {place}", *law_lines(best)], _cost(rank, result),
-        _trust(rank, result), _next(rank, result),
-    )  # fmt: skip
+        _quality(rank, result),
+        [f"variant {best.name}, {place}", *law_lines(best)],
+        _cost(rank, result),
+        _trust(rank, result),
+        _next(rank, result),
+    )
 
 
 def _quality(rank: Standing, result: SimulationResult) -> list[str]:

@@ -83,8 +83,7 @@ CHECKS: dict[str, Sentence] = {
         (
             "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
             "wrong. Mend its unit in the axis file",
-            "the samples would be {sample_time:time} apart, which no servo axis is sampled at: mend the unit of time "
-            "in the axis file",
+            "the samples would be {sample_time:time} apart, which no servo axis is sampled at: mend the unit of time in the axis file",
         ),
         "the stamps are in another unit than declared",
         "mend the unit of time",

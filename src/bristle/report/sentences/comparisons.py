@@ -8,8 +8,7 @@ __all__ = ["COMPARISONS"]
 
 COMPARISONS: dict[str, Sentence] = {
     "no_reference": says(
-        "no reference {sides:and}: nothing is said of the following error, and motions are told alike by the measured "
-        "position",
+        "no reference {sides:and}: nothing is said of the following error, and motions are told alike by the measured position",
         "a log has no reference, so that nothing tells its following error",
         "record the reference, and name its column in the axis file",
     ),
@@ -42,9 +41,7 @@ COMPARISONS: dict[str, Sentence] = {
         "record the machine itself",
     ),
     "no_interval": says(
-        "one cycle tells no scatter, so that no change has an interval",
-        "a log is too short for intervals",
-        "record ten cycles or more",
+        "one cycle tells no scatter, so that no change has an interval", "a log is too short for intervals", "record ten cycles or more"
     ),
     "cycles_alike": says(
         "neighbouring cycles are alike, as while an axis warms up: {cycles:2 digits} of them count as one",
@@ -62,8 +59,7 @@ COMPARISONS: dict[str, Sentence] = {
         "logs of different sample times are compared at the longest",
     ),
     "one_recording": says(
-        "a side has one log: what differs from one recording to the next without any change, as temperature does, is "
-        "in no interval",
+        "a side has one log: what differs from one recording to the next without any change, as temperature does, is in no interval",
         "intervals tell scatter from cycle to cycle, not from recording to recording",
         "record each side several times, and give all of its logs",
     ),

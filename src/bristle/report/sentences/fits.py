@@ -92,9 +92,7 @@ FITS: dict[str, Sentence] = {
     ),
     "rising_friction": Sentence(
         (
-            "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck "
-            "effect, "
-            "whose force falls",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck effect, whose force falls",
             "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving "
             "{direction}: "
             "no Stribeck effect, whose force falls",
@@ -269,9 +267,7 @@ FITS: dict[str, Sentence] = {
         "the shape of the elements is taken for known",
     ),
     "intervals": says(
-        _INTERVALS.format(
-            causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"
-        ),
+        _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"),
         "how the 95 % intervals were found",
     ),
     "intervals_loop": says(

@@ -18,10 +18,7 @@ CAUSES = {
     "gains": "gains too high for the sample time",
     "none": "no gain below this one stabilises it",
 }
-MENDS = {
-    "raise_gains": "Raise the gains or feed the friction forward",
-    "feed_desired": "Feed it forward along the desired motion",
-}
+MENDS = {"raise_gains": "Raise the gains or feed the friction forward", "feed_desired": "Feed it forward along the desired motion"}
 SUSPECTS = {
     "k_p": "the position gain {factor:3 digits} times as large as the axis file says",
     "k_ff": "k_ff = {factor:3 digits}, the share of the reference velocity that the drive feeds forward",
@@ -127,10 +124,7 @@ LOOPS: dict[str, Sentence] = {
         also=("suspects", "factors"),
     ),
     "small_margin": Sentence(
-        (
-            "the phase margin is {phase:2 digits}° (at least {enough:g}° is usual)",
-            ", {gain:3 digits} times the gain makes it unstable",
-        ),
+        ("the phase margin is {phase:2 digits}° (at least {enough:g}° is usual)", ", {gain:3 digits} times the gain makes it unstable"),
         "the margins of the loop are small",
         "lower the gains",
         choose=_margin,

@@ -78,8 +78,7 @@ PARAMETERS: dict[str, Sentence] = {
     "coarse_position": cause(
         "the pre-sliding zone is a few steps of the encoder",
         _FINER,
-        "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position "
-        "({resolution:length} each)",
+        "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position ({resolution:length} each)",
     ),
     "coarse_elements": cause(
         "elements that slip within a few steps of the encoder make up part of the stiffness",
@@ -117,8 +116,7 @@ PARAMETERS: dict[str, Sentence] = {
     "unseen": cause(
         "moved away, the others fitted again, it leaves the held-out error as it was",
         "excite it, or hold it",
-        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise "
-        "noticeably",
+        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise noticeably",
     ),
     "seen_together": cause(
         "the same, and other parameters move with it",
@@ -143,10 +141,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     # A parameter at the end of its range.
     "edge_no_fall": Sentence(
-        (
-            "the best value is the smallest that is allowed, {value:unit}: in this log friction does not fall with "
-            "speed",
-        ),
+        ("the best value is the smallest that is allowed, {value:unit}: in this log friction does not fall with speed",),
         "a break-away force is no larger than sliding friction",
         "take a model without the Stribeck effect",
         "edge",
@@ -175,12 +170,8 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     # A parameter that is held.
     "held_known": held("given as known", "given by a person"),
-    "held_default": held(
-        "a shape that is kept at its default", "a shape that nobody asked for", "identify it with --free"
-    ),
-    "held_plant_damping": held(
-        "it cannot be told from the damping c of the plant", "viscous friction is that of the plant"
-    ),
+    "held_default": held("a shape that is kept at its default", "a shape that nobody asked for", "identify it with --free"),
+    "held_plant_damping": held("it cannot be told from the damping c of the plant", "viscous friction is that of the plant"),
     "held_levels": held(
         "it cannot be told from the difference between {levels[0]} and {levels[1]}",
         "the offset is the difference of friction by direction",
@@ -204,7 +195,5 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     "held_middle": held("the middle of the range of the log", "where the position of a slot is counted from"),
     "held_half_range": held("half of the range of the log", "the length that the position of a slot is counted in"),
-    "held_pitch": held(
-        "the lead of the axis file, or else the period of what simple friction leaves", "the pitch of the screw"
-    ),
+    "held_pitch": held("the lead of the axis file, or else the period of what simple friction leaves", "the pitch of the screw"),
 }

@@ -30,17 +30,13 @@ PREDICTIONS: dict[str, Sentence] = {
         "friction turns over a pre-sliding distance of {distance:length} (axis file)",
         "a static model was simulated with the pre-sliding distance of the axis file",
     ),
-    "short_stretch": says(
-        "a stretch of {samples} samples is too short to be predicted, and was left out", "a stretch was left out"
-    ),
+    "short_stretch": says("a stretch of {samples} samples is too short to be predicted, and was left out", "a stretch was left out"),
     "start_of_contact": says(
-        "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from "
-        "the first samples",
+        "the contact began at {percents:percents} of the way from its middle to slip (below 0: backward), found from the first samples",
         "where the contact stood before each stretch",
     ),
     "slow_sampling": says(
-        "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its "
-        "place",
+        "the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {cutoff:.3g} Hz in its place",
         "the cut-off is lower than that of the identification",
         "sample faster",
     ),
@@ -57,8 +53,7 @@ PREDICTIONS: dict[str, Sentence] = {
     "run_in": Sentence(
         (
             "the log is one period of a motion that has run in: it is run from rest until it repeats itself",
-            "the log is {periods:g} equal periods of a motion that has run in: it is run from rest until it repeats "
-            "itself",
+            "the log is {periods:g} equal periods of a motion that has run in: it is run from rest until it repeats itself",
         ),
         "the motion was run until it repeats itself",
         "nothing",

@@ -13,23 +13,7 @@ UNSURE = "; standard error {std_percent:.0f} %, with residuals correlated over t
 
 
 class Sentence(NamedTuple):
-    """What there is to say of a code.
-
-    Parameters
-    ----------
-    texts : tuple of str
-        The sentence, with its numbers in braces; several where the numbers choose.
-    means : str
-        What the code is for, for a table of all of them.
-    advice : str
-        What to do.
-    about : {"", "parameter", "edge"}
-        Whether the parameter stands before it, and what became of it.
-    choose : callable
-        Returns the text, from the texts and the numbers.
-    also : tuple of str
-        Numbers that choose, and do not stand in the texts.
-    """
+    """What there is to say of a code."""
 
     texts: tuple[str, ...]
     means: str
@@ -53,9 +37,7 @@ def _unsure(choose: Choice) -> Any:
     return lambda texts, numbers: choose(texts[:-1], numbers) + (texts[-1] if "std_percent" in numbers else "")
 
 
-def cause(
-    means: str, advice: str, *texts: str, choose: Choice = lambda texts, numbers: texts[0]
-) -> Sentence:  # fmt: skip
+def cause(means: str, advice: str, *texts: str, choose: Choice = lambda texts, numbers: texts[0]) -> Sentence:
     """Return a reason why a log does not determine a parameter."""
     return Sentence((*texts, UNSURE), means, advice, "parameter", _unsure(choose))
 

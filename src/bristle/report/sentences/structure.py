@@ -35,10 +35,11 @@ def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
     """Return what is said of a force that a model lacks: which one has it, or that there is none."""
     return Sentence(
         (f"{text}. Next: {by_model}", f"{text}; {without}", f"{text}. {_COMPARED}"),
-        means, "try the model that is named",
+        means,
+        "try the model that is named",
         choose=lambda texts, numbers: texts[0 if numbers["model"] else 2 if numbers["compared"] else 1],
         also=("share_percent",),
-    )  # fmt: skip
+    )
 
 
 STRUCTURE: dict[str, Sentence] = {
@@ -67,9 +68,7 @@ STRUCTURE: dict[str, Sentence] = {
         ),
         "friction over the speed has another curve",
         "try the model that is named",
-        choose=lambda texts, numbers: texts[
-            3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])
-        ],
+        choose=lambda texts, numbers: texts[3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])],
         also=("share_percent",),
     ),
     "missing_direction": _missing(

@@ -23,22 +23,7 @@ DEEPEST = 3
 
 
 def edited(text: str, edits: Mapping[str, Any], label: str = "axis.toml") -> str:
-    """Return an axis file with some keys changed; all else of it, remarks too, stays as it is.
-
-    Parameters
-    ----------
-    text : str
-        The file.
-    edits : mapping
-        Dotted key to its value; None removes it.
-    label : str
-        What a person calls the file.
-
-    Raises
-    ------
-    InputError
-        If the file is no TOML, or a key leads through what is no table.
-    """
+    """Return an axis file with some keys changed; all else of it, remarks too, stays as it is."""
     import tomlkit
 
     read_toml(Content(Path(label), text.encode()))  # as bounded as any file of a person
@@ -83,19 +68,14 @@ def _set(document: Any, key: str, value: Any) -> None:
 
 
 def form_of(axis_file: Content) -> dict[str, Any]:
-    """Return what a form shows of an axis file: its tables, the keys that are open, and the remarks beside them.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML.
-    """
+    """Return what a form shows of an axis file: its tables, the keys that are open, and the remarks beside them."""
     tables = read_toml(axis_file).data
     plain = {key: value for key, value in tables.items() if _is_plain(value)}
     return {
         "tables": plain | {"columns": _columns(tables.get("columns"))},
-        "missing": list(_open(tables, "")), "remarks": _remarks(axis_file.data.decode("utf-8-sig")),
-    }  # fmt: skip
+        "missing": list(_open(tables, "")),
+        "remarks": _remarks(axis_file.data.decode("utf-8-sig")),
+    }
 
 
 def _columns(entries: Any) -> dict[str, Mapping[str, Any]]:

@@ -22,17 +22,7 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # the same results are the same archive
 
 @dataclass(frozen=True)
 class LabelledLog:
-    """A log that was dropped.
-
-    Parameters
-    ----------
-    place : Path
-        Where its bytes are.
-    label : str
-        What a person calls it.
-    role : str
-        Whether it is fitted to or held out.
-    """
+    """A log that was dropped."""
 
     place: Path
     label: str
@@ -46,27 +36,7 @@ class LabelledLog:
 
 @dataclass(frozen=True)
 class Errand:
-    """What a job is to do.
-
-    Parameters
-    ----------
-    folder : Path
-        Where it may write.
-    logs : tuple of LabelledLog
-        All logs.
-    axis_text, axis_label : str
-        The axis file; empty where there is none.
-    options : mapping
-        What a person chose.
-    size_limit : int
-        Largest log, and what it may announce [byte].
-    results : Path or None
-        What an identification left.
-    report : callable
-        Called with the share done and what comes next.
-    interruptible : callable
-        Inside this context the work may be interrupted.
-    """
+    """What a job is to do."""
 
     folder: Path
     logs: tuple[LabelledLog, ...]
@@ -80,26 +50,26 @@ class Errand:
 
     @classmethod
     def of(
-        cls, request: Mapping[str, Any], report: Callable[[float, str], None],
-        interruptible: Callable[[], AbstractContextManager[None]],
-    ) -> Errand:  # fmt: skip
+        cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
+    ) -> Errand:
         """Return the errand that the server asks for."""
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
         return cls(
-            Path(request["folder"]), logs, request["axis_text"], request["axis_label"], request["options"],
-            request["size_limit"], results, report, interruptible,
-        )  # fmt: skip
+            Path(request["folder"]),
+            logs,
+            request["axis_text"],
+            request["axis_label"],
+            request["options"],
+            request["size_limit"],
+            results,
+            report,
+            interruptible,
+        )
 
     @property
     def fitted(self) -> list[LabelledLog]:
-        """The logs that are fitted to.
-
-        Raises
-        ------
-        InputError
-            If there is none.
-        """
+        """The logs that are fitted to."""
         logs = [log for log in self.logs if log.role == "fit"]
         if not logs:
             raise InputError("is missing", path="log", mend="Drop a log that is to be fitted to")
@@ -111,38 +81,20 @@ class Errand:
         return Content(Path(self.axis_label), self.axis_text.encode())
 
     def axis(self) -> Axis:
-        """Return the axis.
-
-        Raises
-        ------
-        InputError
-            If its file is not complete.
-        """
+        """Return the axis."""
         import bristle
 
         return bristle.read_axis(self.axis_file)
 
     def text(self, name: str, default: str = "") -> str:
-        """Return an option that is text.
-
-        Raises
-        ------
-        InputError
-            If it is something else.
-        """
+        """Return an option that is text."""
         value = self.options.get(name, default)
         if not isinstance(value, str):
             raise InputError("must be text", path=name, value=value)
         return value.strip()
 
     def count(self, name: str, default: int) -> int:
-        """Return an option that is a whole number.
-
-        Raises
-        ------
-        InputError
-            If it is something else.
-        """
+        """Return an option that is a whole number."""
         value = self.options.get(name, default)
         if not isinstance(value, int) or isinstance(value, bool):
             raise InputError("must be a whole number", path=name, value=value)
@@ -155,15 +107,7 @@ def command(*words: str) -> str:
 
 
 def zipped(folder: Path, target: Path) -> None:
-    """Write the files of a folder into an archive, without the note by which bristle knows its own folders.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    target : Path
-        The archive.
-    """
+    """Write the files of a folder into an archive, without the note by which bristle knows its own folders."""
     import zipfile
 
     from bristle.files.owned import NOTE

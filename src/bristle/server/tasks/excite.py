@@ -34,12 +34,7 @@ def excite(errand: Errand) -> Answer:
     words += ["--travel", travel] if travel else []
     with errand.interruptible():
         motion = designed_motion(
-            axis_file,
-            command=command(*words),
-            duration=duration,
-            travel=travel,
-            purposes=purposes or None,
-            progress=errand.report,
+            axis_file, command=command(*words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
         )
     following = motion.next_command("motion/axis.toml")
     with results_folder(errand.folder / "motion") as folder:
@@ -47,11 +42,13 @@ def excite(errand: Errand) -> Answer:
     zipped(errand.folder / "motion", errand.folder / ARCHIVE)
     excitation = motion.excitation
     data = {
-        "pieces": piece_table(excitation).without_empty_columns()._asdict(), "notes": excitation.notes,
+        "pieces": piece_table(excitation).without_empty_columns()._asdict(),
+        "notes": excitation.notes,
         "next": following,
         "outlook": outlook_table(excitation)._asdict() if excitation.rehearsal is not None else None,
-        "kind": excitation.axis.kind, "curve": thinned(excitation.motion.time, excitation.motion.position),
-    }  # fmt: skip
+        "kind": excitation.axis.kind,
+        "curve": thinned(excitation.motion.time, excitation.motion.position),
+    }
     return {"duration": float(excitation.motion.time[-1])}, data
 
 

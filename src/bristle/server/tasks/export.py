@@ -26,9 +26,7 @@ def export(errand: Errand) -> Answer:
     words = ["export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
     words += ["--axis", errand.axis_label] if axis else []
     words += ["--points", str(points)] if points != POINTS else []
-    exported = export_model_file(
-        errand.results / "model.toml", target, command=command(*words), name=name, axis=axis, points=points
-    )
+    exported = export_model_file(errand.results / "model.toml", target, command=command(*words), name=name, axis=axis, points=points)
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export", errand.folder / ARCHIVE)

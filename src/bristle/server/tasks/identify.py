@@ -28,9 +28,7 @@ def identify(errand: Errand) -> Answer:
     models, options = _options(errand)
     with errand.interruptible():
         identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
-    outcome = identified.outcome_with(
-        command=_command(errand), axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]}
-    )
+    outcome = identified.outcome_with(command=_command(errand), axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
     with results_folder(errand.folder / RESULTS) as folder:
         outcome.write(folder)
     zipped(errand.folder / RESULTS, errand.folder / ARCHIVE)
@@ -65,20 +63,23 @@ def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
     front = answers(
-        identified, outcome.simulation, outcome.following, next_measurements(best), outcome.axis,
-        usable=judgement.level != "measure_again",
-    )  # fmt: skip
+        identified, outcome.simulation, outcome.following, next_measurements(best), outcome.axis, usable=judgement.level != "measure_again"
+    )
     traces = best.traces
     return {
         "verdict": {"level": judgement.level, "words": judgement.words, "reasons": judgement.reasons},
-        "answers": front, "command": outcome.command, "kind": kind, "unfinished": identified.unfinished,
+        "answers": front,
+        "command": outcome.command,
+        "kind": kind,
+        "unfinished": identified.unfinished,
         "parameters": _table(parameter_table(best, outcome.axis)),
         "comparison": _table(comparison_table(identified)) if len(identified.fits) > 1 else None,
-        "warnings": warnings_of(best), "notes": identified.notes,
+        "warnings": warnings_of(best),
+        "notes": identified.notes,
         "drive": _table(drive_rows(outcome.table, kind, outcome.axis)) if outcome.table else None,
         "time": thinned(traces.time, traces.measured, traces.predicted),
         "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
-    }  # fmt: skip
+    }
 
 
 def _table(table: Table) -> dict[str, Any]:

@@ -39,12 +39,17 @@ def look(errand: Errand) -> Answer:
     as_read = axis is not None and inspected.log
     problems = inspected.summary["problems"] if axis is not None else []
     data = {
-        "log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal,
-        "columns": inspected.summary["columns"], "notes": inspected.summary["notes"], "problems": problems,
+        "log": errand.fitted[0].label,
+        "form": form,
+        "channels": CHANNELS,
+        "refusal": refusal,
+        "columns": inspected.summary["columns"],
+        "notes": inspected.summary["notes"],
+        "problems": problems,
         "diagnostics": inspected.summary["diagnostics"] if axis is not None else [],
         "kind": inspected.summary["kind"],
         "plots": _of_log(inspected) if as_read else _of_columns(inspected, form["tables"]["columns"]),
-    }  # fmt: skip
+    }
     facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not problems}
     return facts, data
 
@@ -62,10 +67,10 @@ def _of_log(inspected: Inspected) -> list[dict[str, Any]]:
     log = inspected.log
     assert log is not None
     return [
-        {"word": name, "unit": channel.unit, "column": channel.column,
-         "curve": thinned(log.time.values, channel.values), "time_unit": "s"}
-        for name, channel in log.channels() if name in PLOTTED
-    ]  # fmt: skip
+        {"word": name, "unit": channel.unit, "column": channel.column, "curve": thinned(log.time.values, channel.values), "time_unit": "s"}
+        for name, channel in log.channels()
+        if name in PLOTTED
+    ]
 
 
 def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str, Any]]:
@@ -80,8 +85,13 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
         timed = time is not None and time.size == values.size
         along = np.arange(values.size) if time is None or not timed else time
         unit = entry.get("unit", "")
-        plots.append({
-            "word": name, "unit": "as recorded" if unit in ("", FILL_IN) else unit, "column": entry["column"],
-            "curve": thinned(along, values), "time_unit": columns["time"].get("unit", "") if timed else "sample",
-        })  # fmt: skip
+        plots.append(
+            {
+                "word": name,
+                "unit": "as recorded" if unit in ("", FILL_IN) else unit,
+                "column": entry["column"],
+                "curve": thinned(along, values),
+                "time_unit": columns["time"].get("unit", "") if timed else "sample",
+            }
+        )
     return plots

@@ -27,9 +27,13 @@ def predict(errand: Errand) -> Answer:
         assert prediction.effort is not None
         assert prediction.effort_predicted is not None
         ruling = prediction_ruling(prediction)
-        logs.append({
-            "label": log.label, "error_percent": prediction.metrics["force_error_percent"],
-            "inside_percent": prediction.inside_percent, "verdict": ruling.as_data(),
-            "time": thinned(prediction.time, prediction.effort, prediction.effort_predicted),
-        })  # fmt: skip
+        logs.append(
+            {
+                "label": log.label,
+                "error_percent": prediction.metrics["force_error_percent"],
+                "inside_percent": prediction.inside_percent,
+                "verdict": ruling.as_data(),
+                "time": thinned(prediction.time, prediction.effort, prediction.effort_predicted),
+            }
+        )
     return {"logs": len(logs)}, {"logs": logs, "mode": MODE, "kind": axis.kind}

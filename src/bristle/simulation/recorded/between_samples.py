@@ -22,23 +22,7 @@ SEAM = 2.0  # times the largest error of the prediction inside a record: a seam 
 
 
 def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
-    """Return a band-limited effort on a grid that is finer, the samples among its points.
-
-    Parameters
-    ----------
-    effort : ndarray, shape (sample,)
-        The samples [N or N*m].
-    steps : int
-        Points for one sample.
-    periodic : bool
-        Whether the samples are whole periods; else the record is continued beyond its ends, turned about them, so
-        that no jump rings into it.
-
-    Returns
-    -------
-    ndarray, shape (sample * steps,)
-        The effort from the first sample on; the last points lie beyond the last sample.
-    """
+    """Return a band-limited effort on a grid that is finer, the samples among its points."""
     from scipy.signal import resample
 
     if periodic:
@@ -82,7 +66,5 @@ def closes(signal: np.ndarray) -> bool:
     weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
     seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
     across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
-    inside, across_seam = (
-        float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across)
-    )
+    inside, across_seam = (float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across))
     return across_seam <= SEAM * inside

@@ -17,15 +17,7 @@ from bristle.engine import LoopTrace, run_closed_loop, settled
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 
-__all__ = [
-    "START_SAMPLES",
-    "Beginning",
-    "ClosedLoop",
-    "beginning_of",
-    "closed_loop_of",
-    "desired_of",
-    "resumed_effort_at",
-]
+__all__ = ["START_SAMPLES", "Beginning", "ClosedLoop", "beginning_of", "closed_loop_of", "desired_of", "resumed_effort_at"]
 
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
@@ -75,31 +67,7 @@ def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A stretch of a log with its controller, ready to be run with any model.
-
-    Parameters
-    ----------
-    controller : Model
-        The law that was running.
-    desired : ndarray, shape (4, sample)
-        What it followed: position, velocity, acceleration, no feedforward.
-    injected : ndarray, shape (sample,)
-        Known inputs behind the controller [N or N*m].
-    sample_time : float
-        Of the log [s].
-    beginning : Beginning
-        The motion at the first sample.
-    limit : float
-        Of the drive [N or N*m].
-    resolution : float
-        Of the encoder [m or rad].
-    lag : float
-        Time constant with which the drive follows the controller [s].
-    effort_before : float
-        Effort of the drive at the first sample [N or N*m].
-    resumed_effort : float or None
-        Effort that the controller has given until then [N or N*m].
-    """
+    """A stretch of a log with its controller, ready to be run with any model."""
 
     controller: Model
     desired: np.ndarray
@@ -128,44 +96,34 @@ class ClosedLoop:
         return replace(self, desired=desired, beginning=replace(self.beginning, x=self.beginning.x + distance))
 
     def run(
-        self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None,
-        disturbance: np.ndarray | None = None,
-    ) -> LoopTrace:  # fmt: skip
+        self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None, disturbance: np.ndarray | None = None
+    ) -> LoopTrace:
         """Run the loop, by its own encoder and with the lag of its drive where no others are given."""
         own = encoder(kind=plant.kind, resolution=self.resolution) if sensor is None else sensor
         return run_closed_loop(
-            plant, friction, self.controller, own, self.desired, self.sample_time,
-            steps=substeps_for(self.sample_time), injected=self.injected, disturbance=disturbance, limit=self.limit,
-            lag=self.lag if lag is None else lag, effort_before=self.effort_before, resumed_effort=self.resumed_effort,
-            acceleration=self.beginning.acceleration, **self.beginning.state(friction),
-        )  # fmt: skip
+            plant,
+            friction,
+            self.controller,
+            own,
+            self.desired,
+            self.sample_time,
+            steps=substeps_for(self.sample_time),
+            injected=self.injected,
+            disturbance=disturbance,
+            limit=self.limit,
+            lag=self.lag if lag is None else lag,
+            effort_before=self.effort_before,
+            resumed_effort=self.resumed_effort,
+            acceleration=self.beginning.acceleration,
+            **self.beginning.state(friction),
+        )
 
 
-def resumed_effort_at(
-    controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning
-) -> float | None:
+def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
     """Return the effort that a controller gives at a sample of a log, with what its integral holds there.
 
     That is what the law lacks, run along reference and position of the log with an empty integral, of the effort
     recorded: the mean over some samples, known inputs behind the controller taken out.
-
-    Parameters
-    ----------
-    controller : Model
-        The law that was running.
-    desired : ndarray, shape (4, sample)
-        What it followed from the sample on.
-    log : Log
-        The log.
-    first : int
-        The sample.
-    beginning : Beginning
-        The motion there.
-
-    Returns
-    -------
-    float or None
-        The effort [N or N*m]; None where the log has none.
     """
     if log.effort is None:
         return None
@@ -191,30 +149,32 @@ def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
 def closed_loop_of(
     log: Log, axis: Axis, part: slice, purpose: str = "to predict the closed loop", instead: str = "use --mode inverse"
 ) -> ClosedLoop:
-    """Return the closed loop of a stretch of a log.
-
-    Raises
-    ------
-    InputError
-        If the axis lacks the controller or the log the reference; it tells the `purpose` they are needed for,
-        and what to do `instead`.
-    """
+    """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
         raise InputError(
-            f"is needed {purpose}", path="axis.controller",
+            f"is needed {purpose}",
+            path="axis.controller",
             mend=f"Describe the controller that was running in [controller] of the axis file, or {instead}",
-        )  # fmt: skip
+        )
     if log.reference is None:
         raise InputError(
-            "has no reference, which the closed loop follows", path="log",
+            "has no reference, which the closed loop follows",
+            path="log",
             mend=f"Name its column in [columns] of the axis file, or {instead}",
-        )  # fmt: skip
+        )
     desired = desired_of(log.reference.values[part], log.sample_time)
     limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
     law = within_drive(axis.controller, limit, injected)
     beginning = beginning_of(log, first, axis.resolution)
     return ClosedLoop(
-        law, desired, injected, log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
+        law,
+        desired,
+        injected,
+        log.sample_time,
+        beginning,
+        limit,
+        axis.resolution or 0.0,
+        axis.lag,
         0.0 if log.effort is None else float(log.effort.values[first]),
         resumed_effort_at(law, desired, log, first, beginning),
-    )  # fmt: skip
+    )

@@ -26,25 +26,7 @@ SHORT = 12_000  # steps of a run: a batch saves the calls from Python, which are
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A log that begins at rest, or repeats itself, ready to be run with any model.
-
-    Parameters
-    ----------
-    effort : ndarray, shape (sample * steps,)
-        Effort on the grid of the integration: of one period, or of the whole record [N or N*m].
-    steps : int
-        Steps for one sample.
-    sample_time : float
-        Of the log [s].
-    count : int
-        Samples of the record.
-    periodic : bool
-        Whether the effort is one period of a motion that has run in.
-    hold : {"zero", "linear"}
-        Between the points of that grid the effort is held, or runs straight on.
-    leads : tuple of int
-        Periods that are tried to run in, until the motion repeats itself.
-    """
+    """A log that begins at rest, or repeats itself, ready to be run with any model."""
 
     effort: np.ndarray
     steps: int
@@ -61,18 +43,8 @@ class OpenLoop:
             return Diagnostic("begins_at_rest", severity="note")
         return Diagnostic("run_in", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
 
-    def position(
-        self, plant: Model, friction: Model, unseen: np.ndarray | None = None
-    ) -> tuple[np.ndarray, Status]:  # fmt: skip
-        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers.
-
-        Parameters
-        ----------
-        plant, friction : Model
-            The mechanism.
-        unseen : ndarray, shape (sample,), optional
-            Force against the effort [N or N*m]; in a motion that repeats itself, that of the first period.
-        """
+    def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
+        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers."""
         effort = self.effort
         if unseen is not None:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
@@ -136,20 +108,7 @@ class OpenLoop:
 
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
-    """Return the open loop of a stretch of a log that begins at rest or repeats itself.
-
-    Parameters
-    ----------
-    log : Log
-        The log.
-    axis : Axis
-        What its effort does between the samples, and whether it is periodic; where nothing is said, a record is
-        periodic that holds two equal periods, or is one: effort and position go on from its end to its beginning.
-    part : slice
-        The stretch.
-    steps : int
-        Steps for one sample.
-    """
+    """Return the open loop of a stretch of a log that begins at rest or repeats itself."""
     if log.effort is None:
         raise InputError("has no effort to apply", path="log", mend="Name its column in the axis file")
     effort, position = log.effort.values[part], log.position.values[part]
