@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from bristle.fleet.moment import moment_in, moment_of
+from bristle.fleet.moment import moment_of
 
 
 def seconds(*parts):
@@ -60,9 +60,3 @@ def test_a_name_tells_its_one_date(names, expected):
 )
 def test_a_head_tells_it_where_all_its_times_are_of_one_day(head, expected):
     assert moment_of(("log.csv", "press"), head) == (None if expected is None else seconds(*expected))
-
-
-def test_the_date_of_a_pattern():
-    assert moment_in("2026-03-01T06:30") == seconds(2026, 3, 1, 6, 30)
-    assert moment_in("March") is None
-    assert moment_in("2026-03-01 2026-03-02") is None

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bristle.cli.command_line import command_told
 from bristle.cli.failure import NO
 from bristle.cli.lost import tell_lost
 from bristle.cli.terminal import complain, progress, say, show_table
@@ -134,7 +133,6 @@ def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: in
             say(sentence)
     tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    complain(f"next: {command_told(['watch', str(out)])}")
     return 0 if ran.is_whole and OK in summary["statuses"] else NO
 
 

@@ -20,7 +20,7 @@ RUN = {
 OF_FIT = (
     Quantity("held_out_error", "", "error on held-out blocks, as a share of the effort"),
     Quantity("error", "", "what was made small, as a share"),
-    Quantity("scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share", "scatter"),
+    Quantity("scatter", "", "standard deviation of the level of friction from reversal to reversal, as a share"),
     Quantity("temperature", "K", "mean of the column temperature"),
     Quantity("duration", "s", "length of the log"),
 )
@@ -40,9 +40,7 @@ def numbers_of(fleet: Fleet) -> list[Quantity]:
         quantities.append(quantity)
         if quantity not in OF_FIT or quantity.column in WITH_ENDS:
             quantities += [
-                quantity._replace(
-                    column=f"{quantity.column}.{end}", stands_for="", description=f"{end} end of the 95 % interval of {quantity.column}"
-                )
+                quantity._replace(column=f"{quantity.column}.{end}", description=f"{end} end of the 95 % interval of {quantity.column}")
                 for end in ENDS
             ]
     return quantities
@@ -67,8 +65,6 @@ def described_columns(fleet: Fleet) -> dict[str, dict[str, str]]:
     for quantity in numbers_of(fleet):
         role = "parameter" if quantity.column in parameters else "interval" if "." in quantity.column else "fit"
         columns[quantity.column] = {"role": role, "unit": quantity.unit, "description": quantity.description}
-        if quantity.stands_for:
-            columns[quantity.column]["stands_for"] = quantity.stands_for
         if quantity.column in parameters:
             columns[f"{quantity.column}.status"] = {"role": "run", "unit": "", "description": "identified, held, at_edge or unidentifiable"}
     return columns

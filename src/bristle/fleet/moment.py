@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 
-__all__ = ["moment_in", "moment_of"]
+__all__ = ["moment_of"]
 
 NOON = 12
 HEAD = 4096  # bytes in which a file says when it was recorded
@@ -44,17 +44,6 @@ def moment_of(names: tuple[str, ...], head: bytes) -> float | None:
     moments = list(_moments(text, timed=True))
     days = {moment and moment.date() for moment in moments}
     return _only([min(filter(None, moments))]) if len(days) == 1 and None not in days else None
-
-
-def moment_in(text: str) -> float | None:
-    """Return the one date in a text, with its time where it has one [s since 1970]; None where it has none or several.
-
-    Examples
-    --------
-    >>> moment_in("20260301") == moment_in("2026-03-01 00:00"), moment_in("run 7"), moment_in("12345678")
-    (True, None, None)
-    """
-    return _only(list(_moments(text)))
 
 
 def _only(moments: Sequence[datetime | None]) -> float | None:

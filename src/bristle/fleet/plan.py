@@ -12,14 +12,12 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind, Variable
-from bristle.identification.parameters import Role
 from bristle.identification.request import prior_knowledge_of
 from bristle.study.plan import Block
 
 __all__ = ["ENDS", "Fleet", "LogFile", "Quantity"]
 
 ENDS = ("lower", "upper")
-WATCHED = {Role.LEVEL: "level", Role.VISCOUS: "viscous"}
 
 
 @dataclass(frozen=True)
@@ -40,12 +38,11 @@ class LogFile:
 
 
 class Quantity(NamedTuple):
-    """What a row holds of each log: dotted name, SI unit, meaning; and what of friction it stands for, if watched."""
+    """What a row holds of each log: dotted name, SI unit, meaning."""
 
     column: str
     unit: str
     description: str
-    stands_for: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +99,7 @@ class Fleet:
 
 def _named(section: str, variables: Mapping[str, Variable], kind: Kind) -> dict[str, Quantity]:
     return {
-        name: Quantity(
-            f"{section}.{name}",
-            "" if variable.quantity == "1" else variable.unit(kind),
-            variable.description,
-            next((word for role, word in WATCHED.items() if role.fits(variable)), ""),
-        )
+        name: Quantity(f"{section}.{name}", "" if variable.quantity == "1" else variable.unit(kind), variable.description)
         for name, variable in variables.items()
         if not variable.choices
     }
