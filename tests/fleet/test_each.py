@@ -13,7 +13,7 @@ import bristle as br
 from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
-from bristle.fleet.identifier import Identifier
+from bristle.fleet.identify import Identifier
 from bristle.study.crew import Crew
 from bristle.study.dataset import runs_in
 
@@ -132,7 +132,7 @@ def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
 
 
 def test_ctrl_c_within_a_fit_leaves_no_half_row(logs, tmp_path, monkeypatch):
-    import bristle.fleet.identifier as module
+    import bristle.fleet.identify as module
 
     def interrupted(log, model, **options):
         return type("Unfinished", (), {"unfinished": "interrupted", "fits": ()})
