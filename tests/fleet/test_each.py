@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
 from bristle.fleet.identify import Identifier
-from bristle.study.crew import Crew
 from bristle.study.dataset import runs_in
+from bristle.study.workers import Crew
 
 
 def each(logs, out, **options):
@@ -111,17 +110,17 @@ def test_tables_of_a_file_are_logs(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
 def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
-    hand_out, ended = Crew._next, []
+    simulated, ended = Crew._simulated, []
 
-    def deadly_once(self):
-        block = hand_out(self)
-        if block is not None and block.first == 1 and not ended:
-            ended.extend(list(self._processes))
-            for pid in list(self._processes):
-                os.kill(pid, signal.SIGKILL)
-        return block
+    def deadly_once(crew, block):
+        if block.first == 1 and not ended:
+            crew._process()
+            ended.extend(crew.processes)
+            for process in ended:
+                process.kill()
+        return simulated(crew, block)
 
-    monkeypatch.setattr(Crew, "_next", deadly_once)
+    monkeypatch.setattr(Crew, "_simulated", deadly_once)
     ran = each(logs, tmp_path / "out", workers=2)
     assert ended
     assert ran.is_whole

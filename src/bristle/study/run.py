@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Future
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.cores import Abreast, core_count
+from bristle.core.cores import core_count
 from bristle.core.errors import InputError
-from bristle.study.block import Simulator, without_warnings
+from bristle.study.block import Simulator
 from bristle.study.cluster import Cluster
-from bristle.study.crew import Crew
 from bristle.study.plan import Block, Study
 from bristle.study.store import Store, opened
+from bristle.study.workers import Crew, Here
 
 __all__ = ["Cost", "Progress", "Ran", "cost_of", "run_study", "run_within"]
 
@@ -123,67 +121,28 @@ def run_within(
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
-    with _crew(study, len(missing), workers, scheduler, simulator) as crew:
-        for block, columns in crew.results(missing):
+    crew = _crew(study, bool(missing), workers, scheduler, simulator)
+    with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
+        for block, columns in results:
             store.write(block, columns)
             tally.add(block.count, crew.workers if scheduler is not None else None)
     return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
 
 
-def _crew(
-    study: Study, missing: int, workers: int | None, scheduler: str | None, simulator: Callable[[Any], Any]
-) -> AbstractContextManager[Crew | Cluster | _ThisProcess | _Threads]:
+def _crew(study: Any, is_missing: bool, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
         raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers, mend="Leave one of them out")
-    if scheduler is not None and missing:
+    if scheduler is not None and is_missing:
         return Cluster(study, scheduler)
-    if workers is None and simulator is Simulator and missing:
-        simulated = Simulator(study)
-        if simulated.in_batches:  # threads have begun before another process has
-            return nullcontext(_Threads(simulated, core_count()))
-    count = min(workers or core_count(), max(missing, 1))
-    return Crew(study, count, simulator) if count > 1 else nullcontext(_ThisProcess(study, simulator))
-
-
-@dataclass(frozen=True)
-class _ThisProcess:
-    """What simulates the blocks of a study where no other process does."""
-
-    study: Any
-    make: Callable[[Any], Any]
-    lost: tuple[tuple[Block, int | None], ...] = ()
-
-    @property
-    def workers(self) -> int:
-        return 1
-
-    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-        simulator = None
-        for block in blocks:
-            simulator = simulator or self.make(self.study)
-            yield block, simulator.columns(block)
-
-
-@dataclass(frozen=True)
-class _Threads:
-    """What simulates blocks many runs in one call, several of them at once, while one before is written."""
-
-    simulator: Simulator
-    workers: int
-    lost: tuple[tuple[Block, int | None], ...] = ()
-
-    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-        # Around all threads: what each restores of its own would otherwise be what another one had set.
-        with without_warnings(), Abreast(self.workers) as threads:
-            under_way = deque[tuple[Block, Future[dict[str, Any]]]]()
-            for block in blocks:
-                under_way.append((block, threads.submit(self.simulator.columns, block)))
-                if len(under_way) > self.workers:
-                    first, columns = under_way.popleft()
-                    yield first, columns.result()
-            for first, columns in under_way:
-                yield first, columns.result()
+    count = min(workers or core_count(), len(study.blocks))
+    if not is_missing or (workers is not None and count > 1):
+        return Crew(study, count, make)
+    if workers is None and make is Simulator:
+        simulator = Simulator(study)
+        if simulator.in_batches:  # threads have begun before another process has
+            return Here(simulator.columns, core_count())
+    return Crew(study, count, make) if count > 1 else Here(make(study).columns)
 
 
 class _Tally:
