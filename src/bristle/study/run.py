@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import time
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -9,16 +10,34 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bristle.core.cores import core_count
 from bristle.core.errors import InputError
-from bristle.study.block import Simulator
+from bristle.simulation import SimulationResult
+from bristle.study.block import FAILED, Simulator
 from bristle.study.cluster import Cluster
+from bristle.study.dataset import Runs
 from bristle.study.plan import Block, Study
-from bristle.study.store import Store, opened
+from bristle.study.store import TRACES, Store, opened
+from bristle.study.varied import row_of
 from bristle.study.workers import Crew, Here
 
-__all__ = ["Cost", "Progress", "Ran", "cost_of", "run_study", "run_within"]
+__all__ = [
+    "Cost",
+    "Progress",
+    "Ran",
+    "cost_of",
+    "in_words",
+    "repeat_run",
+    "run_study",
+    "run_within",
+    "values_of",
+    "worst_runs",
+    "write_traces",
+]
 
+SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
 ENOUGH = 1.0  # [s] of runs, by which the cost of one is measured
 MOST_PROBED = 2000
@@ -180,3 +199,43 @@ def in_words(seconds: float) -> str:
     if seconds < 90.0:
         return f"{max(seconds, 1.0):.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def repeat_run(study: Study, number: int) -> SimulationResult:
+    """Return one run of a study, simulated again with its signals."""
+    if not 0 <= number < study.count:
+        raise InputError("is no run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
+    return Simulator(study).run(number)
+
+
+def values_of(study: Study, number: int) -> dict[str, Any]:
+    """Return what a run is made with, by dotted key in SI."""
+    return row_of(study.values(Block(number, number + 1)), 0)
+
+
+def worst_runs(runs: Runs, count: int) -> list[int]:
+    """Return the numbers of the worst runs, the worst first: those with the largest first metric.
+
+    Runs without numbers, which failed, are not among them; of equal ones the earlier comes first.
+    """
+    metric = runs.columns[runs.described["metrics"][0]]
+    usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))
+    order = usable[np.argsort(-metric[usable], kind="stable")][:count]
+    return runs.columns["run"][order].astype(int).tolist()
+
+
+def write_traces(store: Store, numbers: list[int]) -> list[str]:
+    """Write the signals of runs into the folder of their study, a file for each; return the names of the files."""
+    simulator, names = Simulator(store.study), []
+    for number in numbers:
+        result = simulator.run(number)
+        columns: dict[str, Any] = {"variant": []}
+        for variant in result.variants.values():
+            columns["variant"] += [variant.name] * variant.time.size
+        for signal in SIGNALS:
+            columns[signal] = np.concatenate([getattr(variant, signal) for variant in result.variants.values()])
+        name, sink = f"{TRACES}/{number:010d}.parquet", io.BytesIO()
+        store.parquet.write_table(store.pyarrow.table(columns), sink)
+        store.grown.write(name, sink.getvalue())
+        names.append(name)
+    return names
