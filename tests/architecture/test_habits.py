@@ -20,8 +20,9 @@ def test_every_slow_part_runs_at_night(tmp_path):
     nightly = (ROOT / ".github" / "workflows" / "nightly.yml").read_text(encoding="utf-8")
     assert sorted(parts) == sorted(re.search(r"part:\n((?: +- .*\n)+)", nightly)[1].replace("- ", " ").split())
     assert max(parts.values()) <= 60
-    unknown = subprocess.run([BASH, ROOT / ".ci" / "slow", "nonsense"], env=environment, capture_output=True, text=True)
-    assert unknown.returncode == 2 and "nonsense" in unknown.stderr
+    unknown = subprocess.run([BASH, ROOT / ".ci" / "slow", "nonsense"], check=False, env=environment, capture_output=True, text=True)
+    assert unknown.returncode == 2
+    assert "nonsense" in unknown.stderr
 
 
 @pytest.fixture
@@ -56,6 +57,6 @@ def commit(folder, lines, *paragraphs):
 )
 def test_growth_of_the_package_names_what_gives_way(repository, lines, paragraphs, fault):
     commit(repository, lines, *paragraphs)
-    judged = subprocess.run([BASH, repository / ".ci" / "growth", "HEAD~1"], capture_output=True, text=True)
+    judged = subprocess.run([BASH, repository / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
     assert judged.returncode == (1 if fault else 0)
     assert fault in judged.stderr
