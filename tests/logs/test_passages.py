@@ -21,7 +21,7 @@ from bristle.logs import Log
 from bristle.logs.legs import graininess
 from bristle.logs.passage import nesting
 from bristle.logs.passages import passages, passages_along
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import turning_points
 
 EXPECTED = {
     "decaying loops": "loops",

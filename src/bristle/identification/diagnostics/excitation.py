@@ -19,7 +19,7 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs import repetition
 from bristle.logs.passages import passages_along
 from bristle.logs.repetition import by_lag
-from bristle.logs.segmentation import alternating
+from bristle.logs.turns import turning_points
 
 __all__ = [
     "Excitation",
@@ -156,8 +156,9 @@ def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.nda
     """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
     ways = []
     for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
-        least = tremble * float(np.ptp(segment.position))
-        ways.append(np.abs(np.diff(alternating(segment.position[list(turns)].tolist(), least))))
+        least, extremes = tremble * float(np.ptp(segment.position)), segment.position[list(turns)]
+        between = np.abs(np.diff(extremes[[0, *turning_points(extremes, least), -1]])) if turns else np.empty(0)
+        ways.append(between[between > least])
     return np.concatenate(ways)
 
 

@@ -13,7 +13,7 @@ from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.legs import graininess
 from bristle.logs.log_data import LogData
 from bristle.logs.repetition import repeats_after
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import turning_points
 
 __all__ = ["about_motion", "about_sliding", "lesser_way", "speeds_of", "ways_of"]
 

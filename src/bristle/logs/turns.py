@@ -1,4 +1,4 @@
-"""Where a motion rests, turns and repeats: reversals, those that are more than noise, and half-cycles between."""
+"""Where a motion rests, turns and repeats: changes of direction, those that are more than noise, and half-cycles between."""
 
 from __future__ import annotations
 
@@ -6,17 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = [
-    "alternating",
-    "half_cycle_numbers",
-    "numbered",
-    "rests",
-    "reversals",
-    "turning_points",
-    "turns_apart",
-    "whole_cycle",
-    "with_sides",
-]
+__all__ = ["half_cycle_numbers", "numbered", "rests", "reversals", "turning_points", "whole_cycle", "with_sides"]
 
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
@@ -38,27 +28,11 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
     return moving[1:][side[moving[1:]] != side[moving[:-1]]]
 
 
-def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much."""
-    turns: list[int] = []
-    before, candidate = 0, None
-    for point in [*candidates, position.size - 1]:
-        if candidate is None:
-            candidate = point if abs(position[point] - position[before]) >= least else None
-            continue
-        way, back = position[candidate] - position[before], position[point] - position[candidate]
-        if way * back > 0.0:
-            candidate = point
-        elif abs(back) >= least:
-            turns.append(candidate)
-            before, candidate = candidate, point
-    return turns
+def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None) -> list[int]:
+    """Return the samples at which the motion turns by more than `least` [m or rad], ends not included.
 
-
-def turning_points(position: np.ndarray, grain: float) -> list[int]:
-    """Return the samples at which the motion turns by more than a grain, ends not included.
-
-    Of a motion that goes to and fro by less than a grain, the farthest sample counts.
+    Of a motion that goes to and fro by less, the farthest sample counts. It is looked for among all samples, or among
+    `candidates` in order, as reversals of a velocity are.
 
     Examples
     --------
@@ -67,36 +41,15 @@ def turning_points(position: np.ndarray, grain: float) -> list[int]:
     """
     turns: list[int] = []
     side, extreme = 0.0, 0
-    for k in [*reversals(np.diff(position)).tolist(), position.size - 1]:
+    for k in [*(reversals(np.diff(position)).tolist() if candidates is None else candidates), position.size - 1]:
         change = position[k] - position[extreme]
-        if side * change >= 0.0 and (side != 0.0 or abs(change) <= grain):
-            extreme = k if side * change > 0.0 else extreme
-        elif abs(change) > grain:
+        if side * change > 0.0:
+            extreme = k
+        elif abs(change) > least:
             if side != 0.0:
                 turns.append(extreme)
             side, extreme = float(np.sign(change)), k
     return turns
-
-
-def alternating(places: Sequence[float], least: float) -> list[float]:
-    """Return those positions of reversals [m or rad] that lie more than `least` from the one before.
-
-    Two ways in one direction are one.
-
-    Examples
-    --------
-    >>> alternating([0.0, 1.0, 0.95, 2.0, 0.5], 0.1)
-    [0.0, 2.0, 0.5]
-    """
-    points: list[float] = []
-    for x in places:
-        if points and abs(x - points[-1]) <= least:
-            continue
-        if len(points) >= 2 and (x - points[-1]) * (points[-1] - points[-2]) > 0.0:
-            points[-1] = x
-        else:
-            points.append(x)
-    return points
 
 
 def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
