@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["half_cycle_numbers", "numbered", "rests", "reversals", "turning_points", "whole_cycle", "with_sides"]
+__all__ = ["by_lag", "half_cycle_numbers", "numbered", "period_of", "rests", "reversals", "turning_points", "whole_cycle", "with_sides"]
 
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
@@ -114,3 +114,31 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     first = int(np.argmax(back))
     stay = int(np.argmin(back[first:])) or back.size - first
     return first + int(np.argmin(away[first : first + stay]))
+
+
+def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
+    """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
+    x = position - np.mean(position)
+    product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
+    size = np.sqrt(late * early)
+    correlation = np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
+    below, last = np.flatnonzero(correlation < 0.0), int(x.size / periods)
+    if not below.size or below[0] >= last:
+        return None
+    beyond = correlation[below[0] : last]
+    if not np.max(beyond) >= correlated:
+        return None
+    first = int(np.argmax(beyond >= correlated * np.max(beyond)))
+    period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
+    return float((below[0] + period) * sample_time)
+
+
+def by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return for each lag of `x` behind `y` how many samples both share, their product and their squares there."""
+    from scipy.signal import correlate, correlation_lags
+
+    lag = correlation_lags(x.size, y.size)
+    first, last = np.maximum(lag, 0), np.minimum(x.size, y.size + lag)
+    xx, yy = (np.concatenate([[0.0], np.cumsum(signal * signal)]) for signal in (x, y))
+    product = np.asarray(correlate(x, y, method="fft"))
+    return last - first, product, xx[last] - xx[first], yy[last - lag] - yy[first - lag]
