@@ -6,7 +6,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.logs import read
+from bristle.logs import readers
 from bristle.logs.log import Log
 
 __all__ = ["read_log"]
@@ -39,4 +39,4 @@ def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = Non
         from bristle.files.axis import read_axis
 
         axis = read_axis(axis)
-    return read.read_log(path, axis, size_limit=size_of(size_limit))
+    return readers.read_log(path, axis, size_limit=size_of(size_limit))

@@ -14,9 +14,8 @@ from bristle.core.axis import Axis, Column
 from bristle.core.content import Readable
 from bristle.core.variable import unit_of
 from bristle.files.single import write_whole
-from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
-from bristle.logs.table import split_unit
+from bristle.logs.table import NONE, split_unit
 
 __all__ = ["axis_of_motion", "log_columns", "motion_columns", "write_log", "write_motion"]
 
