@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 from bristle.core.formula import as_text, lines_of
 
-__all__ = ["EQUATION", "REFERENCE", "TEXT", "Paragraph", "as_markdown", "laid_out", "paragraphs_of"]
-
 TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
 DIRECTIVE = ".. math::"
 WIDTH = 88

@@ -18,8 +18,6 @@ import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-__all__ = ["as_text", "lines_of", "spelt_out"]
-
 
 def _words(text: str) -> tuple[str, ...]:
     """Words of a list that is written with blanks between."""

@@ -17,8 +17,6 @@ from bristle.logs.curves import Curves
 from bristle.logs.read_curves import CurveColumns, SignalColumn
 from bristle.logs.read_curves import read_curves as curves_in
 
-__all__ = ["describes_curves", "read_curve_columns", "read_curves"]
-
 
 class SignalEntry(Strict):
     """One signal: which column it is, in what unit, with what sign."""

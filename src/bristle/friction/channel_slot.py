@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_rate, friction_trial
-from bristle.core.enclosing import relations_of
+from bristle.core.documented import relations_of
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.once import once
+from bristle.core.lazy import once
 from bristle.core.slot import LEVEL, Slot
 from bristle.core.surroundings import Surrounding, motion_with, reader_of
 from bristle.core.variable import Variable
