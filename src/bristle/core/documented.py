@@ -19,7 +19,7 @@ from bristle.core.typography import typed
 from bristle.core.variable import KINDS, Variable, is_array, is_integer, variables_of
 
 if TYPE_CHECKING:
-    from bristle.core.docstring import Paragraph
+    from bristle.core.formula import Paragraph
 
 
 class Relation(NamedTuple):
@@ -124,7 +124,7 @@ class Documented(Described):
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
         """What the docstring of its file says; then that of each of its slots."""
-        from bristle.core.docstring import paragraphs_of  # which nobody waits for who only computes
+        from bristle.core.formula import paragraphs_of  # which nobody waits for who only computes
 
         inner = getattr(self, "inner", None)
         if inner is None:
@@ -135,8 +135,7 @@ class Documented(Described):
     @property
     def equations(self) -> tuple[str, ...]:
         """Its equations as text, line by line."""
-        from bristle.core.docstring import EQUATION
-        from bristle.core.formula import lines_of
+        from bristle.core.formula import EQUATION, lines_of
 
         formulas = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
         return tuple(line for formula in formulas for line in lines_of(formula))
@@ -175,7 +174,7 @@ def _signature_of(component: Documented) -> inspect.Signature:
 
 
 def _docstring_of(component: Documented) -> str:
-    from bristle.core.docstring import REFERENCE, TEXT, Paragraph, laid_out
+    from bristle.core.formula import REFERENCE, TEXT, Paragraph, laid_out
 
     explained = component.explanation or (Paragraph(TEXT, component.description),)
     named = [

@@ -26,7 +26,7 @@ from bristle.friction.level import viscous_of
 from bristle.friction.variation import SMALLEST_FACTOR
 
 if TYPE_CHECKING:
-    from bristle.core.docstring import Paragraph
+    from bristle.core.formula import Paragraph
 
 __all__ = ["ChannelSlotModel", "channel_slots_of", "with_channel_slot"]
 
