@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.normal import NORMAL_95
-from bristle.files.user_reader import load_reader_file
+from bristle.files.user_model import load_reader_file
 from bristle.fleet.columns import numbers_of, texts_of
 from bristle.fleet.plan import Fleet, LogFile
 from bristle.identification.identify import identify

@@ -10,9 +10,9 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
 from bristle.core.experiment import LOOP_VARIANTS, RUN, Experiment, Feedforward, Run, Start, Variant
+from bristle.core.fingerprint import digest
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
 from bristle.friction import without_presliding

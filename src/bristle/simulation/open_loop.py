@@ -10,7 +10,7 @@ from bristle.core.contracts import Model
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, model, optional, whole
 from bristle.core.experiment import RUN, Effort, Experiment, Feedforward, Run, Variant
 from bristle.engine.checks import FRICTION
-from bristle.files.effort import at_rest
+from bristle.files.run import at_rest
 from bristle.sensors import encoder
 
 __all__ = ["open_loop_experiment"]
