@@ -37,7 +37,7 @@ def main() -> int:
     """Print the table; exit code 1 if observer and feedforward together are not the best of them."""
     from bristle.files.experiment import read_experiment
     from bristle.simulation import simulate
-    from bristle.stability import runnable
+    from bristle.loop import runnable
 
     experiment = read_experiment(files("bristle.paper") / "experiments" / "baselines.toml")
     margins = {

@@ -12,7 +12,7 @@ from bristle.core.typography import number
 from bristle.paper.tracking import BEFORE, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
-from bristle.stability import assess
+from bristle.loop import assess
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from bristle.paper.robust.loops import VARIANTS, setting
 from bristle.paper.robust.trial import Trial
 from bristle.paper.robust.truths import Truth, is_own
 from bristle.report.table import Table
-from bristle.stability import assess
+from bristle.loop import assess
 
 __all__ = [
     "LOOPS",
