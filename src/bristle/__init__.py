@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )
     from bristle.hysteresis_identification import identify_operator
     from bristle.logs.log import Log
-    from bristle.loop_design import design
+    from bristle.loop import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
     from bristle.study import read_study
@@ -48,7 +48,7 @@ _FROM = {
     "Log": "bristle.logs.log",
     "check": "bristle.certificates",
     "compare": "bristle.workflow",
-    "design": "bristle.loop_design",
+    "design": "bristle.loop",
     "excite": "bristle.excitation",
     "export": "bristle.exports",
     "load": "bristle.workflow",

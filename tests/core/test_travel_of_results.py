@@ -11,7 +11,7 @@ from tests.core.same_bits import bits_of
 from tests.excitation.axes import STAGE
 from tests.hysteresis_identification.known_curves import TRUTH, recorded, to_and_fro
 from tests.identification.known_logs import slow_log
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 
 import bristle as br
 from bristle import controllers, friction, hysteresis, plants, sensors

@@ -11,12 +11,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
+from bristle.loop.assessment import motion_of, top_speed
 from bristle.references import circle
 from bristle.simulation import simulate
 
 __all__ = ["Circle", "circle_of", "run_circles"]
 
-REVOLUTIONS = 2  # of which the first one settles
 AROUND = math.radians(30.0)  # to either side of a reversal
 SAMPLES_LEAST = 400  # in a revolution
 
@@ -63,12 +63,10 @@ def circle_of(variant: Variant) -> tuple[float, float]:
 
     Of a circle its own; of another motion half its travel, and its largest velocity.
     """
-    reference, run = variant.reference, variant.run
+    reference = variant.reference
     if reference.name == "circle":
         return reference.values["radius"], reference.values["feed"]
-    t = run.sample_time * np.arange(round(run.duration / run.sample_time))
-    position, velocity, _ = reference.component.sample(t, reference.parameters)
-    return 0.5 * float(np.ptp(position)), float(np.max(np.abs(velocity)))
+    return 0.5 * float(np.ptp(motion_of(variant)[0][:-1])), top_speed(variant)
 
 
 def run_circles(
@@ -108,23 +106,23 @@ def is_sampled(variant: Variant, radius: float, feed: float) -> bool:
 
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
-    duration = REVOLUTIONS * 2.0 * math.pi * radius / feed
-    shift = 1 if axis == "y" else 0
+    revolution = 2.0 * math.pi * radius / feed
     return replace(
         variant,
         name=f"{variant.name}, {axis}",
         reference=circle(kind=variant.plant.kind, radius=radius, feed=feed, axis=axis),
-        friction=_seeded(variant.friction, shift),
-        table=None if variant.table is None else _seeded(variant.table, shift),
-        sensor=_seeded(variant.sensor, shift),
+        friction=_seeded(variant.friction, axis),
+        table=None if variant.table is None else _seeded(variant.table, axis),
+        sensor=_seeded(variant.sensor, axis),
         disturbance=None,
         injected=None,
         learning=None,
-        run=replace(variant.run, duration=duration, settle=0.5 * duration, seeds=1),
+        run=replace(variant.run, duration=2.0 * revolution, settle=revolution, seeds=1),
     )
 
 
-def _seeded(model: Model, step: int) -> Model:
-    if step == 0 or "seed" not in model.values:
+def _seeded(model: Model, axis: str) -> Model:
+    """Return a model with noise of its own on the second axis."""
+    if axis == "x" or "seed" not in model.values:
         return model
-    return model.with_values(seed=model.values["seed"] + step)
+    return model.with_values(seed=model.values["seed"] + 1)

@@ -4,12 +4,12 @@ import itertools
 from dataclasses import replace
 
 import pytest
-from tests.loop_design.conftest import COMPENSATOR, TRUTH, loop
+from tests.loop.conftest import COMPENSATOR, TRUTH, loop
 
 from bristle import controllers, friction
 from bristle.core.experiment import Experiment
-from bristle.loop_design.causes import best_gain, causes_of, nominal
-from bristle.loop_design.following import feeds_inertia, told_the_motion
+from bristle.loop.budget import best_gain, causes_of, nominal
+from bristle.loop.tuning import feeds_inertia, told_the_motion
 from bristle.simulation import simulate
 
 

@@ -12,14 +12,13 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.units import compatible, convert, split
 from bristle.core.variable import Kind, Variable
-from bristle.engine.steady import steady_force
 from bristle.files.arguments import EXPERIMENT
-from bristle.loop_design.budget import Budget, error_budget
-from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
-from bristle.loop_design.delays import Delays, delays_of
-from bristle.loop_design.proposals import Proposal, proposals_for
-from bristle.loop_design.tuning import UNSTATED, lagging
-from bristle.stability import Assessment, Verdict, assess, top_speed
+from bristle.loop.assessment import Assessment, Verdict, assess, top_speed
+from bristle.loop.budget import Budget, error_budget
+from bristle.loop.circle import Circle, circle_of, is_sampled, run_circles
+from bristle.loop.linear_system import sliding_force
+from bristle.loop.proposals import Proposal, proposals_for
+from bristle.loop.tuning import UNSTATED, Delays, delays_of, lagging
 
 __all__ = ["Design", "design"]
 
@@ -113,7 +112,7 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
         If there is no such variant, one is an open loop, or the bandwidth is not positive.
     """
     chosen = _chosen(experiment.variants, variant)
-    if any(one.effort is not None for one in experiment.variants):
+    if any(entry.effort is not None for entry in experiment.variants):
         raise InputError("drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] instead")
     assessments = tuple(assess(variant) for variant in experiment.variants)
     verdict = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
@@ -151,10 +150,11 @@ def _friction_at(variant: Variant, speed: float) -> float:
     """Return the friction at a steady speed [m/s or rad/s], the mean of both directions [N or N*m]."""
     if speed <= 0.0:
         return 0.0
-    sides, screw = [(variant.friction, 1.0)], variant.plant.component.screw
-    if variant.table is not None and screw is not None:
-        sides.append((variant.table, screw(variant.plant.parameters).arm))
-    return sum(0.5 * arm * (steady_force(model, speed * arm) - steady_force(model, -speed * arm)) for model, arm in sides)
+    friction, screw = sliding_force(variant.friction, speed), variant.plant.component.screw
+    if variant.table is None or screw is None:
+        return friction
+    arm = screw(variant.plant.parameters).arm
+    return friction + arm * sliding_force(variant.table, speed * arm)
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

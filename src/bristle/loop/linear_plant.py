@@ -20,8 +20,7 @@ import numpy as np
 from bristle.core.contracts import Model, Screw
 from bristle.core.experiment import Variant
 from bristle.core.packing import pack, structure_of, unpacker
-from bristle.stability.linear_friction import NO_FRICTION, LinearFriction
-from bristle.stability.linear_system import LinearSystem, measured_on, varied_in
+from bristle.loop.linear_system import NO_FRICTION, LinearFriction, LinearSystem, measured_on, varied_in
 
 __all__ = ["linear_plant"]
 

@@ -1,30 +1,42 @@
-"""The loop of an experiment judged before it is simulated: poles decide what is refused, margins what is warned of.
+r"""The loop of an experiment judged before it is simulated: poles decide what is refused, margins what is warned of.
 
 A law may answer small motions otherwise than large ones (inside and outside a boundary layer), and friction is a spring
 where the axis is stuck and a damper where it slides. Each combination is one linear loop, a `WorkingPoint`.
+
+Where the axis is stuck, friction of stiffness :math:`s` holds it beside the stiffness :math:`K` of the law. A
+compensator of `c` times this friction that follows the measured motion takes :math:`c\,s` away again: what is left
+holds the axis only if :math:`K > (c - 1)\,s`. Along the desired motion nothing is taken away.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.experiment import Variant
+from bristle.core.experiment import Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.stability.linear_friction import NO_FRICTION, LinearFriction, slope_in_sliding, stiffness_at_rest
-from bristle.stability.linear_plant import linear_plant
-from bristle.stability.linear_system import LARGE, SMALL, LinearSystem, linear_law
-from bristle.stability.margins import Margins, margins_of
-from bristle.stability.measured_feedforward import Stiffness, feedback_of
-from bristle.stability.sampled_loop import SampledLoop
+from bristle.loop.linear_plant import linear_plant
+from bristle.loop.linear_system import (
+    ALIKE,
+    LARGE,
+    NO_FRICTION,
+    SAME,
+    SMALL,
+    LinearFriction,
+    LinearSystem,
+    linear_law,
+    slope_in_sliding,
+    stiffness_at_rest,
+)
+from bristle.loop.sampled_loop import Margins, SampledLoop, margins_of
 
-__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "top_speed"]
+__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "law_stiffness", "motion_of", "top_speed"]
 
-LAW_TOLERANCE = 1e-6  # relative difference of laws that are one law
-SWITCHING = 1e-3  # relative change, over a decade of amplitude, of a law that has no slope at rest
+SLOW = (1e-7, 1e-6)  # where a law without an integral answers alike [rad/sample]
 
 
 class Motions(StrEnum):
@@ -49,6 +61,19 @@ class Verdict(StrEnum):
     STABLE = "stable"
     OSCILLATES = "oscillates"
     DIVERGES = "diverges"
+
+
+class Stiffness(NamedTuple):
+    """What holds a stuck axis [N/m or N*m/rad]: the law, friction that has not broken away, less what is fed forward."""
+
+    law: float
+    friction: float
+    compensation: float
+
+    @property
+    def left(self) -> float:
+        """What holds the axis after all."""
+        return self.law + self.friction - self.compensation
 
 
 @dataclass(frozen=True)
@@ -126,7 +151,7 @@ def assess(variant: Variant) -> Assessment:
     """
     run = variant.run
     laws, switches = _laws(variant)
-    feedback = feedback_of(variant.feedforward, run.sample_time)
+    feedback = _feedback_of(variant.feedforward, run.sample_time)
     points, stiffness = [], None
     for motions, law in laws.items():
         amplitude = SMALL if motions is Motions.SMALL else LARGE
@@ -135,26 +160,27 @@ def assess(variant: Variant) -> Assessment:
             combined = law
             if name is Friction.STUCK and feedback is not None:
                 fed, compensation = feedback
-                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), frictions[0].k, compensation)
+                stiffness = Stiffness(min(map(law_stiffness, laws.values())), frictions[0].k, compensation)
                 combined = law.beside(fed)
             points.append(WorkingPoint(motions, name, SampledLoop(plant, combined, run.delay, run.sample_time)))
     return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
 
 
-def _stiffness(law: LinearSystem) -> float:
-    return Stiffness.of(law, 0.0, 0.0).law
-
-
 def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
-    dt = variant.run.sample_time
-    smallest, small = (linear_law(variant.controller, dt, amplitude) for amplitude in (0.1 * SMALL, SMALL))
-    large, larger = (linear_law(variant.controller, dt, amplitude) for amplitude in (LARGE, 10.0 * LARGE))
-    large = large.without_what_fades(larger)
-    if small.is_like(large, LAW_TOLERANCE):
+    """Return the law for each size of motion, and whether it switches."""
+    amplitudes = (0.1 * SMALL, SMALL, LARGE, 10.0 * LARGE)
+    smallest, small, large, larger = (linear_law(variant.controller, variant.run.sample_time, amplitude) for amplitude in amplitudes)
+    # A number that is less than half as large at ten times the amplitude fades.
+    large = LinearSystem(*(np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True)))
+    if _alike(small, large, SAME):
         return {Motions.ALL: large}, False
-    if not small.is_like(smallest, SWITCHING):
+    if not _alike(small, smallest, ALIKE):
         return {Motions.LARGE: large}, True
     return {Motions.SMALL: small, Motions.LARGE: large}, False
+
+
+def _alike(first: LinearSystem, second: LinearSystem, tolerance: float) -> bool:
+    return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(first, second, strict=True))
 
 
 def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[LinearFriction, LinearFriction]]:
@@ -174,9 +200,31 @@ def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[Linea
     return frictions
 
 
+def motion_of(variant: Variant) -> tuple[np.ndarray, np.ndarray]:
+    """Return position [m or rad] and velocity that the reference asks for, at each sample and at the end."""
+    run = variant.run
+    t = run.sample_time * np.arange(round(run.duration / run.sample_time) + 1)
+    return variant.reference.component.sample(t, variant.reference.parameters)[:2]
+
+
 def top_speed(variant: Variant) -> float:
     """Return the largest velocity that the reference asks for [m/s or rad/s]."""
-    run = variant.run
-    t = run.sample_time * np.arange(round(run.duration / run.sample_time))
-    _, velocity, _ = variant.reference.component.sample(t, variant.reference.parameters)
-    return float(np.max(np.abs(velocity), initial=0.0))
+    return float(np.max(np.abs(motion_of(variant)[1][:-1]), initial=0.0))
+
+
+def law_stiffness(law: LinearSystem) -> float:
+    """Return the effort of a law over a deviation that lasts [N/m or N*m/rad], without end with an integral."""
+    slow = np.abs(law.response(np.exp(1j * np.array(SLOW))))
+    return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
+
+
+def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[LinearSystem, float] | None:
+    """Return what friction fed forward along the measured motion feeds back, and its stiffness; None where it has none."""
+    along_measured = feedforward.along == "measured" and feedforward.friction is not None
+    stuck = stiffness_at_rest(feedforward.friction, dt) if along_measured else None
+    if stuck is None:
+        return None
+    # The mean force over the last sample, from the position before it to the present one.
+    spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
+    fed = LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper)
+    return fed, 2.0 * spring

@@ -3,7 +3,9 @@ r"""Linear systems in discrete time, measured on the functions that the simulati
 .. math:: s_{k+1} = A\,s_k + B\,u_k, \qquad y_k = C\,s_k + D\,u_k
 
 Each column is the difference between two steps, one to either side: for a function that is straight between the two,
-which control laws and mechanisms are piece by piece, the slope is exact to rounding.
+which control laws and mechanisms are piece by piece, the slope is exact to rounding. Friction is a spring and a damper,
+:math:`F = k\,x + c\,v`: stiff before it breaks away, and in sliding the slope of the steady curve, which is negative
+where friction falls with velocity.
 """
 
 from __future__ import annotations
@@ -13,13 +15,32 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model, Reference
+from bristle.core.contracts import Model, Motion, Reference
 from bristle.core.packing import pack, structure_of, unpacker
+from bristle.engine.checks import finite
+from bristle.engine.steady import steady_force
 
-__all__ = ["LARGE", "SMALL", "LinearSystem", "linear_law", "measured_on", "varied_in"]
+__all__ = [
+    "ALIKE",
+    "LARGE",
+    "NO_FRICTION",
+    "SAME",
+    "SMALL",
+    "LinearFriction",
+    "LinearSystem",
+    "linear_law",
+    "measured_on",
+    "sliding_force",
+    "slope_in_sliding",
+    "stiffness_at_rest",
+    "varied_in",
+]
 
+ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
+SAME = 1e-6  # relative difference of numbers that are one
+APART = 0.05  # relative distance of the two velocities that a slope is taken between
 SMALL = 1e-12
-"""Amplitude [SI] within every boundary layer, dead band and backlash."""
+"""Amplitude [SI] within every boundary layer, dead band, backlash and break-away distance."""
 LARGE = 1e6
 """Amplitude [SI] so large that what is bounded (a switching term, a backlash) no longer counts beside it."""
 
@@ -31,16 +52,6 @@ class LinearSystem(NamedTuple):
     B: np.ndarray
     C: np.ndarray
     D: float
-
-    def is_like(self, system: LinearSystem, tolerance: float) -> bool:
-        """Return whether each number of both is the same to a relative tolerance."""
-        return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(self, system, strict=True))
-
-    def without_what_fades(self, larger: LinearSystem) -> LinearSystem:
-        """Return the system without the numbers that are less than half as large at ten times the amplitude."""
-        pairs = zip(self, larger, strict=True)
-        A, B, C, D = (np.where(np.abs(large) < 0.5 * np.abs(small), 0.0, small) for small, large in pairs)
-        return LinearSystem(A, B, C, float(D))
 
     def beside(self, system: LinearSystem) -> LinearSystem:
         """Return both systems side by side: one input, the sum of their outputs."""
@@ -93,3 +104,47 @@ def measured_on(
         outputs.append((out_plus - out_minus) / (2.0 * amplitude))
     matrix = np.array(columns).T.reshape(-1, len(moves))
     return LinearSystem(matrix[:, :-1], matrix[:, -1], np.array(outputs[:-1]), float(outputs[-1]))
+
+
+class LinearFriction(NamedTuple):
+    """A spring `k` [N/m or N*m/rad] and a damper `c` [N*s/m or N*m*s/rad] between the port and the ground."""
+
+    k: float = 0.0
+    c: float = 0.0
+
+
+NO_FRICTION = LinearFriction()
+
+
+def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
+    """Return the friction of an axis that is stuck, at small motions about where it rests."""
+    slow, fast = (_slope(friction, SMALL, time) for time in (dt, 0.1 * dt))
+    if abs(_slope(friction, 0.1 * SMALL, dt) - slow) > ALIKE * abs(slow):
+        return None
+    # Over a move of length d in a time T the mean force is k d/2 + c d/T.
+    c = (fast - slow) * dt / 9.0
+    k = 2.0 * (slow - c / dt)
+    return LinearFriction(k if k > SAME * slow else 0.0, c)
+
+
+def _slope(friction: Model, move: float, time: float) -> float:
+    """Return the mean force of a first move over its length, the mean of both directions."""
+    component, p = friction.component, friction.parameters
+    forces = []
+    for way in (move, -move):
+        state, memory = component.initial_state(p), component.new_memory(p)
+        force, _ = component.trial(state, memory, Motion(way / time, way), time, p)
+        forces.append(force)
+    finite(np.array(forces), friction)
+    return (forces[0] - forces[1]) / (2.0 * move)
+
+
+def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
+    """Return the friction of an axis that slides at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    fast, slow = (1.0 + APART) * speed, (1.0 - APART) * speed
+    return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
+
+
+def sliding_force(friction: Model, speed: float) -> float:
+    """Return the friction [N or N*m] at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    return 0.5 * (steady_force(friction, speed) - steady_force(friction, -speed))

@@ -5,17 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.loop_design.conftest import TRUTH, loop
-from tests.stability.laws import RADIAN, rig
+from tests.loop.conftest import TRUTH, loop
+from tests.loop.laws import RADIAN, rig
 
 from bristle import controllers, friction, plants, references, sensors
 from bristle.core import InputError
 from bristle.core.experiment import Experiment, Feedforward
-from bristle.loop_design import delays_of, design, run_circles, tuned
-from bristle.loop_design.circle import circle_of
-from bristle.loop_design.tuning import PHASE, count_response, inertia_of, stiffness_of
+from bristle.loop import Verdict, assess, delays_of, design, run_circles
+from bristle.loop.circle import circle_of
+from bristle.loop.tuning import PHASE, count_response, inertia_of, stiffness_of, tuned
 from bristle.references import circle
-from bristle.stability import Verdict, assess
 
 SLIDING_MODE = controllers.sliding_mode(
     kind="rotational", J=4e-4, lambda_=340.0, K_1=340.0, K_2=5e3 * RADIAN, phi=20.0 * RADIAN, cutoff=400.0

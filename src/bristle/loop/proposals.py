@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
-from bristle.loop_design.following import told_the_motion
-from bristle.loop_design.tuning import UNSTATED, count_response, lagging, stiffness_of, tuned
+from bristle.loop.assessment import Assessment, Verdict, assess
+from bristle.loop.budget import RUNS_MAX
+from bristle.loop.tuning import UNSTATED, count_response, lagging, stiffness_of, told_the_motion, tuned
 from bristle.simulation import Statistics, simulate
-from bristle.stability import Assessment, Verdict, assess
 
 __all__ = ["Proposal", "proposals_for"]
 
 AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
 ALONG_DESIRED = "along the desired motion"
-RUNS_MAX = 2
 
 
 @dataclass(frozen=True)
@@ -72,46 +71,43 @@ def proposals_for(
         Called with the share done and the name of what comes next.
     """
     loops, bandwidths = _loops(variant, bandwidth)
-    judged = {loop.name: assess(_late(loop) if loop.name in bandwidths else loop) for loop in loops}
+    # Gains are proposed for the largest lag of a current loop that nobody stated.
+    judged = {
+        name: assess(loop if loop.run.current_lag or name not in bandwidths else lagging(loop, UNSTATED[1])) for name, loop in loops.items()
+    }
     runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
         replace(loop, run=replace(loop.run, seeds=runs))
-        for loop in loops
-        if judged[loop.name].verdict is not Verdict.DIVERGES and (simulated or loop.name != AS_IT_IS)
+        for name, loop in loops.items()
+        if judged[name].verdict is not Verdict.DIVERGES and (simulated or name != AS_IT_IS)
     )
-    result = simulate(Experiment(variant.name, variant.plant.kind, able), progress)
-    completed = {name: result for name, result in result.variants.items() if result.status is not Status.NOT_FINITE}
-    return tuple(
-        Proposal(
+    outcomes = simulate(Experiment(variant.name, variant.plant.kind, able), progress).variants
+    proposals = []
+    for name, loop in loops.items():
+        outcome = outcomes.get(name)
+        completed = None if outcome is None or outcome.status is Status.NOT_FINITE else outcome
+        proposal = Proposal(
             loop,
-            judged[loop.name],
-            bandwidths.get(loop.name),
+            judged[name],
+            bandwidths.get(name),
             stiffness_of(loop.controller, loop.run.sample_time),
             count_response(loop),
-            completed[loop.name].following_error if loop.name in completed else None,
-            completed[loop.name].effort_rms if loop.name in completed else None,
+            completed and completed.following_error,
+            completed and completed.effort_rms,
         )
-        for loop in loops
-    )
+        proposals.append(proposal)
+    return tuple(proposals)
 
 
-def _late(loop: Variant) -> Variant:
-    """Return a loop with the largest lag of a current loop that nobody stated."""
-    return loop if loop.run.current_lag else lagging(loop, UNSTATED[1])
-
-
-def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], dict[str, float]]:
-    """Return the loop as it is and those proposed, and the bandwidth of each of these by name."""
-    loops, bandwidths = [replace(variant, name=AS_IT_IS)], {}
+def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant], dict[str, float]]:
+    """Return the loop as it is and those proposed by name, and the bandwidths of these."""
     desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
+    loops, bandwidths = {AS_IT_IS: variant}, {}
     if variant.feedforward.along != "desired":
-        loops.append(replace(desired, name=ALONG_DESIRED))
+        loops[ALONG_DESIRED] = desired
     laws = {TUNED: variant.controller.name, OBSERVER: "disturbance_observer"}
-    if laws[TUNED] == laws[OBSERVER]:
-        del laws[OBSERVER]
     for name, law in laws.items():
-        tuning = tuned(variant, law, bandwidth)
+        tuning = None if name == OBSERVER and law == laws[TUNED] else tuned(variant, law, bandwidth)
         if tuning is not None and tuning.law != variant.controller:
-            loops.append(told_the_motion(replace(desired, name=name, controller=tuning.law)))
-            bandwidths[name] = tuning.bandwidth
-    return loops, bandwidths
+            loops[name], bandwidths[name] = told_the_motion(replace(desired, controller=tuning.law)), tuning.bandwidth
+    return {name: replace(loop, name=name) for name, loop in loops.items()}, bandwidths

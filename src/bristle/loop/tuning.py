@@ -26,21 +26,37 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
-from bristle.core.contracts import Model, make_model
+from bristle.core.contracts import Model, Reference, make_model
 from bristle.core.experiment import Variant
-from bristle.stability import SampledLoop, margins_of
-from bristle.stability.linear_plant import linear_plant
-from bristle.stability.linear_system import LARGE, SMALL, linear_law
-from bristle.stability.measured_feedforward import Stiffness
+from bristle.core.least_squares import unbounded
+from bristle.loop.assessment import law_stiffness
+from bristle.loop.linear_plant import linear_plant
+from bristle.loop.linear_system import LARGE, SMALL, linear_law
+from bristle.loop.sampled_loop import GAIN_ENOUGH, HALVINGS, PHASE_ENOUGH, SampledLoop, margins_of
 
-__all__ = ["PHASE", "UNSTATED", "Tuned", "count_response", "inertia_of", "lagging", "stiffness_of", "tuned"]
+__all__ = [
+    "PHASE",
+    "UNSTATED",
+    "Delays",
+    "Tuned",
+    "count_response",
+    "delays_of",
+    "feeds_inertia",
+    "inertia_of",
+    "lagging",
+    "stiffness_of",
+    "told_the_motion",
+    "tuned",
+]
 
-PHASE, GAIN = 40.0, 2.0  # margins that the loop is to keep: degrees, and a factor
+PHASE = 40.0  # margin that the loop is to keep [deg]
 UNSTATED = (2e-4, 1e-3)  # lags of a current loop that nobody stated: the least and the largest [s]
-FURTHER, PHASE_LATE = 5e-4, 30.0  # more lag than is stated [s], and the phase margin that is left then [deg]
+FURTHER = 5e-4  # more lag than is stated, at which the usual phase margin is left [s]
 WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
-COARSE, HALVINGS = 1.25, 12
+COARSE = 1.25  # from one bandwidth that is tried to the next
 RESPONSE = 50  # samples after a count
+BAND, POINTS = (0.005, 0.05), 40  # of the fit of a lag, in Nyquist frequencies
+ONE_MASS = 0.01  # relative difference of two masses that are the same one
 
 Gains = Callable[[float, Mapping[str, Any], Variant], dict[str, Any]]
 
@@ -53,22 +69,7 @@ class Tuned(NamedTuple):
 
 
 def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned | None:
-    """Return a control law with the gains that a loop allows it.
-
-    Parameters
-    ----------
-    variant : Variant
-        The loop. What of its own law is no gain, such as the cut-off of its velocity, is kept.
-    name : str
-        Name of the law.
-    bandwidth : float, optional
-        No more than this [rad/s]; by default as much as the margins allow.
-
-    Returns
-    -------
-    Tuned or None
-        None for a law that no gains are known for, or where no gains keep the margins.
-    """
+    """Return a law with the gains that a loop allows it, of a `bandwidth` [rad/s] at most; None where none are known."""
     if name not in GAINS:
         return None
 
@@ -80,11 +81,10 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
         return make_model(component, fixed | gains, kind=variant.plant.kind, validate=True)
 
     run = variant.run
-    plants = [
-        (amplitude, phase, linear_plant(lagging(variant, lag), amplitude))
-        for lag, phase in _lags(run.current_lag)
-        for amplitude in (SMALL, LARGE)
-    ]
+    # No current loop is without a lag: each lag [s] with the phase margin [deg] that the loop must keep there.
+    stated = run.current_lag
+    lags = ((stated, PHASE), (stated + FURTHER, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
+    plants = [(amplitude, phase, linear_plant(lagging(variant, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
     def keeps_margins(omega: float) -> bool:
         controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
@@ -95,7 +95,7 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     if bandwidth is not None and keeps_margins(bandwidth):
         return Tuned(law(bandwidth), bandwidth)
     widest = _widest(keeps_margins, 1.0 / run.sample_time, bandwidth)
-    return None if widest is None else Tuned(law(_round(widest)), _round(widest))
+    return None if widest is None else Tuned(law(widest), widest)
 
 
 def lagging(variant: Variant, lag: float) -> Variant:
@@ -103,22 +103,15 @@ def lagging(variant: Variant, lag: float) -> Variant:
     return replace(variant, run=replace(variant.run, current_lag=lag))
 
 
-def _lags(stated: float) -> tuple[tuple[float, float], ...]:
-    """Return lags of the current loop [s], each with the phase margin [deg] that a loop must keep there."""
-    if stated > 0.0:
-        return (stated, PHASE), (stated + FURTHER, PHASE_LATE)
-    return tuple((lag, PHASE) for lag in UNSTATED)
-
-
 def _is_safe(loop: SampledLoop, phase: float) -> bool:
     if loop.is_unstable:
         return False
     margins = margins_of(loop)
-    return margins.phase is not None and margins.phase >= phase and (margins.gain is None or margins.gain >= GAIN)
+    return margins.phase is not None and margins.phase >= phase and (margins.gain is None or margins.gain >= GAIN_ENOUGH)
 
 
 def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> float | None:
-    """Return the largest bandwidth that keeps the margins, found from above."""
+    """Return the largest bandwidth that keeps the margins, found from above, to two digits."""
     high = WIDEST * rate if most is None else min(WIDEST * rate, most)
     while not keeps(high / COARSE):
         high /= COARSE
@@ -126,13 +119,15 @@ def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> 
             return None
     low = high / COARSE
     for _ in range(HALVINGS):
+        if _rounded_down(low) == _rounded_down(high):
+            break
         middle = math.sqrt(low * high)
         low, high = (middle, high) if keeps(middle) else (low, middle)
-    return low
+    return _rounded_down(low)
 
 
-def _round(value: float) -> float:
-    """Return a number to two digits, rounded down."""
+def _rounded_down(value: float) -> float:
+    """Return a number to two digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return step * math.floor(value / step)
 
@@ -170,9 +165,9 @@ def inertia_of(variant: Variant) -> float:
     return float(1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0])))
 
 
-def stiffness_of(controller: Model, dt: float, amplitude: float = LARGE) -> float:
+def stiffness_of(controller: Model, dt: float) -> float:
     """Return the effort over a deviation that lasts [N/m or N*m/rad], without end for a law with an integral."""
-    return Stiffness.of(linear_law(controller, dt, amplitude), 0.0, 0.0).law
+    return law_stiffness(linear_law(controller, dt, LARGE))
 
 
 def count_response(variant: Variant) -> float:
@@ -190,3 +185,64 @@ def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np
         outputs.append(law.C @ state + law.D)
         state = law.A @ state + law.B
     return np.array(outputs)
+
+
+class Delays(NamedTuple):
+    r"""The parts of the delay of a loop [s].
+
+    A held effort lags by half a sample, the computation by whole ones, the current by its time constant, and the velocity
+    by what it takes to estimate it. To a crossover far below all of them they are one delay, :math:`T_\text{tot}`.
+    """
+
+    hold: float
+    computation: float
+    drive: float
+    velocity: float
+
+    @property
+    def total(self) -> float:
+        """All of them [s]."""
+        return sum(self)
+
+
+def delays_of(variant: Variant) -> Delays:
+    """Return where the delay of a loop comes from."""
+    run = variant.run
+    return Delays(
+        hold=0.5 * run.sample_time,
+        computation=run.delay * run.sample_time,
+        drive=run.current_lag,
+        velocity=_velocity_delay(variant.controller, run.sample_time),
+    )
+
+
+def _velocity_delay(controller: Model, dt: float) -> float:
+    r"""Return by how much the velocity lags on which a law acts [s]: it is fitted by :math:`-k_p - k_i/s - k_d s\,e^{-sT}`."""
+    law = linear_law(controller, dt, LARGE)
+    omega = np.geomspace(*BAND, POINTS) * np.pi / dt
+    response = -law.response(np.exp(1j * omega * dt))
+    # e^{-sT} is 1 - sT there, so that k_d T stands beside the square of the frequency in the real part.
+    _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
+    _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
+    return float(lagging / k_d) if k_d > 0.0 else 0.0
+
+
+def feeds_inertia(controller: Model, dt: float) -> bool:
+    """Return whether a control law answers the acceleration of its reference by itself."""
+    component, p = controller.component, controller.parameters
+    efforts = []
+    for acceleration in (1e-6, 0.0):
+        rest = component.start(0.0, 0.0, 0.0, dt, p)
+        efforts.append(component.step(rest, Reference(0.0, 0.0, acceleration, 0.0), 0.0, dt, p)[0])
+    return efforts[0] != efforts[1]
+
+
+def told_the_motion(variant: Variant) -> Variant:
+    """Return the loop with velocity and inertia of the desired motion fed forward, where it was not already."""
+    controller, feedforward = variant.controller, variant.feedforward
+    if controller.values.get("k_ff", 1.0) != 1.0:
+        controller = controller.with_values(k_ff=1.0)
+    mass = 0.0 if feeds_inertia(controller, variant.run.sample_time) else inertia_of(variant)
+    if not math.isclose(mass, feedforward.mass, rel_tol=ONE_MASS):
+        feedforward = replace(feedforward, mass=mass)
+    return replace(variant, controller=controller, feedforward=feedforward)

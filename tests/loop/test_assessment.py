@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import signal
-from tests.stability.laws import RADIAN, rig
+from tests.loop.laws import RADIAN, rig
 
 from bristle import controllers, friction, plants
 from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
+from bristle.loop import Verdict, assess, doubts_of, runnable, verdict_of
+from bristle.loop.assessment import Friction, Motions
+from bristle.loop.linear_system import LinearSystem, slope_in_sliding, stiffness_at_rest
+from bristle.loop.sampled_loop import SampledLoop, margins_of
 from bristle.report.messages import message
 from bristle.sensors import encoder
-from bristle.stability import Friction, Motions, SampledLoop, Verdict, assess, doubts_of, runnable, verdict_of
-from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
-from bristle.stability.linear_system import LinearSystem
-from bristle.stability.margins import margins_of
 
 
 def told_of(assessment):

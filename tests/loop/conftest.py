@@ -6,7 +6,7 @@ import pytest
 
 from bristle import controllers, friction, plants, references, sensors
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
-from bristle.loop_design import design
+from bristle.loop import design
 
 SLIDING = {"v_S": 5e-3, "sigma_0": 5e6, "sigma_1": 1e3}
 TRUTH = friction.find("lugre+asymmetry")(
