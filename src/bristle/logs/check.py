@@ -18,8 +18,9 @@ from bristle.logs.channel import LogData, clear_step
 from bristle.logs.legs import CHUNKS, CRUISING, FAST, graininess
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
+from bristle.logs.names import plain_unit
 from bristle.logs.turns import period_of
-from bristle.logs.words import plain_unit, unit_in_name
+from bristle.logs.words import unit_in_name
 
 __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 
