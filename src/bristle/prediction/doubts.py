@@ -9,8 +9,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.logs.check import RECORDED, checked
-from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.log import Log
+from bristle.logs.look import CheckThresholds
 from bristle.simulation.result import Prediction
 
 __all__ = ["with_doubts"]
