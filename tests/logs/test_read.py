@@ -16,6 +16,7 @@ from bristle.core.axis import Column, Injected
 from bristle.core.errors import InputError
 from bristle.identification.preprocessing import smallest_step
 from bristle.logs import checked, read_log
+from bristle.logs.clock import clock_of
 from bristle.report.messages import message
 
 SAMPLE_TIME = 1e-3
@@ -397,6 +398,15 @@ def test_samples_that_come_late_split_nothing(write, axis, recording):
     t = recording["t"].copy()
     t[300:303] += [1.9e-3, 1.2e-3, 0.5e-3]
     assert len(read_log(write(t=t), axis).segments) == 1
+
+
+@pytest.mark.parametrize(("noise", "is_even"), [(3e-7, True), (5e-6, False)])
+def test_stamps_are_only_taken_as_even_where_rows_explain_the_motion_far_better(noise, is_even):
+    rng = np.random.default_rng(3)
+    even = 1e-3 * np.arange(4000)
+    position = 0.01 * np.sin(2.0 * np.pi * even) + noise * rng.standard_normal(even.size)
+    clock = clock_of(even + 1e-4 * rng.uniform(-1.0, 1.0, even.size), "log", position=position)
+    assert (clock.jitter is None) == is_even
 
 
 def test_a_clock_that_drifts_slowly_is_no_jitter(write, axis, recording):

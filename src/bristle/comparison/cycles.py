@@ -14,7 +14,7 @@ import numpy as np
 
 from bristle.comparison.recording import Recording
 from bristle.logs.legs import graininess
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import turning_points
 
 __all__ = ["Cycle", "alike", "cut", "with_turns"]
 

@@ -12,7 +12,7 @@ from bristle.core.edge import Converter, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
-from bristle.logs import read
+from bristle.logs import readers
 from bristle.logs.columns import is_table
 from bristle.logs.log import Log
 
@@ -95,4 +95,4 @@ def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = Non
         from bristle.files.axis import read_axis
 
         axis = read_axis(axis)
-    return read.read_log(path, axis, size_limit=size_of(size_limit))
+    return readers.read_log(path, axis, size_limit=size_of(size_limit))

@@ -16,9 +16,8 @@ from bristle.core.content import Readable
 from bristle.core.units import factor
 from bristle.core.variable import unit_of
 from bristle.files.single import write_whole
-from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
-from bristle.logs.table import split_unit
+from bristle.logs.table import NONE, split_unit
 
 if TYPE_CHECKING:
     from bristle.excitation.moves import Move

@@ -18,7 +18,7 @@ from bristle.files.drive import MOVEMENTS
 from bristle.files.proposal_text import missing_of, text_of
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.likeness import pulls_as_a_link
+from bristle.logs.candidates import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
 from bristle.logs.stamped_text import amount_in

@@ -19,7 +19,7 @@ from bristle.identification.identify import identify
 from bristle.identification.result import Estimate, Fit
 from bristle.logs.formats import reading
 from bristle.logs.log import Log
-from bristle.logs.read import read_log
+from bristle.logs.readers import read_log
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.dataset import OK
 from bristle.study.plan import Block

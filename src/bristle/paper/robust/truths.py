@@ -19,8 +19,8 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.files.arguments import read_log
 from bristle.files.axis import read_axis
 from bristle.files.model import read_model
+from bristle.logs.assembly import within
 from bristle.logs.log import Log
-from bristle.logs.span import within
 from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.rig import STATIC, screw_ratio
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
