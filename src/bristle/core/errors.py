@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import reprlib
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 from bristle.core.typography import escaped
 
@@ -64,10 +66,19 @@ class InputError(BristleError, ValueError):
         text += f"; {', '.join(facts)}" if facts else ""
         return in_one_line(f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text)
 
-    def at(self, prefix: str) -> InputError:
-        """Return the same error with `prefix` put before its path."""
-        path = f"{prefix}: {self.path}" if self.path else prefix
-        return type(self)(self.message, path=path, value=self.value, allowed=self.allowed, mend=self.mend)
+    def at(self, prefix: str = "", **parts: Any) -> InputError:
+        """Return the same error with `prefix` put before its path, and with other `parts` where they are given."""
+        path = f"{prefix}: {self.path}" if prefix and self.path else prefix or self.path
+        return type(self)(self.message, **{"path": path, "value": self.value, "allowed": self.allowed, "mend": self.mend} | parts)
+
+
+@contextmanager
+def located(prefix: object = "", **parts: Any) -> Iterator[None]:
+    """Say of what is refused inside this block where it stands, as `InputError.at` does."""
+    try:
+        yield
+    except InputError as error:
+        raise error.at(str(prefix), **parts) from None
 
 
 class MissingExtraError(InputError):
