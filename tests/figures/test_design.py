@@ -8,8 +8,7 @@ from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle import figures
-from bristle.loop import error_budget, run_circles
-from bristle.loop import assess
+from bristle.loop import assess, error_budget, run_circles
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
 from bristle.loop.tuning import UNSTATED
 from bristle.report.design_tables import (
     budget_table,
@@ -24,7 +25,6 @@ from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, desig
 from bristle.report.further import further_figures
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
-from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.report.messages import message, sentence_of
 from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.report.messages import message, sentence_of
 
 if TYPE_CHECKING:
     from bristle.loop import Assessment

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number
 from bristle.core.variable import unit_of
+from bristle.loop import doubts_of, verdict_of
 from bristle.report.design_tables import least_phase
 from bristle.report.front import Front, Ruling, about, answered, fixed, length_text
 from bristle.report.laws import law_lines
 from bristle.report.messages import message
-from bristle.loop import doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.loop import Design, Proposal
