@@ -10,7 +10,7 @@ from bristle.core.units import factor
 from bristle.files.motion import motion_columns
 
 if TYPE_CHECKING:
-    from bristle.excitation.moves import Move
+    from bristle.excitation.motion import Move
 
 __all__ = ["gcode_of", "moves_table"]
 
