@@ -10,7 +10,7 @@ from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.identification.result import Estimate
-from bristle.logs.passage import Passage
+from bristle.logs.passages import Passage
 from bristle.loop import assess
 
 PLAIN = ("as_recorded", "compensated")

@@ -167,3 +167,14 @@ def test_a_file_that_is_not_there_and_a_folder(tmp_path):
         read_table(tmp_path / "axislog.csv")
     with pytest.raises(InputError, match="is a folder"):
         read_table(tmp_path)
+
+
+def test_a_time_channel_of_tdms_is_in_seconds(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    start = np.datetime64("2026-03-14T09:31:12.000000", "us")
+    stamps = start + np.arange(0, 2000, 20).astype("timedelta64[ms]")
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("a", "Zeit", stamps), nptdms.ChannelObject("a", "Weg", np.arange(100.0))])
+    table = read_table(tmp_path / "log.tdms")
+    assert table.units["Zeit"] == "s"
+    assert table.columns["Zeit"] == pytest.approx(0.02 * np.arange(100), abs=1e-9)

@@ -49,9 +49,9 @@ def run(
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.core import InputError
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.loop import runnable
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files

@@ -56,9 +56,9 @@ def watch(
 
     Writes summary.json and report.html into DIR.
     """
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.fleet import watch as watched_over
     from bristle.report.figure_files import figure_files
     from bristle.report.results import write_report

@@ -17,7 +17,7 @@ from bristle.core.errors import InputError
 from bristle.identification.preprocessing import CUTOFF_SHARE, treat
 from bristle.logs.legs import graininess
 from bristle.logs.log import Log
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import turning_points
 
 __all__ = ["SAME_PERIOD", "Cycle", "LogAndAxis", "Recording", "Side", "sides_of"]
 

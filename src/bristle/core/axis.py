@@ -12,9 +12,6 @@ from bristle.core.motion import RECORDED
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import Kind, Variable
 
-__all__ = ["CHANNELS", "COLUMNS", "Axis", "Cogging", "Column", "Injected", "KnownColumn"]
-
-
 CHANNELS = {
     "time": "time",
     "position": "length",

@@ -25,21 +25,6 @@ from bristle.core.errors import InputError, close_names, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
-__all__ = [
-    "NOWHERE",
-    "SIZE_LIMIT",
-    "Content",
-    "FixedLimit",
-    "Origin",
-    "Readable",
-    "content_of",
-    "noting_what_is_read",
-    "read_in",
-    "refuse_larger",
-    "size_in_words",
-    "size_of",
-]
-
 SIZE_LIMIT = 512 * 2**20
 """Largest file, and largest content that a file announces, unless another limit is given [byte]."""
 

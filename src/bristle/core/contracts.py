@@ -24,36 +24,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from bristle.core import dispatch
-from bristle.core.documented import Documented, WithParameters
+from bristle.core.documented import Documented, Redundancy, Relation, WithParameters, component_in, whereabouts  # noqa: F401
 from bristle.core.errors import InputError
-from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference
+from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference, Screw  # noqa: F401
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
-from bristle.core.relation import Redundancy, Relation
-from bristle.core.transmission import Screw
-from bristle.core.travel import component_in, whereabouts
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced, looked_at
 from bristle.core.variable import KINDS, Kind
-
-__all__ = [
-    "NOMINAL_LOAD",
-    "NOMINAL_TEMPERATURE",
-    "NOTHING_TRANSMITTED",
-    "NOT_KNOWN",
-    "Component",
-    "Controller",
-    "FrictionModel",
-    "HysteresisOperator",
-    "Model",
-    "Motion",
-    "Plant",
-    "Redundancy",
-    "Reference",
-    "Relation",
-    "Sensor",
-    "Trajectory",
-]
 
 
 @dataclass(frozen=True, kw_only=True)

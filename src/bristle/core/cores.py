@@ -12,8 +12,6 @@ from typing import Any, TypeVar
 
 from bristle.core.locks import SHARING
 
-__all__ = ["Abreast", "abreast", "core_count", "cores_for_simulations"]
-
 A = TypeVar("A")
 B = TypeVar("B")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["DECIMAL_UNITS"]
-
 _PLAIN = {
     "s": {"s": 0, "ms": -3, "us": -6},
     "1/s": {"1/s": 0},

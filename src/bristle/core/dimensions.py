@@ -15,8 +15,6 @@ from typing import Any, Literal, NamedTuple
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "NAMES", "AxisKind", "Kind", "Name", "canonical", "exponents_of", "kind_called", "unit_elsewhere", "unit_of"]
-
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
 # Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator.

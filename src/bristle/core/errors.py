@@ -8,22 +8,12 @@ computing is a status in the result (`bristle.core.status`), never an exception.
 from __future__ import annotations
 
 import reprlib
+import traceback
 from collections.abc import Iterable
 from itertools import islice
+from pathlib import Path
 
 from bristle.core.typography import escaped
-
-__all__ = [
-    "BristleError",
-    "InputError",
-    "InputWarning",
-    "MissingExtraError",
-    "close_names",
-    "did_you_mean",
-    "in_one_line",
-    "shortened",
-    "told_by",
-]
 
 # A name in a file may be of any length, a message is to be read.
 PLACE, MESSAGE, ALLOWED = 400, 800, 1200
@@ -172,3 +162,18 @@ def _short(value: object, width: int = 60) -> str:
         return f"an array of shape {shape}" if shape else shortened(text, width)
     except Exception:  # noqa: BLE001  (what a person handed in may refuse to describe itself)
         return f"a value of the kind {type(value).__name__}"
+
+
+OWN_CODE = "bristle_user_"
+"""What the name of a module begins with that was made of a file of a user's own."""
+
+
+def place_in_own_code(error: BaseException) -> str:
+    """Return the file and the last line of a user's own on the way to an error; nothing where there is none.
+
+    Files are told by name, for what is told may be mailed.
+    """
+    for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
+        if str(frame.f_globals.get("__name__", "")).startswith(OWN_CODE):
+            return f"{Path(frame.f_code.co_filename).name}, line {line}"
+    return ""

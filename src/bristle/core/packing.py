@@ -21,24 +21,33 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.kernel import kernel
-from bristle.core.unowned import unowned
 
-__all__ = [
-    "LANES",
-    "LaneConstants",
-    "Structure",
-    "flattener",
-    "is_scalar",
-    "lane_constants",
-    "lane_packer",
-    "lane_unpacker",
-    "motion_reader",
-    "number_count",
-    "pack",
-    "packer",
-    "structure_of",
-    "unpacker",
-]
+
+def without_holder() -> Any:
+    """Return `unowned` for the compiler."""
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def disowned(context: Any, array: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            lent = context.make_array(signature.args[0])(context, builder, arguments[0])
+            lent.meminfo = cgutils.get_null_value(lent.meminfo.type)
+            return lent._getvalue()
+
+        return array(array), generate
+
+    def implementation(array: Any) -> Any:
+        return lambda array: disowned(array)  # noqa: PLW0108  # pyright: ignore[reportCallIssue]
+
+    return implementation
+
+
+@kernel(compiled_as=without_holder)
+def unowned(array):
+    """Return the array itself; compiled, without the count of its holders."""
+    return array
+
 
 LANES = 32
 

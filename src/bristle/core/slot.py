@@ -8,14 +8,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from bristle.core.axis import COLUMNS
-from bristle.core.documented import Documented
+from bristle.core.documented import Documented, component_in, whereabouts
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernels
 from bristle.core.surroundings import OF_MOTION, Surrounding
-from bristle.core.travel import component_in, whereabouts
 from bristle.core.variable import OF_SLOTS
-
-__all__ = ["CHANNELS", "EXCITATION", "FRICTION", "LEVEL", "Slot", "refuse_unfit"]
 
 FRICTION, LEVEL = "friction", "level"
 EXCITATION = OF_SLOTS[-1]

@@ -16,12 +16,9 @@ from bristle.core.axis import COLUMNS
 from bristle.core.dispatch import chosen_by_fields
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
+from bristle.core.lazy import once
 from bristle.core.motion import NOTHING_TRANSMITTED, Motion
-from bristle.core.once import once
 from bristle.core.variable import Variable, variables_of
-
-__all__ = ["OF_MOTION", "Surrounding", "at_rest", "motion_with", "on_side", "reader_of"]
-
 
 RESERVED = {"v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"}
 """Words of the contract of a model, which stand beside the names of channels where one is run."""

@@ -6,20 +6,6 @@ import math
 import re
 from typing import Any, NamedTuple
 
-__all__ = [
-    "Scale",
-    "escaped",
-    "interval_text",
-    "number",
-    "printable",
-    "scale_of",
-    "stiffness_text",
-    "typed",
-    "typeset",
-    "typeset_sentence",
-    "with_unit",
-]
-
 # For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
 _METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
 _NEWTON = ((1e4, "k{}", 1e-3), (1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6))

@@ -26,20 +26,6 @@ from bristle.core.dimensions import KINDS, Kind, unit_elsewhere
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-__all__ = [
-    "DECIMAL_UNITS",
-    "LARGEST",
-    "compatible",
-    "convert",
-    "factor",
-    "is_unit",
-    "kind_of",
-    "quantity",
-    "refuse_absurd",
-    "si_of",
-    "split",
-]
-
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
 
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'

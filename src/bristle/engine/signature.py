@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 import numpy as np
 
 from bristle.core.kernel import kernels
-from bristle.core.unowned import unowned
+from bristle.core.packing import unowned
 
 __all__ = ["Signature", "Vector", "flat", "handed_over", "linked_into", "signature_of"]
 

@@ -17,7 +17,7 @@ from bristle.excitation.motion import ExcitationMotion
 from bristle.excitation.prior import Prior
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
-from bristle.logs.segmentation import numbered, reversals
+from bristle.logs.turns import numbered, reversals
 from bristle.sensors import encoder
 
 __all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]

@@ -11,20 +11,14 @@ from bristle.core import units
 from bristle.core.axis import Axis, Column, Injected
 from bristle.core.content import Readable
 from bristle.core.errors import InputError
-from bristle.core.transmission import Transmission
+from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable
-from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry
-from bristle.files.components import check_schema
+from bristle.files.components import check_schema, refuse_open
 from bristle.files.controller import controller_of
-from bristle.files.drive import Constant, Drive, Scale
-from bristle.files.fill_in import refuse_open
-from bristle.files.kind import with_kind
+from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.plant_terms import terms_of
-from bristle.files.schema import validated
-from bristle.files.surroundings import refuse_misspelt, surroundings_of
+from bristle.files.schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry, validated
 from bristle.files.toml import read_toml
-
-__all__ = ["axis_from", "read_axis"]
 
 TIME = Variable("time", "time")
 SOUGHT = (None, "identify")  # a delay that an identification is to find

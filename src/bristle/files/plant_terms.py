@@ -8,10 +8,8 @@ from typing import Any
 
 from bristle.core.axis import Cogging, KnownColumn
 from bristle.core.errors import InputError
-from bristle.core.transmission import Transmission
-from bristle.files.axis_schema import AxisFile
-
-__all__ = ["terms_of"]
+from bristle.core.motion import Transmission
+from bristle.files.schema import AxisFile
 
 
 def terms_of(file: AxisFile, transmission: Transmission) -> dict[str, Any]:

@@ -12,14 +12,14 @@ import numpy as np
 
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.normal import NORMAL_95
-from bristle.files.user_reader import load_reader_file
+from bristle.files.user_model import load_reader_file
 from bristle.fleet.columns import numbers_of, texts_of
 from bristle.fleet.plan import Fleet, LogFile
 from bristle.identification.identify import identify
 from bristle.identification.result import Estimate, Fit
 from bristle.logs.formats import reading
 from bristle.logs.log import Log
-from bristle.logs.read import read_log
+from bristle.logs.readers import read_log
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.dataset import OK
 from bristle.study.plan import Block

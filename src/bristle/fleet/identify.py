@@ -19,7 +19,7 @@ from bristle.fleet.listing import listed_logs
 from bristle.fleet.plan import Fleet
 from bristle.fleet.store import FleetStore
 from bristle.identification.request import models_of
-from bristle.logs.read import read_log
+from bristle.logs.readers import read_log
 from bristle.study.run import Progress, Ran, run_within
 from bristle.study.store import opened
 

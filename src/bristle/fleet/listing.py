@@ -12,8 +12,8 @@ from bristle.core.errors import InputError
 from bristle.core.typography import escaped
 from bristle.fleet.moment import moment_of
 from bristle.fleet.plan import LogFile
-from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
+from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
 __all__ = ["listed_logs"]

@@ -19,7 +19,7 @@ from bristle.friction.level import rises_with_effort
 from bristle.identification.alignment import Alignment
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import low_passed
-from bristle.logs.segmentation import reversals
+from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 __all__ = ["Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]

@@ -21,9 +21,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError, shortened
-from bristle.logs.choice import Choice
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Choice, Request, Table
 
 __all__ = ["read_apart", "serve"]
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
 
 __all__ = ["read"]

@@ -11,11 +11,9 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.logs.beside import Beside, table_beside
-from bristle.logs.cells import COMMENT, cells_of, has_content, is_number, why_no_number, without_comments
-from bristle.logs.names import distinct
+from bristle.logs.cells import COMMENT, Beside, cells_of, has_content, is_number, table_beside, why_no_number, without_comments
 from bristle.logs.table import split_unit
-from bristle.logs.words import plain_unit
+from bristle.logs.words import distinct, plain_unit
 
 __all__ = ["Layout", "layout_of"]
 

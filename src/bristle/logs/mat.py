@@ -12,8 +12,7 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Request, Table
 
 __all__ = ["read"]
 

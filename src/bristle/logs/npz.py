@@ -12,10 +12,9 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError, said_by_library
-from bristle.logs.names import distinct
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
+from bristle.logs.words import distinct
 
 __all__ = ["read"]
 

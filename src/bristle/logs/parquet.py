@@ -9,9 +9,8 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.names import distinct
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Request, Table
+from bristle.logs.words import distinct
 
 __all__ = ["read"]
 

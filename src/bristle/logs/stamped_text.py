@@ -12,8 +12,8 @@ import numpy as np
 from bristle.core import units
 from bristle.logs.cells import CLOCK, cells_of, without_comments
 from bristle.logs.layout import Layout
-from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.table import Table, split_unit
+from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, plain_unit, unit_in_name, unit_of_time
 
 __all__ = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,10 +13,9 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.request import Request
-from bristle.logs.table import Table, some_of
+from bristle.logs.table import Request, Table, some_of
 
-__all__ = ["Arrays", "Stored", "content_of_log", "table_from"]
+__all__ = ["TIME", "Arrays", "Series", "Stored", "content_of_log", "table_from", "table_of_series"]
 
 WITHIN = "::"  # between the name of a file and that of a table in it
 NUMBER_BYTES = 8
@@ -156,4 +155,65 @@ def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
         f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=f"Did you mean {close[0]!r}?" if close else elsewhere
+    )
+
+
+TIME = "time"
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A channel with its times."""
+
+    name: str
+    values: np.ndarray | None
+    times: np.ndarray | None
+    unit: str = ""
+    about: str = ""
+
+
+def table_of_series(
+    series: Iterable[Series],
+    source: Path,
+    kind: str,
+    *,
+    time_unit: str = "s",
+    notes: Sequence[str] = (),
+    texts: Mapping[str, InputError] | None = None,
+    facts: Mapping[str, str] | None = None,
+    constants: Mapping[str, float] | None = None,
+    tables: Sequence[str] = (),
+) -> Table:
+    """Return the table of channels that bring their own times: one column of time for all that share theirs."""
+    channels = [channel for channel in series if channel.values is None or channel.values.size]
+    if not channels:
+        raise InputError("holds no column of numbers", path=str(source), mend="Export the signals with their times")
+    names_used = {channel.name for channel in channels}
+    clocks: dict[str, np.ndarray] = {}
+    stamps: dict[str, str] = {}
+    for channel in channels:
+        if channel.values is None or channel.times is None:
+            continue
+        name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
+        if name is None:
+            name = TIME if not clocks else f"{TIME} of {channel.name}"
+            while name in names_used:
+                name = f"{name}_"
+            clocks[name] = np.asarray(channel.times, dtype=float)
+        stamps[channel.name] = name
+    columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
+    units = dict.fromkeys(clocks, time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
+    return Table(
+        columns,
+        units,
+        constants or {},
+        texts or {},
+        notes=tuple(notes),
+        format=kind,
+        tables=tuple(tables),
+        names=(*clocks, *(channel.name for channel in channels)),
+        stamps=stamps,
+        facts=facts or {},
+        about={channel.name: channel.about for channel in channels if channel.about},
+        source=source,
     )

@@ -15,10 +15,8 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
-from bristle.logs.own_times import Series, table_of_series
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Choice, Request, Table
+from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["read"]
 

@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 from unicodedata import normalize
 
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.table import without_index
+from bristle.core.typography import printable
+from bristle.logs.table import Table, split_unit, without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "without_part", "words_of"]
+__all__ = [
+    "Meaning",
+    "distinct",
+    "is_time",
+    "meaning_of",
+    "names_and_units",
+    "plain_unit",
+    "unit_in_name",
+    "unit_of_time",
+    "with_plain_names",
+    "without_part",
+    "words_of",
+]
 
 
 def _words(text: str) -> tuple[str, ...]:
@@ -461,3 +475,81 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
             return unit
     step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
     return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
+
+
+T = TypeVar("T")
+LONGEST_UNIT_SHOWN = 80
+
+
+def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return names of which none stands twice, and a note for each that did; a letter has one spelling (NFC).
+
+    Examples
+    --------
+    >>> distinct(["t", "q", "q"])
+    (['t', 'q', 'q_2'], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"])
+    """
+    unique = [normalize("NFC", name) for name in names]
+    used, notes = set(unique), []
+    counts: dict[str, int] = {}
+    for index, name in enumerate(unique):
+        counts[name] = counts.get(name, 0) + 1
+        if counts[name] == 1:
+            continue
+        while (candidate := f"{name}_{counts[name]}") in used:
+            counts[name] += 1
+        used.add(candidate)
+        unique[index] = candidate
+        notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {candidate[:64]!r}")
+    return unique, notes
+
+
+def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[list[str], dict[str, str], list[str]]:
+    """Return names without their units, of which none stands twice; the unit of each that has one; notes.
+
+    A column whose unit is stated keeps its name as it is; of another the brackets behind it are its unit.
+
+    Examples
+    --------
+    >>> names_and_units(["position [um]", "effort", "time"], {"effort": "N"})
+    (['position', 'effort', 'time'], {'position': 'um', 'effort': 'N'}, [])
+    """
+    parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
+    names, notes = distinct(name for name, _ in parts)
+    return names, {name: unit for name, (_, unit) in zip(names, parts, strict=True) if unit}, notes
+
+
+def with_plain_names(table: Table) -> Table:
+    """Return a table whose names and units can be printed: control characters do things to a terminal."""
+    table = replace(table, units=_plain_units(table.units))
+    odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
+    units = {name: unit for name, unit in table.units.items() if unit.isprintable() and len(unit) <= LONGEST_UNIT_SHOWN}
+    if not odd and len(units) == len(table.units):
+        return table
+    plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
+    called = dict(zip(table.names, plain, strict=True))
+    notes = [
+        f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}" for name in odd if name in called
+    ]
+    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out" for name in table.units if name not in units]
+    return replace(
+        table,
+        columns=_called(table.columns, called),
+        units=_called(units, called),
+        names=tuple(plain),
+        texts={printable(name): reason for name, reason in table.texts.items()},
+        notes=(*table.notes, *notes),
+        stamps={called[name]: called[time] for name, time in table.stamps.items()},
+        about=_called(table.about, called),
+        numbers={number: called.get(name, name) for number, name in table.numbers.items()},
+    )
+
+
+def _plain_units(units: Mapping[str, str]) -> dict[str, str]:
+    """Return units as this package writes them; those that say that there is none are left out."""
+    plain = {name: plain_unit(unit) for name, unit in units.items()}
+    return {name: unit for name, unit in plain.items() if unit}
+
+
+def _called(values: Mapping[str, T], called: Mapping[str, str]) -> dict[str, T]:
+    return {called[name]: value for name, value in values.items()}

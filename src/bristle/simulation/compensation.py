@@ -11,12 +11,11 @@ import numpy as np
 from bristle.controllers import open_loop
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional, whole
 from bristle.core.experiment import LOOP_VARIANTS, RUN, Effort, Experiment, Feedforward, Run, Start, Variant
+from bristle.core.fingerprint import digest
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
-from bristle.files.effort import at_rest
 from bristle.friction import without_presliding
 from bristle.plants.terms import terms_of
 from bristle.references import recorded

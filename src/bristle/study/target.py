@@ -12,7 +12,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, Experiment, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import key_of, number_at
-from bristle.files.effort import effort_variables
+from bristle.files.run import effort_variables
 
 __all__ = ["Target", "sections_of", "target_at"]
 

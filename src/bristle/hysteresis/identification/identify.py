@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.diagnostic import HeldOut
 from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
 from bristle.core.errors import InputError, did_you_mean
-from bristle.core.held_out import HeldOut
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.hysteresis import table_of_curves

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.held_out import HeldOut
+from bristle.core.diagnostic import HeldOut
 from bristle.engine import response
 from bristle.hysteresis.identification.curves import Congruency
 from bristle.logs.curves import Curves

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.least_squares import non_negative
 from bristle.logs.curves import Curves
+from bristle.logs.turns import reversals
 
 __all__ = ["NormalEquations", "Rows", "Trace", "Weighted", "design", "outputs_of", "stacked", "trace_of"]
 
@@ -44,29 +46,17 @@ def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace
     path = np.concatenate([np.asarray(history, dtype=float), np.asarray(u, dtype=float)])
     base = np.full(path.size, -1)
     turned: list[int] = []
-    last_side = 0.0
-    for first, last, side in _runs(path):
-        if last_side * side < 0.0:
+    # Monotone runs; the path begins at 0.
+    steps = np.diff(path, prepend=0.0)
+    starts = [*np.flatnonzero(steps)[:1].tolist(), *reversals(steps).tolist()]
+    for number, (first, last) in enumerate(pairwise([*starts, path.size])):
+        if number:
             turned.append(first - 1)
-        last_side = side
-        _follow(path, first, last, side, turned, base)
+        _follow(path, first, last, float(np.sign(steps[first])), turned, base)
     from_turn = base >= 0
     turn = np.where(from_turn, path[base], -path)
     alpha, beta = np.maximum(path, turn), np.minimum(path, turn)
     return Trace(base, np.where(path >= turn, 1.0, -1.0), alpha, beta, path.size - np.size(u))
-
-
-def _runs(path: np.ndarray) -> list[tuple[int, int, float]]:
-    """Return the monotone runs: first sample, last sample, direction; the path begins at 0."""
-    steps = np.sign(np.diff(path, prepend=0.0))
-    moving = np.flatnonzero(steps)
-    if moving.size == 0:
-        return []
-    signs = steps[moving]
-    turns = np.flatnonzero(signs[1:] != signs[:-1]) + 1
-    starts = moving[np.concatenate([[0], turns])]
-    ends = np.concatenate([starts[1:], [path.size]])
-    return [(int(a), int(b), float(steps[a])) for a, b in zip(starts, ends, strict=True)]
 
 
 def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import guarded, instance, optional
+from bristle.logs.channel import LogData
 from bristle.logs.check.channels import about_effort, about_rows, about_velocity, lost_in
 from bristle.logs.check.line import about_line
 from bristle.logs.check.motion import about_motion, about_sliding
@@ -19,7 +20,6 @@ from bristle.logs.check.rows import rows_of
 from bristle.logs.check.sign import work_share
 from bristle.logs.check.thresholds import DEFAULT, CheckThresholds
 from bristle.logs.check.units import about_units
-from bristle.logs.log_data import LogData
 
 __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 

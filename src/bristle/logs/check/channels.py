@@ -10,12 +10,12 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.least_squares import unbounded
+from bristle.logs.channel import LogData
 from bristle.logs.check.gears import gears_near
 from bristle.logs.check.pile import piled_up
 from bristle.logs.check.rows import Rows
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.checks import clipped
-from bristle.logs.log_data import LogData
 
 __all__ = ["about_effort", "about_rows", "about_velocity", "lost_in"]
 

@@ -8,12 +8,11 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
+from bristle.logs.channel import LogData
 from bristle.logs.check.rows import Line, Rows
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.legs import graininess
-from bristle.logs.log_data import LogData
-from bristle.logs.repetition import repeats_after
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import period_of, turning_points
 
 __all__ = ["about_motion", "about_sliding", "lesser_way", "speeds_of", "ways_of"]
 
@@ -45,7 +44,7 @@ def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> 
         yield Diagnostic("one_speed", "", "warning", {"slowest": slow, "fastest": fast}, log.kind)
     position = max((log.position.values[segment] for segment in log.segments), key=len)
     step = max(position.size // POINTS, 1)
-    period = repeats_after(position[::step], step * log.sample_time, settings)
+    period = period_of(position[::step], step * log.sample_time, settings.repeated, settings.repeated_periods)
     if period is not None:
         yield Diagnostic("repeats_one_motion", "", "note", {"period": period}, log.kind)
 

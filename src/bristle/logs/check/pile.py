@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.logs.channel import LogData
 from bristle.logs.check.rows import Line, Rows, rows_of
 from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.checks import Cut, longest_run
-from bristle.logs.log_data import LogData
 
 __all__ = ["piled_up"]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from bristle.logs.log_data import LogData
+from bristle.logs.channel import LogData
 
 __all__ = ["Line", "Rows", "rows_of"]
 

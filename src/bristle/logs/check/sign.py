@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.logs.log_data import LogData
+from bristle.logs.channel import LogData
 
 __all__ = ["work_share"]
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.logs.channel import clear_step
+from bristle.logs.channel import LogData, clear_step
 from bristle.logs.check.rows import Rows
 from bristle.logs.check.thresholds import CheckThresholds
-from bristle.logs.log_data import LogData
 
 __all__ = ["about_units", "unit_in_name"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.files.fill_in import FILL_IN
+from bristle.files.components import FILL_IN
 from bristle.server.tasks.axis_form import CHANNELS, edited, form_of
 from bristle.server.tasks.errand import Answer, Errand
 from bristle.server.tasks.thinned import thinned

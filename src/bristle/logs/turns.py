@@ -1,4 +1,4 @@
-"""Where a motion rests, turns and repeats: reversals, those that are more than noise, and half-cycles between."""
+"""Where a motion rests, turns and repeats: changes of direction, those that are more than noise, and half-cycles between."""
 
 from __future__ import annotations
 
@@ -6,17 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = [
-    "alternating",
-    "half_cycle_numbers",
-    "numbered",
-    "rests",
-    "reversals",
-    "turning_points",
-    "turns_apart",
-    "whole_cycle",
-    "with_sides",
-]
+__all__ = ["by_lag", "half_cycle_numbers", "numbered", "period_of", "rests", "reversals", "turning_points", "whole_cycle", "with_sides"]
 
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
@@ -38,27 +28,11 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
     return moving[1:][side[moving[1:]] != side[moving[:-1]]]
 
 
-def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much."""
-    turns: list[int] = []
-    before, candidate = 0, None
-    for point in [*candidates, position.size - 1]:
-        if candidate is None:
-            candidate = point if abs(position[point] - position[before]) >= least else None
-            continue
-        way, back = position[candidate] - position[before], position[point] - position[candidate]
-        if way * back > 0.0:
-            candidate = point
-        elif abs(back) >= least:
-            turns.append(candidate)
-            before, candidate = candidate, point
-    return turns
+def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None) -> list[int]:
+    """Return the samples at which the motion turns by more than `least` [m or rad], ends not included.
 
-
-def turning_points(position: np.ndarray, grain: float) -> list[int]:
-    """Return the samples at which the motion turns by more than a grain, ends not included.
-
-    Of a motion that goes to and fro by less than a grain, the farthest sample counts.
+    Of a motion that goes to and fro by less, the farthest sample counts. It is looked for among all samples, or among
+    `candidates` in order, as reversals of a velocity are.
 
     Examples
     --------
@@ -67,36 +41,15 @@ def turning_points(position: np.ndarray, grain: float) -> list[int]:
     """
     turns: list[int] = []
     side, extreme = 0.0, 0
-    for k in [*reversals(np.diff(position)).tolist(), position.size - 1]:
+    for k in [*(reversals(np.diff(position)).tolist() if candidates is None else candidates), position.size - 1]:
         change = position[k] - position[extreme]
-        if side * change >= 0.0 and (side != 0.0 or abs(change) <= grain):
-            extreme = k if side * change > 0.0 else extreme
-        elif abs(change) > grain:
+        if side * change > 0.0:
+            extreme = k
+        elif abs(change) > least:
             if side != 0.0:
                 turns.append(extreme)
             side, extreme = float(np.sign(change)), k
     return turns
-
-
-def alternating(places: Sequence[float], least: float) -> list[float]:
-    """Return those positions of reversals [m or rad] that lie more than `least` from the one before.
-
-    Two ways in one direction are one.
-
-    Examples
-    --------
-    >>> alternating([0.0, 1.0, 0.95, 2.0, 0.5], 0.1)
-    [0.0, 2.0, 0.5]
-    """
-    points: list[float] = []
-    for x in places:
-        if points and abs(x - points[-1]) <= least:
-            continue
-        if len(points) >= 2 and (x - points[-1]) * (points[-1] - points[-2]) > 0.0:
-            points[-1] = x
-        else:
-            points.append(x)
-    return points
 
 
 def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
@@ -161,3 +114,31 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     first = int(np.argmax(back))
     stay = int(np.argmin(back[first:])) or back.size - first
     return first + int(np.argmin(away[first : first + stay]))
+
+
+def period_of(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
+    """Return the period [s] of a motion that, from so many periods on, correlates with itself so well; None where it has none."""
+    x = position - np.mean(position)
+    product, late, early = (part[x.size - 1 :] for part in by_lag(x, x)[1:])
+    size = np.sqrt(late * early)
+    correlation = np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
+    below, last = np.flatnonzero(correlation < 0.0), int(x.size / periods)
+    if not below.size or below[0] >= last:
+        return None
+    beyond = correlation[below[0] : last]
+    if not np.max(beyond) >= correlated:
+        return None
+    first = int(np.argmax(beyond >= correlated * np.max(beyond)))
+    period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
+    return float((below[0] + period) * sample_time)
+
+
+def by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return for each lag of `x` behind `y` how many samples both share, their product and their squares there."""
+    from scipy.signal import correlate, correlation_lags
+
+    lag = correlation_lags(x.size, y.size)
+    first, last = np.maximum(lag, 0), np.minimum(x.size, y.size + lag)
+    xx, yy = (np.concatenate([[0.0], np.cumsum(signal * signal)]) for signal in (x, y))
+    product = np.asarray(correlate(x, y, method="fft"))
+    return last - first, product, xx[last] - xx[first], yy[last - lag] - yy[first - lag]
