@@ -142,10 +142,10 @@ def excite(
             mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}",
         )
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
-    room = None if travel is None else quantity(travel, TRAVEL, axis.kind, path="travel")
-    if room is not None and not 0.0 < room < math.inf:
+    distance = None if travel is None else quantity(travel, TRAVEL, axis.kind, path="travel")
+    if distance is not None and not 0.0 < distance < math.inf:
         raise InputError("must be positive and finite", path="travel", value=travel)
-    limits = limits_of(axis, prior, sample_time, room, begin)
+    limits = limits_of(axis, prior, sample_time, distance, begin)
     excitation = _planned(axis, prior, limits, seconds, purposes, begin)
     if not rehearsed:
         return excitation

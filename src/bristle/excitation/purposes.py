@@ -266,9 +266,9 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
     assert limits.presliding is not None
     omega = 2.0 * math.pi * _highest_frequency(limits)
     # The ramps add little to what the sine itself takes.
-    wanted = max(CHIRP_AMPLITUDE * limits.presliding, CHIRP_COUNTS * limits.count)
+    amplitude = max(CHIRP_AMPLITUDE * limits.presliding, CHIRP_COUNTS * limits.count)
     most = (limits.velocity or math.inf) / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
-    return min(wanted, *most)
+    return min(amplitude, *most)
 
 
 def _highest_frequency(limits: MotionLimits) -> float:
