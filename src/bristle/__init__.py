@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         read_model,
         write_model,
     )
-    from bristle.hysteresis_identification import identify_operator
+    from bristle.hysteresis.identification import identify_operator
     from bristle.logs.log import Log
     from bristle.loop import design
     from bristle.prediction import predict
@@ -61,7 +61,7 @@ _FROM = {
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
     "identify": "bristle.workflow",
-    "identify_operator": "bristle.hysteresis_identification",
+    "identify_operator": "bristle.hysteresis.identification",
     "predict": "bristle.prediction",
     "prepare": "bristle.workflow",
     "read_log": "bristle.files",

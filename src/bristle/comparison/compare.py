@@ -42,9 +42,9 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
-        what = "references" if follows else "positions, compared because there is no reference,"
+        signals = "references" if follows else "positions, compared because there is no reference,"
         raise InputError(
-            f"the {what} share no motion: no cycle of one is like a cycle of the other",
+            f"the {signals} share no motion: no cycle of one is like a cycle of the other",
             path="after",
             mend="Record both with the same reference: same places, same speed",
         )
@@ -157,13 +157,13 @@ def _diagnostics(
         warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     if not shared.complete:
         warnings["pieces_for_cycles"] = {}
-    told = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    if not told:
+    with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
+    if not with_interval:
         warnings["no_interval"] = {}
     elif shared.complete and min(shared.cycles_before, shared.cycles_after) < FEW:
         warnings["few_cycles"] = {"cycles": min(shared.cycles_before, shared.cycles_after)}
     # An interval so narrow is that of cycles without scatter.
-    if any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in told):  # type: ignore[arg-type]
+    if any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval):  # type: ignore[arg-type]
         warnings["cycles_identical"] = {}
     if shared.as_one > 2.0:
         notes["cycles_alike"] = {"cycles": shared.as_one}

@@ -93,8 +93,8 @@ def course_of(before: Side, after: Side, *, follows: bool) -> Course:
     for kind in dict.fromkeys(before.kinds):
         low, high = ([cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after))
         count = min(cycle.count for cycle in (*low, *high))
-        asked = ((low, "motion"), (low, signal), (high, signal))
-        parts.append([np.mean([cycle.part(name)[:count] for cycle in cycles], axis=0) for cycles, name in asked])
+        courses = ((low, "motion"), (low, signal), (high, signal))
+        parts.append([np.mean([cycle.part(name)[:count] for cycle in cycles], axis=0) for cycles, name in courses])
     motion, first, second = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     return Course(before.cycles[0].recording.sample_time * np.arange(motion.size), motion, first, second)
 
@@ -195,8 +195,8 @@ class SlidingRows:
         friction = (solved[..., 0] / scale)[..., 1:-1]
         rows = np.diagonal(matrix, axis1=-2, axis2=-1)[..., 1:-1]
         # Forward less backward is the whole of a range in one direction: offset and friction are one number there.
-        both = np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - SMALL)
-        return np.where(both, friction, np.nan)
+        in_both_ways = np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - SMALL)
+        return np.where(in_both_ways, friction, np.nan)
 
 
 def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.ndarray:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -100,7 +100,7 @@ class Cause(NamedTuple):
 
 def causes_of(variant: Variant) -> tuple[Cause, ...]:
     """Return what a loop errs by: what its friction, compensator, encoder, computer and drive have of it."""
-    return (*_of_following(variant), *_of_compensator(variant), *_of_friction(variant), *_of_sensor(variant), *_of_the_rest(variant))
+    return (*_of_following(variant), *_of_compensator(variant), *_of_the_rest(variant))
 
 
 def nominal(friction: Model) -> Model:
@@ -122,114 +122,87 @@ def best_gain(variant: Variant) -> float:
 
 def _alike(friction: Model, changed: dict[str, float]) -> Model:
     """Return a friction model with the mean of both directions in either, and some values changed that it has."""
-    values = friction.values
-    new = {name: value for name, value in changed.items() if name in values}
+    values, means = friction.values, {}
     for name in values:
         stem = name.removesuffix("_pos")
         if stem != name and f"{stem}_neg" in values:
-            mean = 0.5 * (values[name] + values[f"{stem}_neg"])
-            new |= {name: mean, f"{stem}_neg": mean}
-    return friction.with_values(**new) if new else friction
+            means[name] = means[f"{stem}_neg"] = 0.5 * (values[name] + values[f"{stem}_neg"])
+    return _with_known(friction, changed | means)
 
 
-def _of_following(variant: Variant) -> list[Cause]:
+def _with_known(friction: Model, changed: dict[str, float]) -> Model:
+    """Return a friction model with those of some values changed that it has."""
+    own = {name: value for name, value in changed.items() if name in friction.values}
+    return friction.with_values(**own) if own else friction
+
+
+def _of_following(variant: Variant) -> Iterator[Cause]:
     informed = told_the_motion(variant)
     if (informed.controller, informed.feedforward) == (variant.controller, variant.feedforward):
-        return []
+        return
 
     def follows(loop: Variant) -> Variant:
-        fed = replace(loop.feedforward, mass=informed.feedforward.mass)
-        return replace(loop, controller=informed.controller, feedforward=fed)
+        return _with_fed(replace(loop, controller=informed.controller), mass=informed.feedforward.mass)
 
-    return [Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)]
+    yield Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)
 
 
-def _of_compensator(variant: Variant) -> list[Cause]:
+def _with_fed(loop: Variant, **changed: Any) -> Variant:
+    """Return a loop with other values of its feedforward."""
+    return replace(loop, feedforward=replace(loop.feedforward, **changed))
+
+
+def _of_compensator(variant: Variant) -> Iterator[Cause]:
     if variant.table is not None:
-        return []  # what acts on both sides of a screw is no model that could be fed forward instead
+        return  # what acts on both sides of a screw is no model that could be fed forward instead
     feedforward, true = variant.feedforward, nominal(variant.friction)
     if feedforward.friction is None or feedforward.gain == 0.0:
-
-        def compensated(loop: Variant) -> Variant:
-            return replace(loop, feedforward=replace(loop.feedforward, friction=true, gain=1.0))
-
-        return [Cause("no compensation", "the friction is not fed forward", compensated)]
+        text = "the friction is not fed forward"
+        yield Cause("no compensation", text, lambda loop: _with_fed(loop, friction=true, gain=1.0))
+        return
     best = best_gain(variant)
-
-    def right_size(loop: Variant) -> Variant:
-        gain = loop.feedforward.gain * best / feedforward.gain
-        return replace(loop, feedforward=replace(loop.feedforward, gain=gain))
-
-    def right_shape(loop: Variant) -> Variant:
-        return replace(loop, feedforward=replace(loop.feedforward, friction=true, gain=loop.feedforward.gain / best))
-
-    size = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
-    causes = [Cause("amplitude", size, right_size)] if not math.isclose(feedforward.gain, best, rel_tol=ALIKE) else []
+    if not math.isclose(feedforward.gain, best, rel_tol=ALIKE):
+        text = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
+        yield Cause("amplitude", text, lambda loop: _with_fed(loop, gain=loop.feedforward.gain * best / feedforward.gain))
     if feedforward.friction != true:
-        causes.append(Cause("shape", "the compensator turns otherwise than the friction, at the same size", right_shape))
-    return causes
+        text = "the compensator turns otherwise than the friction, at the same size"
+        yield Cause("shape", text, lambda loop: _with_fed(loop, friction=true, gain=loop.feedforward.gain / best))
 
 
-def _of_friction(variant: Variant) -> list[Cause]:
-    feedforward, causes = variant.feedforward, []
+def _of_the_rest(variant: Variant) -> Iterator[Cause]:
+    """Yield what friction, sensor, computer, drive and plant have of it."""
+    fed, run, sensor = variant.feedforward, variant.run, variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
-    if feedforward.offset or feedforward.asymmetry or any(_alike(model, EVEN) != model for model in sides):
-
-        def symmetric(loop: Variant) -> Variant:
-            fed = loop.feedforward.friction
-            even = {"friction": None if fed is None else _alike(fed, EVEN), "offset": 0.0, "asymmetry": 0.0}
-            return replace(_with_frictions(loop, lambda model: _alike(model, EVEN)), feedforward=replace(loop.feedforward, **even))
-
-        text = "friction by direction and offset, less what of both is fed forward"
-        causes.append(Cause("asymmetry", text, symmetric))
+    if fed.offset or fed.asymmetry or any(_alike(model, EVEN) != model for model in sides):
+        yield Cause("asymmetry", "friction by direction and offset, less what of both is fed forward", _symmetric)
     scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
-
-        def regular(loop: Variant) -> Variant:
-            return _with_frictions(loop, lambda model: model.with_values(scatter=0.0) if "scatter" in model.values else model)
-
         text = f"friction that differs by {100.0 * scatter:.2g} % from reversal to reversal"
-        causes.append(Cause("irregularity", text, regular))
-    return causes
+        yield Cause("irregularity", text, lambda loop: _with_frictions(loop, lambda model: _with_known(model, {"scatter": 0.0})))
+    if sensor.component is not encoder:
+        text = f"what the sensor reads: {sensor.component.description}"
+        yield Cause(sensor.name, text, lambda loop: replace(loop, sensor=encoder(kind=sensor.kind)))
+    else:
+        exact = {name: 0.0 for name in ("resolution", "noise") if sensor.values[name] > 0.0}
+        text = " and ".join(exact) + " of the encoder"
+        if exact:
+            yield Cause("encoder", text, lambda loop: replace(loop, sensor=loop.sensor.with_values(**exact)))
+    if run.delay or run.current_lag:
+        text = "computation and current control"
+        yield Cause("delay", text, lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)))
+    if variant.plant.values.get("backlash", 0.0) > 0.0:
+        text = "travel lost at a reversal"
+        yield Cause("backlash", text, lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)))
+    if variant.disturbance is not None:
+        yield Cause("unexplained", "force that no model explains", lambda loop: replace(loop, disturbance=None))
+
+
+def _symmetric(loop: Variant) -> Variant:
+    fed = loop.feedforward.friction
+    even = _with_frictions(loop, lambda model: _alike(model, EVEN))
+    return _with_fed(even, friction=None if fed is None else _alike(fed, EVEN), offset=0.0, asymmetry=0.0)
 
 
 def _with_frictions(loop: Variant, changed: Callable[[Model], Model]) -> Variant:
     """Return a loop with the friction on both sides of its screw changed."""
     return replace(loop, friction=changed(loop.friction), table=None if loop.table is None else changed(loop.table))
-
-
-def _of_sensor(variant: Variant) -> list[Cause]:
-    sensor = variant.sensor
-    if sensor.component is not encoder:
-
-        def read_truly(loop: Variant) -> Variant:
-            return replace(loop, sensor=encoder(kind=sensor.kind))
-
-        return [Cause(sensor.name, f"what the sensor reads: {sensor.component.description}", read_truly)]
-    exact = {name: 0.0 for name in ("resolution", "noise") if sensor.values[name] > 0.0}
-    if not exact:
-        return []
-
-    def read_exactly(loop: Variant) -> Variant:
-        return replace(loop, sensor=loop.sensor.with_values(**exact))
-
-    return [Cause("encoder", " and ".join(exact) + " of the encoder", read_exactly)]
-
-
-def _of_the_rest(variant: Variant) -> list[Cause]:
-    causes = []
-    if variant.run.delay or variant.run.current_lag:
-
-        def at_once(loop: Variant) -> Variant:
-            return replace(loop, run=replace(loop.run, delay=0, current_lag=0.0))
-
-        causes.append(Cause("delay", "computation and current control", at_once))
-    if variant.plant.values.get("backlash", 0.0) > 0.0:
-
-        def tight(loop: Variant) -> Variant:
-            return replace(loop, plant=loop.plant.with_values(backlash=0.0))
-
-        causes.append(Cause("backlash", "travel lost at a reversal", tight))
-    if variant.disturbance is not None:
-        causes.append(Cause("unexplained", "force that no model explains", lambda loop: replace(loop, disturbance=None)))
-    return causes

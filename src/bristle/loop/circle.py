@@ -51,11 +51,8 @@ class Circle:
     @property
     def glitches(self) -> tuple[float, ...]:
         """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees [m or rad]."""
-        glitches = []
-        for quadrant in range(4):
-            apart = np.abs((self.angle - 0.5 * np.pi * quadrant + np.pi) % (2.0 * np.pi) - np.pi)
-            glitches.append(float(np.ptp(self.deviation[apart <= AROUND])))
-        return tuple(glitches)
+        apart = (np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in 0.5 * np.pi * np.arange(4))
+        return tuple(float(np.ptp(self.deviation[distance <= AROUND])) for distance in apart)
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:

@@ -115,8 +115,7 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     if any(entry.effort is not None for entry in experiment.variants):
         raise InputError("drives an open loop, which has no gains", path="effort", mend="Write [controller] and [reference] instead")
     assessments = tuple(assess(variant) for variant in experiment.variants)
-    verdict = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
-    runs = verdict is not Verdict.DIVERGES
+    runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
     proposals = proposals_for(chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85))
     circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))

@@ -18,7 +18,7 @@ import numpy as np
 from bristle.core.contracts import Model, Motion, Reference
 from bristle.core.packing import pack, structure_of, unpacker
 from bristle.engine.checks import finite
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 
 __all__ = [
     "ALIKE",

@@ -9,7 +9,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import HeldOut
 from bristle.engine import response
-from bristle.hysteresis_identification.congruency import Congruency
+from bristle.hysteresis.identification.curves import Congruency
 from bristle.logs.curves import Curves
 
 __all__ = ["OperatorFit", "OperatorIdentification", "OperatorPrediction", "predict_operator"]

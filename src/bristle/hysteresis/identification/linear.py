@@ -8,22 +8,22 @@ fitted, and the data choose.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.hysteresis import preisach_grid
-from bristle.hysteresis_identification.trace import Rows, outputs_of, stacked, trace_of
-from bristle.hysteresis_identification.weights import NormalEquations
+from bristle.hysteresis import prandtl_ishlinskii, preisach_grid
+from bristle.hysteresis.identification.trace import NormalEquations, Rows, Trace, outputs_of, stacked, trace_of
 from bristle.logs.curves import Curves
 
-__all__ = ["SIGNS", "GridFit", "fit_grid"]
+__all__ = ["SIGNS", "GridFit", "StopsFit", "fit_grid", "fit_stops", "thresholds_over"]
 
 SIGNS = ("magnet", "friction", "textbook")
-CELLS = 30
+RESOLUTION = 30  # stops, or cells along a side of a grid
+LAGGING = ("piezo",)  # kinds whose output may lag behind the input: plays are tried beside stops
+NEGLIGIBLE = 1e-5  # of the largest force of a stop: a weight that rounding left
 ROWS_MOST = 10_000  # of a regressor: beyond, samples are left out evenly
 
 
@@ -36,20 +36,8 @@ class GridFit(NamedTuple):
     unseen: float
 
 
-def fit_grid(recorded: Curves, *, cells: int = CELLS, sign: str | None = None, rows: Rows = None) -> GridFit:
-    """Fit the measure of each cell of a grid to recorded hysteresis.
-
-    Parameters
-    ----------
-    recorded : Curves
-        Input and output.
-    cells : int
-        Number of cells L along a side of the grid, L (L + 1)/2 in all.
-    sign : {"magnet", "friction", "textbook"}, optional
-        Sign of the measure off the diagonal; ``textbook`` holds the diagonal for relays of the middle of its cells as
-        well, not for springs. Magnet or friction, whatever fits better, where not given.
-    rows : sequence of ndarray, optional
-        Which samples of each curve are fitted; all of them where not given.
+def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, sign: str | None = None, rows: Rows = None) -> GridFit:
+    """Fit the measure of each cell of a grid to recorded hysteresis, with the sign off the diagonal that fits better.
 
     Raises
     ------
@@ -63,18 +51,14 @@ def fit_grid(recorded: Curves, *, cells: int = CELLS, sign: str | None = None, r
     low, high = _range_of(recorded)
     features = _Cells(low, high, int(cells), relays=sign == "textbook")
     traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
-    thinned = _thinned([np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows)
+    samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
+    thinned = [part[:: max(sum(part.size for part in samples) // ROWS_MOST, 1)] for part in samples]
     equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
     tried = {name: equations.solve(features.signs(name)) for name in ((sign,) if sign else ("magnet", "friction"))}
     chosen = min(tried, key=lambda name: tried[name].rms)
     best = tried[chosen]
     operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
     return GridFit(operator, chosen, best.rms, float(np.mean(equations.scale == 0.0)))
-
-
-def _thinned(rows: Sequence[np.ndarray]) -> list[np.ndarray]:
-    step = max(sum(part.size for part in rows) // ROWS_MOST, 1)
-    return [part[::step] for part in rows]
 
 
 def _range_of(recorded: Curves) -> tuple[float, float]:
@@ -119,3 +103,65 @@ class _Cells:
         # The triangle of (i + 1, j) holds the cells of rows up to i and columns from j on.
         summed = np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1]
         return summed[self.i, self.j]
+
+
+class StopsFit(NamedTuple):
+    r"""A Prandtl-Ishlinskii operator from data, and the constant output beside it.
+
+    .. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
+
+    Where the output lags behind the input, as the travel of a piezo actuator behind its voltage, plays are fitted too,
+    :math:`\mathcal P_r[u] = u - \mathcal S_r[u]`, and what errs less is taken. Neighbouring weights trade places under
+    noise, the virgin curve :math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)` does not.
+    """
+
+    operator: Model
+    offset: float
+    rms: float
+
+
+def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | None = None) -> np.ndarray:
+    """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
+    if count != int(count) or count < 2:
+        raise InputError("must be a whole number", path="count", value=count, allowed=">= 2")
+    low = 0.01 * largest if smallest is None else smallest
+    if not 0.0 < low < largest < np.inf:
+        raise InputError(
+            "there is no range for the thresholds",
+            path="thresholds",
+            value=f"{low} to {largest}",
+            mend="The input must move, and by more than its smallest step",
+        )
+    return np.geomspace(low, largest, int(count))
+
+
+def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarray | None = None, rows: Rows = None) -> StopsFit:
+    """Fit stops and a spring to recorded hysteresis; stops that get no weight are left out of the operator."""
+    traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
+    # The largest threshold that slips: half the way from a turning point, or from the origin.
+    reach = max(0.5 * float(np.max(trace.alpha - trace.beta)) for trace in traces)
+    r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
+
+    fit = _fit(recorded, traces, r, rows, plays=False)
+    if recorded.kind not in LAGGING:
+        return fit
+    lagging = _fit(recorded, traces, r, rows, plays=True)
+    return lagging if lagging.rms < fit.rms else fit
+
+
+def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> StopsFit:
+    """Fit stops, or what is left of the input beside each of them: plays, whose output lags behind the input."""
+
+    def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        half = 0.5 * (alpha - beta)[:, None]
+        stops = np.minimum(half, r)
+        return np.hstack([half - stops if plays else stops, half])
+
+    solution = NormalEquations.of(stacked(traces, features, rows), outputs_of(recorded, rows)).solve()
+    weights, spring = solution.weights[:-1], float(solution.weights[-1])
+    used = weights * r > NEGLIGIBLE * float(np.max(weights * r))
+    used[-1] |= not used.any()
+    if plays:  # a play is the input less the stop of its threshold
+        spring, weights = spring + float(np.sum(weights[used])), -weights
+    operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
+    return StopsFit(operator, solution.offset, solution.rms)

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis_identification.known_curves import NOISE, TRUTH, recorded, reversal_curves, to_and_fro
+from tests.hysteresis.identification.known_curves import NOISE, TRUTH, recorded, reversal_curves, to_and_fro
 
 import bristle as br
 from bristle.core.errors import InputError
-from bristle.hysteresis_identification import congruency_of, predict_operator
+from bristle.hysteresis.identification import predict_operator
+from bristle.hysteresis.identification.curves import congruency_of
 from bristle.logs.curves import Curve, Curves
 
 

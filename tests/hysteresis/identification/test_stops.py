@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis_identification.known_curves import TRUTH, error_on_unseen, recorded, to_and_fro
+from tests.hysteresis.identification.known_curves import TRUTH, error_on_unseen, recorded, to_and_fro
 
 from bristle import hysteresis, response
 from bristle.core.errors import InputError
-from bristle.hysteresis_identification import fit_stops, thresholds_over
+from bristle.hysteresis.identification.linear import fit_stops, thresholds_over
 from bristle.logs.curves import Curve, Curves
 
 

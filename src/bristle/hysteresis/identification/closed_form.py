@@ -17,7 +17,7 @@ from bristle.core.errors import InputError
 from bristle.engine import response
 from bristle.hysteresis import preisach
 from bristle.hysteresis.everett import KERNELS
-from bristle.hysteresis_identification.trace import Rows, outputs_of
+from bristle.hysteresis.identification.trace import Rows, outputs_of
 from bristle.logs.curves import Curves
 
 __all__ = ["ClosedFormFit", "fit_closed_form"]
@@ -25,7 +25,7 @@ __all__ = ["ClosedFormFit", "fit_closed_form"]
 EVALUATIONS = 60
 CURVES_MOST = 25
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
-FASTEST, SLOWEST = 1e-3, 1e4  # the same, between which it is sought
+STIFFEST = (1e-3, 1e4)  # the same, between which it is sought
 EXPONENTS = (0.5, 4.0)
 
 
@@ -38,16 +38,7 @@ class ClosedFormFit(NamedTuple):
 
 
 def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows = None) -> ClosedFormFit:
-    """Fit stiffness, saturation and exponent to recorded hysteresis.
-
-    Parameters
-    ----------
-    recorded : Curves
-        Input and output.
-    kernel : str, optional
-        One of the kernels of `preisach`, such as ``"reformed_dahl_exact"``; all are tried where not given.
-    rows : sequence of ndarray, optional
-        Which samples of each curve are fitted; all of them where not given.
+    """Fit stiffness, saturation and exponent to recorded hysteresis, by one kernel or the best of all.
 
     Raises
     ------
@@ -56,18 +47,14 @@ def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows =
     """
     if kernel is not None and kernel not in KERNELS:
         raise InputError("no such kernel", path="kernel", value=kernel, allowed=", ".join(KERNELS))
-    recorded, rows = _some_curves(recorded, rows)
+    # Two or three numbers need no more than some curves, evenly chosen.
+    step = -(-len(recorded.curves) // CURVES_MOST)
+    recorded, rows = replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
         raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
     fits = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
     return min(fits, key=lambda fit: fit.rms)
-
-
-def _some_curves(recorded: Curves, rows: Rows) -> tuple[Curves, Rows]:
-    """Return at most so many curves, evenly chosen: two or three numbers need no more."""
-    step = -(-len(recorded.curves) // CURVES_MOST)
-    return replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
 
 
 class _Search:
@@ -99,7 +86,7 @@ class _Search:
     def best(self) -> ClosedFormFit:
         from scipy.optimize import least_squares
 
-        low, high = [math.log(0.1), math.log(FASTEST)], [math.log(100.0), math.log(SLOWEST)]
+        low, high = ([math.log(level), math.log(stiffness)] for level, stiffness in zip((0.1, 100.0), STIFFEST, strict=True))
         if self.shaped:
             low, high = [*low, EXPONENTS[0]], [*high, EXPONENTS[1]]
         starts = [np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS]

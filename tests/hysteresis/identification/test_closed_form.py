@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis_identification.known_curves import NOISE
+from tests.hysteresis.identification.known_curves import NOISE
 
 from bristle import hysteresis, response
 from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS
-from bristle.hysteresis_identification import fit_closed_form
+from bristle.hysteresis.identification.closed_form import fit_closed_form
 from bristle.logs.curves import Curve, Curves
 
 S, F_P = 40.0, 60.0  # mN*m/um, mN*m

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -16,19 +16,15 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.hysteresis import table_of_curves
-from bristle.hysteresis_identification.closed_form import fit_closed_form
-from bristle.hysteresis_identification.congruency import Congruency, congruency_of
-from bristle.hysteresis_identification.grid import CELLS, fit_grid
-from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, predict_operator
-from bristle.hysteresis_identification.smoothing import smoothed
-from bristle.hysteresis_identification.stops import COUNT, fit_stops
-from bristle.hysteresis_identification.trace import Rows
+from bristle.hysteresis.identification.closed_form import fit_closed_form
+from bristle.hysteresis.identification.curves import Congruency, congruency_of, smoothed
+from bristle.hysteresis.identification.linear import RESOLUTION, fit_grid, fit_stops
+from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, predict_operator
+from bristle.hysteresis.identification.trace import Rows
 from bristle.logs.curves import Curves
 
 __all__ = ["FITTED", "identify_operator"]
 
-ALL = "all"
-FOLDS = 5
 SAMPLES_LEAST = 20  # of a recording, for each fold
 
 Progress = Callable[[float, str], None]
@@ -42,32 +38,25 @@ class Fitted(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-class Size(NamedTuple):
-    """How finely an operator is resolved: stops, and cells along a side of a grid."""
-
-    stops: int = COUNT
-    cells: int = CELLS
-
-
-def _stops(recorded: Curves, rows: Rows, size: Size) -> Fitted:
-    fit = fit_stops(recorded, count=size.stops, rows=rows)
+def _stops(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    fit = fit_stops(recorded, count=stops, rows=rows)
     return Fitted(fit.operator, fit.offset, (f"{len(fit.operator.parameters.weights)} stops have a weight",))
 
 
-def _closed_form(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+def _closed_form(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
     fit = fit_closed_form(recorded, rows=rows)
     return Fitted(fit.operator, fit.offset)
 
 
-def _grid(recorded: Curves, rows: Rows, size: Size) -> Fitted:
-    fit = fit_grid(recorded, cells=size.cells, rows=rows)
+def _grid(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    fit = fit_grid(recorded, cells=cells, rows=rows)
     notes = [f"off the diagonal the measure has the sign of a {fit.sign}: that sign fits better"]
     if fit.unseen > 0.0:
         notes.append(f"no curve crosses {100.0 * fit.unseen:.3g} % of the cells, which are left empty")
     return Fitted(fit.operator, 0.0, tuple(notes))
 
 
-def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+def _table(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
     if recorded.start != "saturated" or len(recorded.curves) < 2:
         raise InputError(
             "needs first-order reversal curves, which all start from saturation",
@@ -81,7 +70,7 @@ def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
     return Fitted(table, 0.0, (remark,) if behind.window > 1 else ())
 
 
-FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
+FITTED: dict[str, Callable[[Curves, Rows, int, int], Fitted]] = {
     "prandtl_ishlinskii": _stops,
     "preisach": _closed_form,
     "preisach_grid": _grid,
@@ -102,9 +91,9 @@ def identify_operator(
     recorded: Curves,
     model: Any = tuple(FITTED),
     *,
-    stops: int = COUNT,
-    cells: int = CELLS,
-    folds: int = FOLDS,
+    stops: int = RESOLUTION,
+    cells: int = RESOLUTION,
+    folds: int = 5,
     progress: Progress | None = None,
 ) -> OperatorIdentification:
     """Identify hysteresis operators from recorded input and output, and rank them by what they were not fitted to.
@@ -137,11 +126,15 @@ def identify_operator(
         If there is no such operator, or the data do not serve.
     """
     names = _names(model, recorded)
-    size, fits = Size(stops, cells), []
+    fits = []
     for number, name in enumerate(names):
-        report = partial(_of_model, progress, number / len(names), 1.0 / len(names), name)
+
+        def report(share: float, name: str = name, before: int = number) -> None:
+            if progress is not None:
+                progress((before + share) / len(names), f"fitting {name}")
+
         try:
-            fits.append(_fit(name, recorded, size, folds, report))
+            fits.append(_fit(name, recorded, partial(FITTED[name], stops=stops, cells=cells), folds, report))
         except KeyboardInterrupt:
             if not fits:
                 raise
@@ -155,21 +148,15 @@ def identify_operator(
     return OperatorIdentification(ranked, recorded, congruency, unfinished)
 
 
-def _of_model(progress: Progress | None, before: float, share: float, name: str, progressed: float) -> None:
-    """Report the share of the work, from that on one model."""
-    if progress is not None:
-        progress(before + share * progressed, f"fitting {name}")
-
-
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    names = list(FITTED) if list(model) == [ALL] else list(model)
+    names = list(FITTED) if list(model) == ["all"] else list(model)
     for name in names:
         if name not in FITTED:
             raise InputError(
                 "is no operator that can be identified",
                 path="model",
                 value=name,
-                allowed=f"{', '.join(FITTED)}, or {ALL}",
+                allowed=f"{', '.join(FITTED)}, or all",
                 mend=did_you_mean(str(name), FITTED),
             )
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
@@ -179,36 +166,33 @@ def _names(model: Sequence[str], recorded: Curves) -> list[str]:
     return names
 
 
-def _fit(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> OperatorFit:
+def _fit(name: str, recorded: Curves, fit_operator: Callable[..., Fitted], folds: int, report: Callable[[float], None]) -> OperatorFit:
     report(0.0)
-    fitted = FITTED[name](recorded, None, size)
+    fitted = fit_operator(recorded, None)
     prediction = predict_operator(fitted.operator, recorded, fitted.offset)
     fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
-    if not folds:
-        return fit
     by_curve = len(recorded.curves) >= 2 * folds
-    if name == "reversal_table" and not by_curve:
+    if not folds or (name == "reversal_table" and not by_curve):
         return fit
-    errors = (_without_curves if by_curve else _without_blocks)(name, recorded, size, folds, report)
+    errors = []
+    for fold, rmse in enumerate((_without_curves if by_curve else _without_blocks)(recorded, fit_operator, folds), 2):
+        errors.append(100.0 * rmse / recorded.full_scale)
+        report(min(fold, folds) / (folds + 1))
     return replace(fit, held_out=HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1))))
 
 
-def _without_curves(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> list[float]:
-    """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
+def _without_curves(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
+    """Yield the root mean square error on every fifth curve, say, fitted to all others."""
     order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
-    errors = []
     for fold in range(folds):
-        report((fold + 1) / (folds + 1))
         out = [k for k in range(1, len(order) - 1) if k % folds == fold]
         held = replace(recorded, curves=tuple(order[k] for k in out))
-        fitted = replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out))
-        fit = FITTED[name](fitted, None, size)
-        errors.append(100.0 * predict_operator(fit.operator, held, fit.offset).rmse / recorded.full_scale)
-    return errors
+        fit = fit_operator(replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out)), None)
+        yield predict_operator(fit.operator, held, fit.offset).rmse
 
 
-def _without_blocks(name: str, recorded: Curves, size: Size, folds: int, report: Callable[[float], None]) -> list[float]:
-    """Return the error over full scale [%] on blocks of samples, fitted to all others; the memory runs through."""
+def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
+    """Yield the root mean square error on blocks of samples, fitted to all others; the memory runs through."""
     sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
         raise InputError(
@@ -216,15 +200,11 @@ def _without_blocks(name: str, recorded: Curves, size: Size, folds: int, report:
         )
     fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
-    errors = []
+    measured = np.concatenate([curve.f for curve in recorded.curves])
     for fold in range(folds):
-        report((fold + 1) / (folds + 1))
-        fit = FITTED[name](recorded, [np.flatnonzero(part != fold) for part in parts], size)
+        fit = fit_operator(recorded, [np.flatnonzero(part != fold) for part in parts])
         predicted = np.concatenate(predict_operator(fit.operator, recorded, fit.offset).outputs)
-        measured = np.concatenate([curve.f for curve in recorded.curves])
-        error = (predicted - measured)[fold_of == fold]
-        errors.append(100.0 * float(np.sqrt(np.mean(error**2))) / recorded.full_scale)
-    return errors
+        yield float(np.sqrt(np.mean((predicted - measured)[fold_of == fold] ** 2)))
 
 
 def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:

@@ -9,17 +9,22 @@ path, and its regressor needs the functions :math:`e_k` once for each sample.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.least_squares import non_negative
 from bristle.logs.curves import Curves
+from bristle.logs.turns import reversals
 
-__all__ = ["Rows", "Trace", "design", "outputs_of", "stacked", "trace_of"]
+__all__ = ["NormalEquations", "Rows", "Trace", "Weighted", "design", "outputs_of", "stacked", "trace_of"]
 
 Features = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Rows = Sequence[np.ndarray] | None
-VIRGIN = -1
+RIDGE = 1e-13  # of the mean square of a column: keeps columns that are alike apart in rounding
+UNSEEN = 1e-12  # of the largest column: what is smaller is rounding
 
 
 class Trace(NamedTuple):
@@ -39,31 +44,19 @@ class Trace(NamedTuple):
 def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace:
     """Return the memory along an input."""
     path = np.concatenate([np.asarray(history, dtype=float), np.asarray(u, dtype=float)])
-    base = np.full(path.size, VIRGIN)
+    base = np.full(path.size, -1)
     turned: list[int] = []
-    last_side = 0.0
-    for first, last, side in _runs(path):
-        if last_side * side < 0.0:
+    # Monotone runs; the path begins at 0.
+    steps = np.diff(path, prepend=0.0)
+    starts = [*np.flatnonzero(steps)[:1].tolist(), *reversals(steps).tolist()]
+    for number, (first, last) in enumerate(pairwise([*starts, path.size])):
+        if number:
             turned.append(first - 1)
-        last_side = side
-        _follow(path, first, last, side, turned, base)
+        _follow(path, first, last, float(np.sign(steps[first])), turned, base)
     from_turn = base >= 0
     turn = np.where(from_turn, path[base], -path)
     alpha, beta = np.maximum(path, turn), np.minimum(path, turn)
     return Trace(base, np.where(path >= turn, 1.0, -1.0), alpha, beta, path.size - np.size(u))
-
-
-def _runs(path: np.ndarray) -> list[tuple[int, int, float]]:
-    """Return the monotone runs: first sample, last sample, direction; the path begins at 0."""
-    steps = np.sign(np.diff(path, prepend=0.0))
-    moving = np.flatnonzero(steps)
-    if moving.size == 0:
-        return []
-    signs = steps[moving]
-    turns = np.flatnonzero(signs[1:] != signs[:-1]) + 1
-    starts = moving[np.concatenate([[0], turns])]
-    ends = np.concatenate([starts[1:], [path.size]])
-    return [(int(a), int(b), float(steps[a])) for a, b in zip(starts, ends, strict=True)]
 
 
 def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray) -> None:
@@ -80,26 +73,16 @@ def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[i
             return
         begin = end
         del turned[-2:]
-    base[begin:last] = VIRGIN
+    base[begin:last] = -1
 
 
 def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> np.ndarray:
-    """Return the regressor of an operator that is linear in its weights, shape (row, weight).
-
-    Parameters
-    ----------
-    trace : Trace
-        The memory along the path.
-    features : callable
-        Returns the Everett function of each weight at (alpha, beta), shape (sample, weight).
-    rows : ndarray of int, optional
-        Which samples after the history are wanted; all of them where not given.
-    """
+    """Return the regressor of the Everett functions of each weight at `rows` after the history, shape (row, weight)."""
     samples = np.arange(trace.base.size - trace.first) if rows is None else rows
     needed = np.zeros(trace.base.size, dtype=bool)
     needed[samples + trace.first] = True
     for turn in np.unique(trace.base)[::-1]:
-        if turn != VIRGIN and needed[trace.base == turn].any():
+        if turn >= 0 and needed[trace.base == turn].any():
             needed[turn] = True
     index = np.flatnonzero(needed)
     place = np.full(trace.base.size, -1)
@@ -110,7 +93,7 @@ def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> 
     edges = np.flatnonzero(np.diff(bases[order])) + 1
     for group in np.split(order, edges) if order.size else ():
         base = bases[group[0]]
-        if base != VIRGIN:
+        if base >= 0:
             values[group] = values[place[base]] + 2.0 * values[group]
     return values[place[samples + trace.first]]
 
@@ -126,3 +109,57 @@ def outputs_of(recorded: Curves, rows: Rows = None) -> np.ndarray:
     if rows is None:
         return np.concatenate([curve.f for curve in recorded.curves])
     return np.concatenate([curve.f[part] for curve, part in zip(recorded.curves, rows, strict=True)])
+
+
+class Weighted(NamedTuple):
+    """Weights, constant, and the root mean square of what is left over."""
+
+    weights: np.ndarray
+    offset: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """What least squares needs to know of ``target = columns @ weights + offset``, for any choice of signs."""
+
+    gram: np.ndarray
+    right: np.ndarray
+    scale: np.ndarray
+    middle: np.ndarray
+    level: float
+    square: float
+    rows: int
+
+    @classmethod
+    def of(cls, columns: np.ndarray, target: np.ndarray, *, constant: bool = True) -> NormalEquations:
+        """Return the equations of a regressor, shape (row, weight), and a target, shape (row,).
+
+        Without a `constant`, the means stay in both and the offset is zero.
+        """
+        middle, level = columns.mean(axis=0), float(target.mean())
+        if not constant:
+            middle, level = np.zeros_like(middle), 0.0
+        centred = columns - middle
+        scale = np.sqrt(np.einsum("ij,ij->j", centred, centred))
+        scale[scale <= UNSEEN * max(float(scale.max(initial=0.0)), np.finfo(float).tiny)] = 0.0
+        centred /= np.where(scale > 0.0, scale, 1.0)
+        rest = target - level
+        return cls(centred.T @ centred, centred.T @ rest, scale, middle, level, float(rest @ rest), target.size)
+
+    def solve(self, signs: np.ndarray | None = None) -> Weighted:
+        """Return the best weights of which each has its sign or is zero; those of sign 0 are free."""
+        signs = np.ones(self.scale.size) if signs is None else signs
+        active = np.flatnonzero(self.scale)
+        # A weight of any sign is the difference of two.
+        free = active[signs[active] == 0.0]
+        side = np.concatenate([np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)])
+        active = np.concatenate([active, free])
+        gram = self.gram[np.ix_(active, active)] * np.outer(side, side)
+        root = np.linalg.cholesky(gram + RIDGE * max(active.size, 1) * np.eye(active.size))
+        target = np.linalg.solve(root, side * self.right[active])
+        unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
+        weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
+        left = self.square - 2.0 * float(unit @ (side * self.right[active])) + float(unit @ gram @ unit)
+        rms = float(np.sqrt(max(left, 0.0) / self.rows))
+        return Weighted(weights, self.level - float(self.middle @ weights), rms)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis_identification.known_curves import NOISE, TRUTH, reversal_curves
+from tests.hysteresis.identification.known_curves import NOISE, TRUTH, reversal_curves
 
 from bristle.hysteresis import preisach
-from bristle.hysteresis_identification import identify_operator, smoothing
-from bristle.hysteresis_identification.smoothing import smoothed
+from bristle.hysteresis.identification import curves, identify_operator
+from bristle.hysteresis.identification.curves import smoothed
 from bristle.logs.curves import Curve, Curves
 
 
@@ -50,7 +50,7 @@ def test_falling_curves_are_smoothed_like_rising_ones(clean):
 def test_curves_that_were_left_out_are_told_better_by_smoothed_ones(clean, monkeypatch):
     recorded = with_noise(clean, np.random.default_rng(7))
     found = identify_operator(recorded, "reversal_table").best
-    monkeypatch.setattr(smoothing, "WINDOWS", (1,))
+    monkeypatch.setattr(curves, "WINDOWS", (1,))
     as_recorded = identify_operator(recorded, "reversal_table").best
     assert any("smoothed over" in note for note in found.notes)
     assert not any("smoothed over" in note for note in as_recorded.notes)

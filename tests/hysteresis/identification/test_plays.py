@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bristle.files.curves import read_curves
-from bristle.hysteresis_identification.stops import fit_stops
+from bristle.hysteresis.identification.linear import fit_stops
 
 THRESHOLDS = np.array([3.0, 6.0, 12.0, 25.0])  # V
 WEIGHTS = np.array([2e-8, 1e-8, 1.5e-8, 1e-8])  # m/V

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis_identification.known_curves import TRUTH, error_on_unseen, recorded, reversal_curves, to_and_fro
+from tests.hysteresis.identification.known_curves import TRUTH, error_on_unseen, recorded, reversal_curves, to_and_fro
 
 from bristle import hysteresis, response
 from bristle.core.errors import InputError
 from bristle.hysteresis import relays_of, tabulated
-from bristle.hysteresis_identification import fit_grid
+from bristle.hysteresis.identification.linear import fit_grid
 from bristle.logs.curves import Curve, Curves
 
 FEW_LARGE = {"turns": 14, "amplitude": 4.0}
