@@ -9,14 +9,12 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.files.components import FILL_IN
-from bristle.server.tasks.axis_form import CHANNELS, edited, form_of
-from bristle.server.tasks.errand import Answer, Errand
-from bristle.server.tasks.thinned import thinned
+from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
+from bristle.server.errand import Answer, Errand, thinned
 from bristle.workflow.inspected import Inspected, inspect_log
 
 __all__ = ["look"]
 
-EMPTY = 'schema = 1\nname = "axis"\n\n[columns]\n'
 PLOTTED = ("position", "velocity", "reference", "effort")
 
 
@@ -27,7 +25,7 @@ def look(errand: Errand) -> Answer:
     text, proposed = errand.options.get("text") or errand.axis_text, None
     if not text:
         proposed = inspect_log(content, size_limit=errand.size_limit)
-        text = proposed.proposal.text if proposed.proposal else EMPTY
+        text = proposed.proposal.text if proposed.proposal else f"{EMPTY}\n[columns]\n"
     text = edited(text, errand.options.get("edits") or {}, errand.axis_label)
     errand = Errand(**{**vars(errand), "axis_text": text})
     axis, refusal = _axis(errand)

@@ -6,17 +6,23 @@ import shlex
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 
-__all__ = ["Answer", "Errand", "LabelledLog", "zipped"]
+__all__ = ["DATA", "Answer", "Errand", "LabelledLog", "command", "thinned", "zipped"]
 
 Answer = tuple[dict[str, Any], dict[str, Any]]
 """What the page is told at once, and the rest, which it asks for."""
+BUCKETS, DIGITS = 1500, 8  # of a curve: points of a screen in pairs, and digits of a number
+DATA = "data.json"
+"""What a job leaves for the page, in its folder."""
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same results are the same archive
 
 
@@ -53,19 +59,10 @@ class Errand:
         cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
     ) -> Errand:
         """Return the errand that the server asks for."""
+        own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
-        return cls(
-            Path(request["folder"]),
-            logs,
-            request["axis_text"],
-            request["axis_label"],
-            request["options"],
-            request["size_limit"],
-            results,
-            report,
-            interruptible,
-        )
+        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, **own)
 
     @property
     def fitted(self) -> list[LabelledLog]:
@@ -106,15 +103,31 @@ def command(*words: str) -> str:
     return shlex.join(["bristle", *words])
 
 
-def zipped(folder: Path, target: Path) -> None:
-    """Write the files of a folder into an archive, without the note by which bristle knows its own folders."""
+def zipped(folder: Path) -> None:
+    """Write the files of a folder into an archive beside it, without the note by which bristle knows its own folders."""
     import zipfile
 
     from bristle.files.owned import NOTE
 
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.name != NOTE:
                 entry = zipfile.ZipInfo(str(file.relative_to(folder)), EPOCH)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
+
+
+def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
+    """Return a time and signals along it, each reduced to the smallest and the largest sample of many in turn."""
+    count = time.size
+    places = np.arange(count)
+    if count > 2 * BUCKETS:
+        edges = np.linspace(0, count, BUCKETS + 1).astype(int)
+        first = np.nan_to_num(signals[0])
+        ends = [begin + np.array([np.argmin(first[begin:end]), np.argmax(first[begin:end])]) for begin, end in pairwise(edges)]
+        places = np.unique(np.concatenate([*ends, [0, count - 1]]))
+    return [[_short(value) for value in np.asarray(values, float)[places]] for values in (time, *signals)]
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None

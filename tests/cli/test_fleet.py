@@ -1,7 +1,6 @@
-"""``bristle identify --each`` and ``bristle watch``: rows, pages, JSON, exit codes."""
+"""``bristle identify --each``: rows, pages, JSON, exit codes."""
 
 import json
-import re
 import shutil
 
 import numpy as np
@@ -44,12 +43,11 @@ def at(hall, monkeypatch):
     return hall
 
 
-def test_each_log_is_a_row_and_the_watch_tells_what_changed(at, capsys):
+def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert main([*EACH, "--out", "fleet"]) == 0
     said = capsys.readouterr()
     assert "32 of 33 logs were fitted, 1 failed." in said.out
     assert "left_2026-03-17.csv" in said.out
-    assert "next: bristle watch fleet" in said.err
     summary = json.loads((at / "fleet" / "summary.json").read_text())
     assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
     level = summary["parameters"]["friction.F_C"]
@@ -60,27 +58,9 @@ def test_each_log_is_a_row_and_the_watch_tells_what_changed(at, capsys):
     assert page.unbalanced == []
     assert "left_2026-03-17.csv" in page.words
     assert "friction.F_C" in page.words
-
-    assert main(["watch", "fleet", "--out", "watched", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["alarm"] is True
-    alarm = told["axes"]["right"]["quantities"]["friction.F_C"]["alarm"]
-    assert alarm["onset"] == "2026-03-11"
-    assert alarm["course"] == "step"
-    assert alarm["change_percent"] == pytest.approx(20.0, abs=3.0)
-    assert told["axes"]["left"]["failed"] == 1
-    assert all(entry["alarm"] is None for entry in told["axes"]["left"]["quantities"].values())
-    page = Page((at / "watched" / "report.html").read_text())
-    assert page.unbalanced == []
-    assert re.search(r"rose at once: (19|2[01])\b", page.words)
-    assert "since 2026-03-11" in page.words
-    assert json.loads((at / "watched" / "summary.json").read_text()) == told
-
-    assert main(["watch", "fleet", "--track", "friction.F_v"]) == 0
-    assert "None of 2 axes changed, at a rate of 1 in 1000 axis-days" in capsys.readouterr().out
-    pattern = "(?P<axis>left)_(?P<date>[-0-9]+)|(?P<rest>right)"
-    assert main(["watch", "fleet", "--axis-from", pattern]) == 2
-    assert "does not fit the pattern" in capsys.readouterr().err
+    named = next(line for line in said.out.splitlines() if line.startswith("Logs that stand apart"))
+    assert "of right in friction.F_C" in named
+    assert "of left in friction.F_C" not in named
 
 
 def test_a_dry_run_tells_what_there_is_and_writes_nothing(at, capsys):
@@ -99,30 +79,11 @@ def test_a_dry_run_tells_what_there_is_and_writes_nothing(at, capsys):
         ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
         (("identify", "logs/left/left_2026-03-01.csv", "--dry-run"), "is for many logs, each by itself"),
-        (("watch", "."), "holds no fleet"),
-        (("watch", "logs"), "holds no fleet"),
-        (("watch", "gone"), "there is no such folder"),
+        (("watch", "fleet", "--out", "watched"), "bristle watch is retired. Use bristle identify LOGS --each"),
     ],
 )
-def test_what_does_not_go_together_is_refused(at, capsys, monkeypatch, options, message):
-    monkeypatch.chdir(at / "logs" / "left") if options[:2] == ("watch", ".") else None
+def test_what_does_not_go_together_is_refused(at, capsys, options, message):
     assert main([*options]) == 2
-    assert message in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--since", "soon"), "is no date"),
-        (("--since", "2026-01-01; rm"), "is no date"),
-        (("--false-alarms", "rarely"), "is no rate"),
-        (("--false-alarms", "1 in 90000000 days"), "a rate that was not simulated"),
-        (("--track", "friction.F_S"), "is no quantity of this fleet"),
-    ],
-)
-def test_what_a_watch_cannot_use_is_refused(at, capsys, options, message):
-    main([*EACH, "--out", "fleet"])
-    assert main(["watch", "fleet", *options]) == 2
     assert message in capsys.readouterr().err
 
 
