@@ -84,7 +84,7 @@ def test_the_example_meets_the_contract():
 def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
     import tomllib
 
-    from bristle.engine.steady import steady_force
+    from bristle.engine.contact import steady_force
 
     model = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)
     axis = br.read_axis(

@@ -3,15 +3,15 @@
 from types import SimpleNamespace as Some
 
 import numpy as np
-from tests.loop_design.conftest import loop
-from tests.stability.laws import rig
+from tests.loop.conftest import loop
+from tests.loop.laws import rig
 
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.identification.result import Estimate
-from bristle.logs.passage import Passage
-from bristle.stability import assess
+from bristle.logs.passages import Passage
+from bristle.loop import assess
 
 PLAIN = ("as_recorded", "compensated")
 T = 5e-3 * np.arange(801)

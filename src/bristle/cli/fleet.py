@@ -106,8 +106,8 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
 
 
 def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: int | None, as_json: bool) -> int:
-    from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.fleet.identify import FleetStore, Identifier
     from bristle.report.fleet import failed_logs_table, fleet_sentences, parameters_table
     from bristle.study.dataset import OK

@@ -20,15 +20,14 @@ from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.normal import NORMAL_95
 from bristle.files.arguments import AXIS, axes_for
 from bristle.files.summary import as_json, plain
-from bristle.files.user_model import origins_of_code
-from bristle.files.user_reader import load_reader_file
+from bristle.files.user_model import load_reader_file, origins_of_code
 from bristle.fleet.listing import listed_logs
 from bristle.fleet.plan import Fleet, LogFile
 from bristle.identification.identify import identify
 from bristle.identification.request import models_of
 from bristle.identification.result import Estimate
 from bristle.logs.formats import reading
-from bristle.logs.read import read_log
+from bristle.logs.readers import read_log
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.dataset import OK
 from bristle.study.plan import Block

@@ -14,8 +14,8 @@ from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import InputError
 from bristle.core.typography import escaped
 from bristle.fleet.plan import LogFile
-from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
+from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
 __all__ = ["listed_logs", "recorded_at"]

@@ -20,13 +20,14 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.engine.initial_contact import state_at
+from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
 from bristle.logs.check import parted
 from bristle.logs.log import Log
+from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
@@ -113,26 +114,7 @@ def _kept(ways: Sequence[np.ndarray], most: int, finest: float, near: int = 0) -
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
     """Return both ends, and where a motion turns by more than a depth, as indices."""
-    turns, way, last = [0], 0, 0
-    # Between two changes of direction nothing can turn: the rest of the motion need not be looked at.
-    candidates = _extremes(x)
-    for i, value in zip(candidates.tolist(), x[candidates].tolist(), strict=True):
-        if way == 0:
-            if abs(value - x[0]) > depth:
-                way, last = (1 if value > x[0] else -1), i
-        elif way * (value - x[last]) >= 0.0:
-            last = i
-        elif way * (x[last] - value) > depth:
-            turns.append(last)
-            way, last = -way, i
-    return np.array(sorted({*turns, last, x.size - 1}))
-
-
-def _extremes(x: np.ndarray) -> np.ndarray:
-    """Return the last sample of each way in one direction, with the rest behind it, and the last one of all."""
-    moves = np.flatnonzero(np.diff(x))
-    changes = np.flatnonzero(np.diff(np.sign(np.diff(x)[moves])))
-    return np.append(moves[changes + 1], x.size - 1)
+    return np.unique([0, *turning_points(x, depth), x.size - 1])
 
 
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000

@@ -10,9 +10,8 @@ from bristle.core.axis import COLUMNS
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
-from bristle.files.axis_schema import long_form
-from bristle.files.fill_in import FILL_IN
-from bristle.files.schema import by_number
+from bristle.files.components import FILL_IN
+from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
 __all__ = ["CHANNELS", "EMPTY", "edited", "form_of"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.files.fill_in import FILL_IN
+from bristle.files.components import FILL_IN
 from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned
 from bristle.workflow.inspected import Inspected, inspect_log

@@ -17,8 +17,8 @@ from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, Experiment, Vari
 from bristle.core.variable import Kind, Variable
 from bristle.files.arrays import read_arrays
 from bristle.files.components import check_keys, key_of, number_at
-from bristle.files.effort import effort_variables
 from bristle.files.model import read_model
+from bristle.files.run import effort_variables
 
 __all__ = ["Cause", "Fitted", "Joint", "Target", "columns_of", "drawn_from", "fitted_at", "sections_of", "target_at"]
 

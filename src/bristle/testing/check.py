@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import told_by
-from bristle.core.own_code import place_in_own_code
+from bristle.core.errors import place_in_own_code, told_by
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import interpreted
 
