@@ -138,8 +138,8 @@ def _front(trial: Trial) -> Front:
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[1]],
         [
-            "your own friction as a truth: `bristle paper --robust --truth model.toml`",
-            "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`",
+            "your own friction as a truth: `bristle paper --robust model.toml`",
+            "a record of a contact: `bristle paper --robust log.csv --axis axis.toml`",
         ],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
