@@ -519,7 +519,7 @@ def data_file(*parts: str) -> Path:
 
 @pytest.mark.measured
 def test_the_measured_positioning_system():
-    from bristle.files.log import read_log as read_with_axis_file
+    from bristle.files.arguments import read_log as read_with_axis_file
 
     axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
     log = read_with_axis_file(data_file("emps", "DATA_EMPS.mat"), axis)
@@ -548,7 +548,7 @@ def positioning_system(tmp_path, column, bound):
     """Return the measured log with one of its columns cut off."""
     import scipy.io
 
-    from bristle.files.log import read_log as read_with_axis_file
+    from bristle.files.arguments import read_log as read_with_axis_file
 
     content = scipy.io.loadmat(data_file("emps", "DATA_EMPS.mat"))
     content = {name: values for name, values in content.items() if not name.startswith("__")}

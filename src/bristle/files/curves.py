@@ -16,8 +16,6 @@ from bristle.files.toml import read_toml
 from bristle.logs.curves import CurveColumns, Curves, SignalColumn
 from bristle.logs.curves import read_curves as curves_in
 
-__all__ = ["describes_curves", "read_curve_columns", "read_curves"]
-
 
 class SignalEntry(Strict):
     """One signal: which column it is, in what unit, with what sign."""

@@ -13,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.engine.initial_contact import place_of, state_at
+from bristle.engine.contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways

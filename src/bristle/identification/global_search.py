@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.interruption import BestSoFar
+from bristle.core.diagnostic import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
 from bristle.identification.parameter_space import Solution, Transform

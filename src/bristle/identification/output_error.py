@@ -18,9 +18,8 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.contrast import Away

@@ -44,8 +44,7 @@ from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
-from bristle.simulation.recorded.closed_loop import START_SAMPLES
-from bristle.simulation.recorded.course import Course, Stretch, can_be_simulated
+from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
 __all__ = ["Bands", "Widths", "half_width", "simulated_widths", "with_loops", "with_parameters"]
 

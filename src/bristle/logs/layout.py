@@ -182,9 +182,9 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     """Return name and unit of a header; a unit behind a stroke or the word "in" does not take the name apart."""
     name, unit = split_unit(cell)
     parts = re.split(r"\s+in\s+|/|,\s+", name, maxsplit=1) if not unit else []
-    if len(parts) == 2 and parts[0] and plain_unit(parts[0]) not in units.DECIMAL_UNITS:
+    if len(parts) == 2 and parts[0] and not units.is_decimal(plain_unit(parts[0])):
         spelt_unit = plain_unit(parts[1])
-        unit = spelt_unit if spelt_unit in units.DECIMAL_UNITS or spelt_unit in USUAL_UNITS else ""
+        unit = spelt_unit if units.is_decimal(spelt_unit) or spelt_unit in USUAL_UNITS else ""
     return name, unit
 
 
@@ -207,4 +207,4 @@ def _are_units(cells: Sequence[str]) -> bool:
     if any(len(cell) > units.LONGEST_UNIT for cell in plain):
         return False
     spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell]
-    return bool(spelt) and all(unit in units.DECIMAL_UNITS or unit in USUAL_UNITS for unit in spelt)
+    return bool(spelt) and all(units.is_decimal(unit) or unit in USUAL_UNITS for unit in spelt)

@@ -96,7 +96,7 @@ def meaning_of(name: str, about: str = "") -> Meaning:
         return Meaning("time", sure=1.0)
     name = without_index(name)
     head, stroke, unit = name.rpartition("/")
-    if stroke and head and plain_unit(unit) in units.DECIMAL_UNITS:
+    if stroke and head and units.is_decimal(plain_unit(unit)):
         name = head
     last = re.split(r"::|[./\\\\|]", name.strip())[-1] or name
     best = _meaning(words_of(last))

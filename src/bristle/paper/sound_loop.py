@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.lazy import cached_property
 from bristle.core.typography import number
+from bristle.loop import assess
 from bristle.paper.tracking import BEFORE, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
-from bristle.stability import assess
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

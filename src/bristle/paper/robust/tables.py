@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from bristle.core.typography import number
+from bristle.loop import assess
 from bristle.paper.economy import WAYS, Economy
 from bristle.paper.robust.competitors import CHOSEN
 from bristle.paper.robust.conditions import MEANINGS
@@ -14,7 +15,6 @@ from bristle.paper.robust.loops import VARIANTS, setting
 from bristle.paper.robust.trial import Trial
 from bristle.paper.robust.truths import Truth, is_own
 from bristle.report.table import Table
-from bristle.stability import assess
 
 __all__ = [
     "LOOPS",

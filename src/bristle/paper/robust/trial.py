@@ -17,8 +17,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast, cores_for_simulations
-from bristle.core.digest import digest
 from bristle.core.experiment import Variant
+from bristle.core.fingerprint import digest
 from bristle.files.experiment import read_experiment
 from bristle.friction import find
 from bristle.logs.log import Log

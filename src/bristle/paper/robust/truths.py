@@ -16,8 +16,8 @@ from bristle.core.axis import Axis
 from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
+from bristle.files.arguments import read_log
 from bristle.files.axis import read_axis
-from bristle.files.log import read_log
 from bristle.files.model import read_model
 from bristle.logs.assembly import within
 from bristle.logs.log import Log
