@@ -21,10 +21,9 @@ from bristle.files.arguments import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
-from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
-from bristle.identification.simulated_bands import simulated_widths
+from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts

@@ -14,14 +14,14 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.contrast import Contrast
-from bristle.identification.covariance import Covariance
-from bristle.identification.diagnostics.excitation import Excitation
-from bristle.identification.diagnostics.residual import noisy_inertia
+from bristle.identification.excitation import Excitation
 from bristle.identification.fixed_shape import TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, Role, acts_in_sliding, names_of
+from bristle.identification.problem import Covariance
 from bristle.identification.result import Estimate
+from bristle.identification.structure import noisy_inertia
 
 __all__ = ["Judgement", "about_estimates", "about_fixed", "about_level", "combinations_of"]
 
