@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
-from bristle.core.errors import OWN_CODE, BristleError, InputError, told_by
+from bristle.core.errors import OWN_CODE, BristleError, InputError, located, told_by
 from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
@@ -188,10 +188,8 @@ def load_slot_file(path: Readable) -> Slot:
             allowed=f"a word that is none of {', '.join(SLOTS)}",
             mend='Write another name in Slot(name="...")',
         )
-    try:
+    with located(source):
         refuse_unfit(slot)
-    except InputError as error:
-        raise error.at(str(source)) from None
     return slot
 
 
