@@ -139,13 +139,7 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
 
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
-    """Return a size in bytes, of a number or of text such as ``"2 GB"``.
-
-    Examples
-    --------
-    >>> size_of("1.5 GB"), size_of("64 MiB")
-    (1500000000, 67108864)
-    """
+    """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
     match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
     if match is not None:
         number, prefix, binary = match.groups()
@@ -160,13 +154,7 @@ def size_of(text: int | str, path: str = "size_limit") -> int:
 
 
 def size_in_words(size: float) -> str:
-    """Return a size as people say it.
-
-    Examples
-    --------
-    >>> size_in_words(1.5e9), size_in_words(700)
-    ('1.5 GB', '700 B')
-    """
+    """Return a size as people say it."""
     for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
         if size >= 10**power:
             return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")

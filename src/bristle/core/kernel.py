@@ -103,8 +103,5 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
 
 
 def kernel_options(inline: bool) -> dict[str, Any]:
-    """Return the options that a kernel is compiled with.
-
-    What is not to be inlined says so: unsaid, a kernel takes it over from the one that calls it.
-    """
+    """Return the options that a kernel is compiled with."""
     return {"error_model": "numpy", "forceinline": inline} | ({} if inline else {"nogil": True})

@@ -113,20 +113,12 @@ def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
 
 @cache
 def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
-
-    It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
-    each field; arrays are views of the vector.
-    """
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`."""
     return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 class LaneConstants(NamedTuple):
-    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else.
-
-    An infinite parameter switches a part of a model off, and what is the same in both directions needs no choice: the
-    compiler, told so, leaves that out instead of computing it and throwing it away.
-    """
+    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else."""
 
     infinite: frozenset[int] = frozenset()
     twins: frozenset[tuple[int, int]] = frozenset()
@@ -236,10 +228,7 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
 
 @cache
 def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
-    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions.
-
-    `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
-    """
+    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions."""
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
     return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 

@@ -99,13 +99,7 @@ def _definitions(folder: Path) -> Any:
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
-    """Return a value as a number in SI of the kind of axis.
-
-    Examples
-    --------
-    >>> quantity("7 um", Variable("length", "break-away distance"))
-    7e-06
-    """
+    """Return a value as a number in SI of the kind of axis."""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
         raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
     try:
@@ -134,13 +128,7 @@ def refuse_absurd(number: float, path: str, value: Any = None) -> None:
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
-    """Return text with a unit as a number in `unit`.
-
-    Examples
-    --------
-    >>> convert("40 mNm", "N*m"), convert("30 %", "rated")
-    (0.04, 0.3)
-    """
+    """Return text with a unit as a number in `unit`."""
     number, source_unit = split(text, path)
     if not source_unit and unit != "1":
         raise InputError("has no unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_EXAMPLE)
@@ -157,25 +145,13 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
-    """Return by what a number in `unit` is multiplied to be in `target`.
-
-    Examples
-    --------
-    >>> factor("mm/s", "m/s")
-    0.001
-    """
+    """Return by what a number in `unit` is multiplied to be in `target`."""
     with located(value=unit):
         return convert(f"1 {unit}", target, path=path)
 
 
 def compatible(unit: str, target: str, *, path: str = "") -> bool:
-    """Return whether `unit` has the dimension of `target`.
-
-    Examples
-    --------
-    >>> compatible("um", "m"), compatible("rad", "1")
-    (True, False)
-    """
+    """Return whether `unit` has the dimension of `target`."""
     spelt = _spelt(unit)
     own, wanted = _decimal(spelt), _decimal(target)
     if own and wanted:
@@ -185,13 +161,7 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
 
 
 def si_of(unit: str, *, path: str = "") -> str:
-    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one.
-
-    Examples
-    --------
-    >>> si_of("mm/s"), si_of("%")
-    ('m/s', '1')
-    """
+    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one."""
     spelt = _spelt(unit)
     if spelt in _SHARES:
         return "1"
@@ -208,13 +178,7 @@ def is_decimal(unit: str) -> bool:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether `text` is a unit.
-
-    Examples
-    --------
-    >>> is_unit("mm/s"), is_unit("vir"), is_unit("mil")
-    (True, False, False)
-    """
+    """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
     if text.strip().lower() in AMBIGUOUS:
@@ -240,13 +204,7 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
 
 
 def split(text: str, path: str = "") -> tuple[str, str]:
-    """Return the number and the unit of a text, both as text, the unit in one spelling.
-
-    Examples
-    --------
-    >>> split("0.12 Nm / A")
-    ('0.12', 'N*m/A')
-    """
+    """Return the number and the unit of a text, both as text, the unit in one spelling."""
     if len(text.strip()) > LONGEST:
         raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
     match = _NUMBER.fullmatch(text.strip())

@@ -152,10 +152,7 @@ def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
 
 
 def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Table:
-    """Return a model as a table; of a long list a mark, and the list as text in `tables`.
-
-    The library would take minutes for the numbers of a Preisach plane.
-    """
+    """Return a model as a table; of a long list a mark, and the list as text in `tables`."""
     import tomlkit
 
     table = tomlkit.table()

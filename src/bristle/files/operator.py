@@ -92,10 +92,7 @@ def operator_beside(folder: Path) -> OperatorRead:
 
 
 def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
-    """Return the keys of a friction model, an operator that they name for the kernel being there itself.
-
-    The constant output beside an operator in a file is the offset of the friction, unless that is given.
-    """
+    """Return the keys of a friction model, an operator that they name for the kernel being there itself."""
     kernel = entries.get("kernel")
     if isinstance(kernel, dict) and "file" not in kernel:
         return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=f"{path}.kernel")}

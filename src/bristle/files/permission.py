@@ -21,10 +21,7 @@ from bristle.core.errors import InputError, InputWarning
 
 
 def state_folder(name: str) -> Path:
-    """Return a folder to remember something in, made where there is none; nobody else can look into it.
-
-    ``BRISTLE_STATE_DIR`` overrides the place.
-    """
+    """Return a folder to remember something in, made where there is none; nobody else can look into it."""
     import platformdirs
 
     chosen = os.environ.get("BRISTLE_STATE_DIR")

@@ -87,11 +87,7 @@ def load_model_file(path: Readable) -> FrictionModel:
 
 
 def load_component_file(path: Readable, *families: type[Described]) -> Described:
-    """Return what a Python file defines as ``MODEL``.
-
-    The module is named by the hash of its source, so that an edited file is another module: nothing compiled from
-    the old one is ever used again.
-    """
+    """Return what a Python file defines as ``MODEL``."""
     content = code_at(path)
     source = content.source
     model = getattr(SourceText(content).module(), "MODEL", None)

@@ -67,15 +67,7 @@ class Tables:
 
 
 def merged(base: Any, override: Any) -> Any:
-    """Return `base` with what `override` says instead; neither is changed.
-
-    Examples
-    --------
-    >>> merged({"run": {"delay": 1, "settle": 0.5}}, {"run": {"delay": 2}})
-    {'run': {'delay': 2, 'settle': 0.5}}
-    >>> merged({"model": "coulomb", "F_C": 3.0}, {"model": "viscous", "F_v": 1.0})
-    {'model': 'viscous', 'F_v': 1.0}
-    """
+    """Return `base` with what `override` says instead; neither is changed."""
     if not isinstance(base, Mapping) or not isinstance(override, Mapping):
         return override
     if override.keys() & {"model", "file", "identified"}:
