@@ -1,8 +1,6 @@
-"""`Content`: what a file held when it was read. It is read once, whole, and nothing that has no end is begun.
+"""`Content`: what a file held when it was read, once and whole: the bytes that are hashed are the bytes that are used.
 
-A pipe can be read once only, and a file may change between two reads: so the bytes that are hashed are the bytes
-that are used. What is neither a regular file nor a pipe (a device, a socket, a folder) is refused by name, a pipe that
-says nothing is not waited for, and what is larger than a limit is not taken into memory.
+Devices, sockets and folders are refused by name, a silent pipe is not waited for, and a size limit keeps memory free.
 """
 
 from __future__ import annotations

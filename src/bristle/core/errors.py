@@ -1,8 +1,6 @@
-"""What bristle says to a person whose input it cannot use.
+"""What bristle says to a person whose input it cannot use: an `InputError` names place, value, what is allowed, the mend.
 
-Everything that a person hands in is validated once, where it enters. What is refused there is an
-`InputError`: it names the place, the value, what is allowed and what to write instead. Trouble met while
-computing is a status in the result (`bristle.core.status`), never an exception.
+Trouble met while computing is a status in the result (`bristle.core.status`), never an exception.
 """
 
 from __future__ import annotations

@@ -1,15 +1,10 @@
 r"""Docstrings of modules as people read them: text, equations and references, formulas in Unicode and line by line.
 
-A model is explained once, in the docstring of its file: `help`, the command line and the reference say it from there.
-Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use: fractions, roots,
-indices, accents, Greek letters, functions, cases. Of a command that is not known the name stays.
+Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use. Of a command that is not
+known the name stays.
 
-Examples
---------
 >>> as_text(r"\dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right)")
 'ż = v (1 − (σ₀ z/G(v)) sgn v)'
->>> lines_of(r"F = F_v\,v, \qquad F \ge 0")
-('F = F_v v', 'F ≥ 0')
 """
 
 from __future__ import annotations

@@ -1,14 +1,8 @@
-"""Parameters and states as flat vectors of numbers, and back.
+"""Parameters and states as flat vectors of numbers, and back: a driver is compiled once for all models.
 
-Compiled entry points take flat vectors only: their signature does not depend on the model, so that a driver is
-compiled once for all models, nothing of a user's classes is stored in the cache, and identification
-and batches work on the same vectors.
-
-A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers,
-a nested NamedTuple its own layout.
-
-In lanes, the vectors of `LANES` trajectories lie side by side: number `i` of all of them, then number ``i + 1``. What
-the compiler sees is a loop over neighbouring numbers, and it runs several trajectories in one instruction.
+A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers, a nested
+NamedTuple its own layout. In lanes, number `i` of `LANES` trajectories lies side by side, then number ``i + 1``: the
+compiler runs several of them in one instruction.
 """
 
 from __future__ import annotations

@@ -1,13 +1,8 @@
 """The edge where units as people write them become numbers in SI.
 
-Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are
-SI of the kind of axis. Four traps of unit libraries are closed here: an angle is a dimension of its own, so
-that 60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy,
-so that 0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
-
-Units that differ from SI by a power of ten are converted here, exactly; the unit library is imported for all others
-only. It evaluates what it is given, powers of powers included, so it is only given what the grammar of units allows:
-names with prefixes, ``*``, ``/``, one level of brackets, powers up to 9.
+Angle and count are dimensions of their own, a torque is not an energy, and ``Nm`` is newton metre. Units that differ from
+SI by a power of ten are converted exactly; the unit library, which evaluates what it is given, sees all others, and only
+what the grammar of units allows.
 """
 
 from __future__ import annotations

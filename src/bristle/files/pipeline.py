@@ -1,8 +1,6 @@
-"""Identification inside of an experiment file.
+"""Identification inside of an experiment file: ``[identify.NAME]``, and tables that hold ``identified = "NAME"``.
 
-``[identify.NAME]`` says what a model is fitted to, and a table that holds ``identified = "NAME"`` takes it.
-What was identified lies in a folder beside the experiment, with a digest over all that it depends on: the log and the
-axis, or the rig that was excited, and the options. With another digest it is not taken.
+What was identified lies in a folder beside the experiment, with a digest over all that it depends on.
 """
 
 from __future__ import annotations

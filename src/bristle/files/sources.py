@@ -1,8 +1,4 @@
-"""The files that an experiment names: each is read once, relative to the folder of the experiment.
-
-What was read travels with them to another process: there the same tables are read again without a file, on whatever
-machine, and code that was allowed where it was read is not asked for once more.
-"""
+"""The files that an experiment names: each is read once, and what was read travels to other processes."""
 
 from __future__ import annotations
 
