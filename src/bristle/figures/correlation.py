@@ -9,7 +9,8 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.names import shortened_apart
+from bristle.figures.drawing import AT_TICKS
+from bristle.figures.lettering import shortened_apart
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -34,9 +35,9 @@ def correlation(fit: Fit) -> Figure:
         A model with the correlation of its estimates.
     """
     matrix = np.asarray(fit.correlation)
-    names = shortened_apart(fit.correlation_names, LONGEST, style.AT_AXES)
+    names = shortened_apart(fit.correlation_names, LONGEST, AT_TICKS)
     count = len(names)
-    label_width = min(style.room_for(names), LONGEST)
+    label_width = style.at_axis(names, LONGEST)
     left = 0.5 + label_width
     cell = min(0.62, (style.WIDTH - left - 0.15) / count)
     slanted = label_width > cell
@@ -49,8 +50,7 @@ def correlation(fit: Fit) -> Figure:
             value = matrix[row, column]
             text = _signed(value) if np.isfinite(value) else "–"
             color = "white" if abs(value) > LIGHT_TEXT_ABOVE else style.INK
-            size = min(8.0, 16.0 * cell)
-            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=size)
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=min(AT_TICKS, 16.0 * cell))
     ticks = np.arange(count) + 0.5
     axes.set_xticks(ticks, names, rotation=45 if slanted else 0, ha="right" if slanted else "center")
     axes.set_yticks(ticks, names)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from bristle.core.typography import Scale, scale_of
 from bristle.figures import style
 from bristle.figures.labels import largest
-from bristle.figures.names import shortened
+from bristle.figures.lettering import shortened
 
 if TYPE_CHECKING:
     from bristle.fleet.watched import Verdict
@@ -70,7 +70,7 @@ def _draw_level(axes: Axes, verdict: Verdict, days: np.ndarray, begin: float) ->
     axes.plot(days, level * scale.factor, "o", markersize=2.0, color=style.GREY, label="a day's logs")
     axes.plot(days, fitted * scale.factor, label="level", **LEVEL)
     name = track.quantity.removeprefix("friction.")
-    axes.set_ylabel(scale.label(shortened(name, WIDEST, style.AT_AXES)))
+    axes.set_ylabel(scale.label(shortened(name, WIDEST, 8.0)))
 
 
 def _draw_ratio(axes: Axes, verdict: Verdict, days: np.ndarray, begin: float) -> None:

@@ -38,14 +38,13 @@ def margins(assessment: Assessment) -> Figure:
     rest.remove()
     above = poles.get_position()
     poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
-    for look, point in zip(style.SERIES[1:], points, strict=False):
-        _draw_open_loop(gain, phase, point, look)
     _draw_circle(poles)
     for look, point in zip(style.SERIES[1:], points, strict=False):
+        _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
-        poles.plot(np.real(at), np.imag(at), linestyle="none", marker=look["marker"], color=look["color"], fillstyle="none", markersize=6)
-    gain.axhline(1.0, color=style.GREY, linewidth=0.8)
-    phase.axhline(-180.0, color=style.GREY, linewidth=0.8)
+        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none")
+    gain.axhline(1.0, **style.AID)
+    phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
     phase.set_ylabel("Phase [°]")
     phase.set_xlabel("Frequency [Hz]")
@@ -75,12 +74,12 @@ def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, lo
     if margin is not None and crossover is not None:
         at = crossover / (2.0 * math.pi)
         phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
-        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=4.5)
+        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL)
 
 
 def _draw_circle(axes: style.Axes) -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 200)
-    axes.plot(np.cos(angle), np.sin(angle), color=style.GREY, linewidth=0.9)
+    axes.plot(np.cos(angle), np.sin(angle), **style.AID)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("Poles, real part")
     axes.set_ylabel("imaginary part", labelpad=1.0)

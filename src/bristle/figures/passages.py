@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.report_figure import ReportFigure
 
@@ -53,26 +52,14 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
 def _draw_time(axes: Axes, log: Log, segments: Sequence[Passage]) -> None:
     time, position = log.time.values, log.position.values
     span, scale = time_scale(time), scale_for("length", log.kind, position)
-    named = set()
+    names = {kind: kind.replace("_", " ") for kind in SHADES}
     for segment in segments:
         if segment.kind in SHADES:
             shade, hatch = SHADES[segment.kind]
-            label = segment.kind.replace("_", " ")
-            axes.axvspan(
-                segment.begin * span.factor,
-                segment.end * span.factor,
-                facecolor=shade,
-                hatch=hatch,
-                edgecolor="white",
-                linewidth=0,
-                zorder=0,
-                label=f"_{label}" if label in named else label,
-            )
-            named.add(label)
-    x, y = line(time, position)
-    axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
-    axes.set_xlabel(span.label("Time"))
-    axes.set_ylabel(scale.label(position_word(log.kind)))
+            look = {"facecolor": shade, "hatch": hatch, "edgecolor": "white", "linewidth": 0, "zorder": 0}
+            axes.axvspan(segment.begin * span.factor, segment.end * span.factor, label=names[segment.kind], **look)
+            names[segment.kind] = f"_{names[segment.kind].lstrip('_')}"
+    style.over_time(axes, time, (position, style.PREDICTED, ""), scale=scale, word=position_word(log.kind))
     style.legend(axes, columns=len(SHADES))
 
 

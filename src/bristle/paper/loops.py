@@ -89,7 +89,7 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
     """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured."""
-    from bristle.figures import error_over_count, loop_family
+    from bristle.figures import error_over, loop_family
 
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
@@ -127,7 +127,17 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
         tables=(table(cost, still),),
         extras={
             "economy": (
-                lambda: error_over_count(cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"),
+                lambda: error_over(
+                    cost.counts,
+                    {
+                        way: np.stack([pick(errors, axis=1) for pick in (np.mean, np.min, np.max)], axis=1)
+                        for way, errors in cost.errors.items()
+                    },
+                    {"scatter of the rig": cost.floor},
+                    "Branches measured",
+                    "Error on other motions [%]",
+                    counted=True,
+                ),
                 *CAPTION,
             )
         },

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from bristle.core.lazy import cached_property
 from bristle.core.typography import number
 from bristle.paper.tracking import BEFORE, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
@@ -106,13 +108,14 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the error over the break-away torque: how to draw it, what it is, what to see in it."""
 
     def draw() -> Figure:
-        from bristle.figures import error_over_level
+        from bristle.figures import error_over
 
-        levels = sound.at_levels
-        return error_over_level(
-            [1e3 * level for level, _ in levels],
-            [1e6 * loop.following_error.peak_to_peak for _, loop in levels],
-            [1e6 * _or_zero(spread_of(loop, "following_error", "peak_to_peak")) for _, loop in levels],
+        errors = [loop.following_error.peak_to_peak for _, loop in sound.at_levels]
+        spreads = [spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels]
+        ends = [(error, error - spread, error + spread) for error, spread in zip(errors, np.nan_to_num(spreads), strict=True)]
+        return error_over(
+            [1e3 * level for level, _ in sound.at_levels],
+            {"found": 1e6 * np.array(ends)},
             {"the paper reports": 1e6 * IN_PAPER},
             "Break-away torque of (7) [mN·m]",
             "Error, peak to peak [µm]",
@@ -129,7 +132,3 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
 def _least(margins: list[float | None]) -> float:
     """Return the smallest margin; infinite where the open loop does not cross over."""
     return min((margin for margin in margins if margin is not None), default=math.inf)
-
-
-def _or_zero(value: float) -> float:
-    return 0.0 if math.isnan(value) else value
