@@ -13,10 +13,10 @@ from bristle.figures.loop_rows import RANGE
 from bristle.figures.preisach import trapezoids
 from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, FIGURES
-from bristle.paper.bench import SETS
-from bristle.paper.ripple import rippled
+from bristle.paper.bench import plant_of
+from bristle.paper.drift import rippled
+from bristle.paper.rig import SETS
 from bristle.paper.sums import summed_as_printed
-from bristle.paper.torque_bench import plant_of
 
 WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 

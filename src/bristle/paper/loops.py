@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.paper.economy import economy, fitted_reformed_dahl, quiet, seeded
-from bristle.paper.economy_findings import CAPTION, numbers, sentences, table, verdict
-from bristle.paper.measurement import Record, measured, measured_loop
+from bristle.figures import error_over, loop_family
+from bristle.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
+from bristle.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
 from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
-from bristle.paper.torque_bench import bench_of, led, sensor_numbers, sensor_says
 from bristle.report.table import Table
 
 __all__ = ["figure_5", "figure_6"]
@@ -49,8 +48,6 @@ def figure_5(setting: Setting) -> Reproduced:
 
 def _draw(panels: dict[str, list[Record]]):
     """Draw loops as they are read, narrow and dark, over friction itself."""
-    from bristle.figures import loop_family
-
     return loop_family(
         {
             title: {
@@ -89,8 +86,6 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
     """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured."""
-    from bristle.figures import error_over, loop_family
-
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
     run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)

@@ -6,6 +6,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.engine import response
+from bristle.figures import preisach_stages
 from bristle.paper.reproduced import Reproduced, Verdict
 from bristle.paper.setting import Setting
 from bristle.paper.sums import half_the_loop, summed, summed_as_printed
@@ -18,8 +19,6 @@ LETTERS = "abcdefgh"
 
 def figure_4(setting: Setting) -> Reproduced:
     """Return figure 4: how the staircase comes about, and the force by (14) and (15)."""
-    from bristle.figures import preisach_stages
-
     operator = setting.operator
     path, arm = setting["path", "turns"].tolist(), setting.arm
     _must_nest(setting, path)

@@ -8,17 +8,13 @@ from pathlib import Path
 
 from bristle.core.errors import InputError
 from bristle.paper.drift import figure_2, figure_3
-from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
-from bristle.paper.layout import figure_7
 from bristle.paper.loops import figure_5, figure_6
+from bristle.paper.paths import figure_1, figure_8, figure_9, figure_10
 from bristle.paper.plane import figure_4
-from bristle.paper.pre_sliding import figure_1, figure_8
 from bristle.paper.reproduced import Reproduced
-from bristle.paper.setting import Setting, read_setting
-from bristle.paper.sound_loop import Sound
-from bristle.paper.tracking import BEFORE, Tracked
-from bristle.paper.wiping_out import figure_9, figure_10
+from bristle.paper.setting import EXPERIMENTS, Setting, read_setting
+from bristle.paper.tracking import BEFORE, Sound, Tracked, figure_7
 
 __all__ = ["FIGURES", "reproduce"]
 

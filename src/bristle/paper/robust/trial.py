@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,18 +23,71 @@ from bristle.core.cores import Abreast, cores_for_simulations
 from bristle.core.digest import digest
 from bristle.core.experiment import Variant
 from bristle.files.experiment import read_experiment
+from bristle.files.growing import Growing, growing_folder
 from bristle.friction import find
 from bristle.logs.log import Log
 from bristle.paper.economy import Economy
-from bristle.paper.robust.competitors import CHOSEN, FAMILIES, LOG, Fitted, fitted, log_of
-from bristle.paper.robust.conditions import CONDITIONS, NOMINAL, under
-from bristle.paper.robust.loops import SETS, VARIANTS, loop, peak_to_peak, setting
-from bristle.paper.robust.sparing import COUNTS, economy_on, is_measurable
-from bristle.paper.robust.store import Store
-from bristle.paper.robust.truths import Truth
+from bristle.paper.robust.loops import (
+    CHOSEN,
+    COUNTS,
+    FAMILIES,
+    LOG,
+    SETS,
+    VARIANTS,
+    Fitted,
+    economy_on,
+    fitted,
+    is_measurable,
+    log_of,
+    loop,
+    peak_to_peak,
+    setting,
+)
+from bristle.paper.robust.truths import CONDITIONS, NOMINAL, Truth, under
 from bristle.study.run import in_words
 
-__all__ = ["Cell", "Plan", "Trial", "run_trial"]
+__all__ = ["Cell", "Plan", "Store", "Trial", "opened", "run_trial"]
+
+PARTS, FIGURES = "parts", "figures"
+WRITTEN = ("summary.json", "report.html")
+
+
+class Store:
+    """The folder while this process writes into it."""
+
+    def __init__(self, grown: Growing) -> None:
+        self.grown, self.path = grown, grown.path
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file; it appears whole under its name, in the place of one that was written before."""
+        return self.grown.write(name, content)
+
+    def take(self, name: str, source: Mapping[str, Any]) -> Any:
+        """Return what a part holds; None where it is not there or was made from something else."""
+        content = self.grown.read(f"{PARTS}/{name}.json")
+        part = None if content is None else json.loads(content)
+        return part["content"] if part and part["made_from"] == dict(source) else None
+
+    def keep(self, name: str, source: Mapping[str, Any], content: Any) -> None:
+        """Write a part."""
+        self.write(f"{PARTS}/{name}.json", json.dumps({"made_from": dict(source), "content": content}) + "\n")
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[Store]:
+    """Give a folder to write into, new or begun by an earlier trial, to this process alone."""
+    with growing_folder(path, "robust trial", made_anew=_is_part, used=_is_used) as (grown, damaged):
+        grown.set_all_aside(damaged)
+        yield Store(grown)
+
+
+def _is_part(name: str) -> bool:
+    return name.startswith(f"{PARTS}/")
+
+
+def _is_used(name: str) -> bool:
+    return name in WRITTEN or name.partition("/")[0] in (PARTS, FIGURES)
+
 
 Progress = Callable[[float, str], None]
 Task = Callable[[threading.Event], None]

@@ -2,15 +2,18 @@
 
 The simulated ones have the stiffness at a reversal, the break-away force, the asymmetry and the offset of the rig
 (`bristle.paper.rig`) as far as their equations know them, and scatter by 5 % from reversal to reversal.
+
+Conditions are what changes on the rig after its compensator was identified, which nobody tells it.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import Origin, content_of
@@ -21,12 +24,12 @@ from bristle.files.log import read_log
 from bristle.files.model import read_model
 from bristle.logs.log import Log
 from bristle.logs.span import within
-from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.rig import STATIC, screw_ratio
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
 from bristle.paper.robust.uneven import uneven
+from bristle.paper.setting import EXPERIMENTS
 
-__all__ = ["DATA", "MEASURED", "SIMULATED", "Truth", "is_own", "truths_named"]
+__all__ = ["CONDITIONS", "DATA", "MEANINGS", "MEASURED", "NOMINAL", "SIMULATED", "Truth", "is_own", "truths_named", "under"]
 
 FOLDER = Path(str(files("bristle.paper.robust") / "truths"))
 SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} | {
@@ -149,3 +152,41 @@ def _refuse_alike(truths: Sequence[Truth]) -> None:
         raise InputError(
             "two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
         )
+
+
+NOMINAL = "nominal"
+UNEVEN = 0.1
+WAVE, LENGTH = 0.2, 0.75  # of the level, and of the amplitude of the motion
+CREEP, TAU = 10.0, 5.0  # force of the branch at the amplitude, were it no branch but a spring [N]; its time [s]
+
+
+def _scattering(truth: Truth) -> dict[str, Any]:
+    name = "scatter" if "scatter" in truth.friction.values else "unevenness"
+    return {name: UNEVEN}
+
+
+CONDITIONS: dict[str, Callable[[Truth], dict[str, Any]]] = {
+    NOMINAL: lambda truth: {},
+    "level_0.7": lambda truth: {"level": 0.7},
+    "level_1.3": lambda truth: {"level": 1.3},
+    "level_1.6": lambda truth: {"level": 1.6},
+    "scatter_10": _scattering,
+    "position_wave": lambda truth: {"wave": WAVE, "wavelength": LENGTH * truth.amplitude},
+    "creep": lambda truth: {"k_creep": CREEP / truth.amplitude, "tau": TAU},
+}
+"""Parameters of the layer around a truth, by condition."""
+MEANINGS = {
+    NOMINAL: "as when the log for the compensator was made",
+    "level_0.7": "friction 0.7 times as large",
+    "level_1.3": "friction 1.3 times as large",
+    "level_1.6": "friction 1.6 times as large",
+    "scatter_10": "the level scatters by 10 % from reversal to reversal",
+    "position_wave": "the level waves by 20 % over three quarters of the amplitude",
+    "creep": "beside it a spring and a damper in series, 10 N over the amplitude, 5 s",
+}
+
+
+def under(condition: str, truth: Truth) -> Model:
+    """Return the friction of a truth under a condition."""
+    changes = CONDITIONS[condition](truth)
+    return truth.friction.with_values(**changes) if changes else truth.friction
