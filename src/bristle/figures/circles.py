@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["circles"]
 
-HEIGHT = 4.6
 QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
-HANDLE = 0.4  # of the legend [inch]
 
 
 @style.styled
@@ -40,7 +38,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     scale = scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
     low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
     span = max(high - low, 1e-12)
-    figure = Drawing(figsize=(style.WIDTH, HEIGHT))
+    figure = Drawing(figsize=(style.WIDTH, 4.6))
     round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
     unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
@@ -64,7 +62,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
     unrolled.set_ylabel(scale.label("Deviation"))
     handles, labels = round_.get_legend_handles_labels()
-    space = style.WIDTH * unrolled.get_position().width - HANDLE
+    space = style.WIDTH * unrolled.get_position().width - 0.4
     unrolled.legend(
         handles,
         shortened_apart(labels, space),

@@ -43,7 +43,7 @@ def comparison(compared: Comparison) -> Figure:
         Two logs, held against each other.
     """
     small = len(compared.turns) + bool(compared.friction_curve)
-    changes = _told(compared)
+    changes = _changes_with_interval(compared)
     figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
     _draw_course(grid[0][0], grid[1][0], compared)
     if small:
@@ -64,7 +64,7 @@ def comparison_in_short(compared: Comparison) -> Figure:
     compared : Comparison
         Two logs, held against each other.
     """
-    changes = _told(compared)
+    changes = _changes_with_interval(compared)
     figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:
         _draw_turns(grid[0], compared.turns, compared.window, compared.kind)
@@ -75,7 +75,7 @@ def comparison_in_short(compared: Comparison) -> Figure:
     return figure
 
 
-def _told(compared: Comparison) -> list[Change]:
+def _changes_with_interval(compared: Comparison) -> list[Change]:
     return [change for change in compared.changes.values() if change.interval_percent is not None]
 
 
@@ -145,12 +145,12 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     places = np.arange(len(changes_told), dtype=float)
     ends = np.array([change.interval_percent for change in changes_told], dtype=float)
     x = np.column_stack([ends, np.full(len(changes_told), np.nan)]).ravel()
-    axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=1.4)
-    shown = np.array([change.change_percent for change in changes_told])
+    axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=style.WIDE)
+    percents = np.array([change.change_percent for change in changes_told])
     sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
     for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change told")):
         if part.any():
-            axes.plot(shown[part], places[part], label=name, markerfacecolor=face, **POINTS)
+            axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
     axes.set_ylim(len(changes_told) - 0.4, -0.6)

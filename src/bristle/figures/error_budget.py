@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["error_budget"]
 
-BAR, ROW = 0.36, 0.42
+BAR = 0.36
 
 
 @style.styled
@@ -35,7 +35,7 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     without = np.array([entry.without.peak_to_peak for entry in entries])
     total = budget.all_causes.peak_to_peak
     scale = scale_for("length", kind, alone, without, np.array([total, 1e-6]))
-    figure, (axes,) = style.named_rows([entry.cause for entry in entries], ROW)
+    figure, (axes,) = style.named_rows([entry.cause for entry in entries], style.PAIR)
     rows = np.arange(len(entries))
     axes.barh(rows - 0.5 * BAR, alone * scale.factor, BAR, label="this cause alone", **style.BAR)
     axes.barh(rows + 0.5 * BAR, without * scale.factor, BAR, label="all but this cause", **style.HATCHED_BAR)

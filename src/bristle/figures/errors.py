@@ -15,13 +15,9 @@ from bristle.figures.lettering import label
 
 __all__ = ["Spread", "error_over", "errors_by_loop", "errors_by_truth"]
 
-NAMED_MARKS = 1.6  # inches: a name at an axis
-APART = 0.19  # rows between the loops of one truth
-ROW, TALL_ROW = 0.24, 0.62  # inches
-ASIDE = 0.04  # how far ranges stand beside one another on a logarithmic axis
-MARKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+MARKS = [share * decade for decade in (0.1, 1.0, 10.0) for share in (1.0, 2.0, 5.0)]
 LOOKS = tuple(style.SERIES[place] for place in (4, 0, 2, 1))
-HERE, PUBLISHED = "here, mean ± standard deviation", "as published"
+OWN_ERROR, PUBLISHED = "here, mean ± standard deviation", "as published"
 
 
 class Spread(NamedTuple):
@@ -62,9 +58,9 @@ def error_over(
     figure, ((axes,),) = style.panels(3.1, names=[*errors, *levels])
     looks = style.SERIES if len(errors) > 1 else style.SERIES[1:]
     for number, ((name, values), look) in enumerate(zip(errors.items(), looks, strict=False)):
-        told = np.isfinite(values).any(axis=1)
-        aside = 1.0 + ASIDE * (number - 0.5 * (len(errors) - 1)) * counted
-        at, (error, low, high) = aside * np.asarray(places)[told], values[told].T
+        finite = np.isfinite(values).any(axis=1)
+        aside = 1.0 + 0.04 * (number - 0.5 * (len(errors) - 1)) * counted
+        at, (error, low, high) = aside * np.asarray(places)[finite], values[finite].T
         axes.plot(at, error, label=label(name), markersize=style.SMALL, **look)
         axes.vlines(at, low, high, color=look["color"], linewidth=1.0)
     for name, level in levels.items():
@@ -94,12 +90,12 @@ def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], pu
     error_name : str
         What stands at the axis.
     """
-    figure, (axes,) = style.named_rows([*errors, *published], ROW)
+    figure, (axes,) = style.named_rows([*errors, *published])
     color = style.PREDICTED["color"]
     for row, (name, error) in enumerate(errors.items()):
         spread = spreads.get(name, 0.0)
-        axes.hlines(row, error - spread, error + spread, color=color, linewidth=2.5, label="_spread")
-        axes.plot(error, row, "o", color=color, label=f"_{HERE}" if row else HERE)
+        axes.hlines(row, error - spread, error + spread, color=color, linewidth=style.WIDE, label="_spread")
+        axes.plot(error, row, "o", color=color, label=f"_{OWN_ERROR}" if row else OWN_ERROR)
     for row, value in enumerate(published.values(), len(errors)):
         axes.plot(value, row, "D", fillstyle="none", color=style.INK, label=f"_{PUBLISHED}" if row > len(errors) else PUBLISHED)
     # Numbers stand above the marks, whatever the size of the page.
@@ -126,7 +122,7 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
         What stands at the axis, and what the limit is.
     """
     truths = list(next(iter(errors.values())))
-    figure, row = style.named_rows(truths, TALL_ROW, NAMED_MARKS, len(errors), top=0.62, between=0.25)
+    figure, row = style.named_rows(truths, 2.0 * style.NAME, style.NARROW, len(errors), top=0.62, between=0.25)
     ends = [end for rows in errors.values() for loops in rows.values() for spread in loops.values() for end in spread]
     finite = [limit, *(end for end in ends if isfinite(end) and end > 0.0)]
     for axes, (head, rows) in zip(row, errors.items(), strict=True):
@@ -147,7 +143,7 @@ def errors_by_truth(errors: Mapping[str, Mapping[str, Mapping[str, Spread]]], li
 def _draw_loops(axes: style.Axes, place: int, loops: Mapping[str, Spread]) -> None:
     """Draw the loops of one truth beside one another: mean, interval, and range under all conditions."""
     for number, ((name, spread), look) in enumerate(zip(loops.items(), LOOKS, strict=False)):
-        at, color = place + APART * (number - 0.5 * (len(loops) - 1)), look["color"]
-        axes.hlines(at, spread.least, spread.most, color=color, linewidth=0.8, label="_conditions")
-        axes.hlines(at, spread.low, spread.high, color=color, linewidth=3.0, label="_interval")
+        at, color = place + style.BESIDE * (number - 0.5 * (len(loops) - 1)), look["color"]
+        axes.hlines(at, spread.least, spread.most, color=color, linewidth=1.0, label="_conditions")
+        axes.hlines(at, spread.low, spread.high, color=color, linewidth=2.0 * style.WIDE, label="_interval")
         axes.plot(spread.error, at, look["marker"], color=color, markersize=style.SMALL, label="_loop" if place else name)

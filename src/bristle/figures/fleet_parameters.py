@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["fleet_parameters"]
 
-ROW = 2.3  # inches
-WIDEST = 1.5
 MARGIN = 0.6  # of what most logs span, above and below: what lies beyond ends in an arrow
 FEW = 60  # logs up to which markers are large
 
@@ -40,7 +38,7 @@ def fleet_parameters(runs: Runs, names: Sequence[str], apart: Mapping[str, np.nd
     apart : mapping of str to ndarray
         By column, places of the logs that stand apart.
     """
-    figure, panels = style.grid_of(len(names), ROW, between=0.8)
+    figure, panels = style.grid_of(len(names), between=0.8)
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, runs, name, apart[name])
         axes.set_xlabel("Log, by its number")
@@ -77,11 +75,11 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
         (~tells, "|", 0.0, {"color": style.INK, "s": 49, "label": "no value", "clip_on": False}),
     ):
         axes.scatter(number[chosen], np.full(chosen.sum(), height), marker=marker, transform=axes.get_xaxis_transform(), **look)
-    room = 0.02 * (top - bottom)
-    axes.set_ylim(bottom - room, top + room)
+    edge = 0.02 * (top - bottom)
+    axes.set_ylim(bottom - edge, top + edge)
     axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(scale.label(shortened(name, WIDEST, AT_TICKS)))
+    axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
 
 
 def _reach(values: np.ndarray) -> tuple[float, float]:

@@ -77,7 +77,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     rows = 4 if len(near) == len(loops) else 5
     undivided = [row for row in range(rows) if row != rows - 3]
     figure, grid = style.panels(
-        1.7 * rows,
+        style.ROW * rows,
         rows=rows,
         columns=2,
         heights=(0.6, *(1.2,) * (rows - 2), 1.0),

@@ -35,7 +35,7 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
     """
-    figure, ((axes,),) = style.panels(3.7)
+    figure, ((axes,),) = style.panels(3.4)
     draw_friction(axes, fit, curve)
     style.legend(axes)
     return figure

@@ -17,8 +17,6 @@ from bristle.figures.small_multiples import LoopUnits, Traces, loop_units, plot_
 __all__ = ["break_away", "loop_family", "ripple"]
 
 Loops = Sequence[tuple[np.ndarray, np.ndarray]]
-BETWEEN, APART = 0.45, 0.75  # inches: panels, and those with axes of their own
-ROW = 2.35  # inches
 
 
 @style.styled
@@ -36,7 +34,7 @@ def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "transla
     curves = [curve for families in panels.values() for loops in families.values() for curve in loops]
     names = max(panels.values(), key=len)
     units, named = loop_units(curves, kind, effort), len(names) > 1
-    figure, (row,) = style.panels(3.5, columns=len(panels), between=BETWEEN, names=names if named else (), over_titles=named)
+    figure, (row,) = style.panels(3.5, columns=len(panels), between=0.45, names=names if named else (), over_titles=named)
     for axes, (title, families) in zip(row, panels.items(), strict=True):
         looks = (style.MEASURED, style.PREDICTED)[-len(families) :]
         for look, (name, loops) in zip(looks, families.items(), strict=False):
@@ -117,12 +115,12 @@ def ripple(
     count = len(traces) + (close_up is not None)
     columns, rows = min(count, 2), -(-count // 2)
     figure, ((above,), *grid) = style.panels(
-        4.7 + ROW * (rows - 1),
+        style.ROW + style.PANEL * rows + 0.4,
         rows=1 + rows,
         columns=columns,
         heights=(0.75, *([1.0] * rows)),
         undivided=(0,),
-        between=APART if close_up else BETWEEN,
+        between=0.75 if close_up else 0.45,
         top=0.4,
     )
     below = [axes for row in grid for axes in row]

@@ -19,14 +19,13 @@ if TYPE_CHECKING:
 __all__ = ["control_effort", "error_distribution", "tracking", "tracking_error"]
 
 Loops = Mapping[str, "VariantResult"]
-ROW = 2.0  # inches
-BINS = 60  # of a distribution, where there are no counts of an encoder
 RANGE = "range in the paper"
 FORWARD: style.Look = style.MEASURED | {"linewidth": 1.5}
 
 
 def _rows(results: Loops, columns: int, top: float, between: float = 0.55) -> tuple[Figure, list[list[style.Axes]]]:
-    return style.panels(top + ROW * len(results), rows=len(results), columns=columns, widths=(2.0, 1.0)[:columns], between=between, top=top)
+    height = top + style.PANEL * len(results)
+    return style.panels(height, rows=len(results), columns=columns, widths=(2.0, 1.0)[:columns], between=between, top=top)
 
 
 def _entitle(figure: Figure, grid: list[list[style.Axes]], results: Loops) -> None:
@@ -128,7 +127,7 @@ def error_distribution(
     length = scale_for("length", kind, *(result.reference for result in results.values()))
     errors = {name: (result.reference - result.measured)[_settled(result, settle)] for name, result in results.items()}
     low, high = (edge(float(edge(error)) for error in errors.values()) for edge in (min, max))
-    width = 0.5 * resolution if resolution > 0.0 else (high - low) / BINS
+    width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
     edges = np.arange(np.floor(low / width), np.ceil(high / width) + 1.0) * width * length.factor
     figure, (row,) = style.panels(3.0, columns=len(results), between=0.3, top=0.56)
     for axes, (name, error) in zip(row, errors.items(), strict=True):
@@ -186,18 +185,20 @@ def control_effort(
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
         for axes, part, span in ((full, _settled(result, settle), mean_over), (near, _inside(result, close), 0.0)):
-            driven, taken = (_averaged(arm * signal, result.time, span)[part] for signal in (result.effort, result.friction))
-            signals = [(driven, style.PREDICTED, driving.lower())]
+            driving_effort, friction_effort = (
+                _averaged(arm * signal, result.time, span)[part] for signal in (result.effort, result.friction)
+            )
+            signals = [(driving_effort, style.PREDICTED, driving.lower())]
             if friction:
                 beneath = {"zorder": 1.5} if span else {}  # the averaged effort, which it nearly equals
-                signals.append((taken, style.MEASURED | beneath, "friction"))
+                signals.append((friction_effort, style.MEASURED | beneath, "friction"))
             style.over_time(axes, result.time[part], *signals, scale=scale, word=driving)
         style.mark_window(full, np.array(close))
         style.title(full, f"{name}, mean over {with_unit(mean_over, 's')}" if mean_over else name)
         near.set_title("close up, as it is" if mean_over else "close up")
     for column in range(2):
-        shown = [row[column] for row in grid] if mean_over else [axes for row in grid for axes in row]
-        top = max(float(np.max(np.abs(axes.dataLim.intervaly))) for axes in shown)
+        axes_of_one_scale = [row[column] for row in grid] if mean_over else [axes for row in grid for axes in row]
+        top = max(float(np.max(np.abs(axes.dataLim.intervaly))) for axes in axes_of_one_scale)
         for row in grid:
             row[column].set_ylim(-1.06 * top, 1.06 * top)
     if not mean_over:

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["loops_proposed"]
 
-BAR, ROW = 0.55, 0.5
-LONGEST = 1.1  # inches: a name of a loop
-
 
 @style.styled
 def loops_proposed(
@@ -44,7 +41,7 @@ def loops_proposed(
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    figure, row = style.named_rows(names, ROW, LONGEST, 3, between=0.2)
+    figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
     columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
     length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
     force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
@@ -59,7 +56,7 @@ def loops_proposed(
     for axes, values, factor, label in panels:
         for place, value in zip(places, values * factor, strict=True):
             if np.isfinite(value):
-                axes.barh(place, value, BAR, **style.HATCHED_BAR if place else style.BAR)
+                axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
         axes.set_xlim(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0))
         axes.set_xlabel(label)
         axes.set_ylabel("Loop", visible=axes is row[0])  # the numbers of each panel have this head

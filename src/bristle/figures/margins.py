@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["margins"]
 
-LOWEST, POINTS = 0.003, 600  # of the Nyquist frequency
-FLOOR = 0.03  # of the gain that is drawn
+LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
 
 
@@ -52,7 +51,7 @@ def margins(assessment: Assessment) -> Figure:
     for axis in (gain.yaxis, phase.xaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     gain.tick_params(labelbottom=False)
-    gain.set_ylim(bottom=FLOOR)
+    gain.set_ylim(bottom=0.03)
     phase.set_ylim(-360.0, -60.0)
     phase.set_yticks([-360.0, -270.0, -180.0, -90.0])
     style.legend(gain, columns=2)
@@ -62,7 +61,7 @@ def margins(assessment: Assessment) -> Figure:
 def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, look: style.Look) -> None:
     line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
     nyquist = math.pi / point.loop.sample_time
-    omega = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
+    omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
     response = point.loop.response(omega)
     hertz = omega / (2.0 * math.pi)
     gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)

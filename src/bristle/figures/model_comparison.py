@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["FIGURE", "model_comparison"]
 
 APART = 3.0  # times: errors farther apart are shown on a logarithmic scale, or those of good models fall into one
-ROW = 0.34  # inches
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
 
 
@@ -32,7 +31,7 @@ def model_comparison(identification: Identification) -> Figure:
         Models fitted to one log, best first.
     """
     fits = identification.fits
-    figure, (axes,) = style.named_rows([fit.name for fit in fits], ROW)
+    figure, (axes,) = style.named_rows([fit.name for fit in fits])
     fold = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
     names = {"blocks": f"held-out {fold}", "mean": f"mean of the {fold}s", "fitted": "all of it, fitted"}
     for row, fit in enumerate(fits):

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["expected", "motion"]
 
-ROW = 1.55  # inches
 TICKS = (1.0, 2.0, 5.0)
 
 
@@ -31,7 +30,7 @@ def motion(planned: ExcitationMotion) -> Figure:
         The motion.
     """
     parts = _parts(planned)
-    figure, rows = style.panels(0.35 + ROW * len(parts), rows=len(parts), gap=0.72)
+    figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
     for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
         position = planned.position[part] - planned.start
         scale, word = scale_for("length", planned.kind, position), position_word(planned.kind)

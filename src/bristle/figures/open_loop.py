@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "open_loop"]
 
-ROW = 1.5  # inches
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
 
 
@@ -35,7 +34,7 @@ def open_loop(result: SimulationResult) -> Figure:
     kind = result.experiment.kind
     force = effort_word(kind)
     words = (position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
-    figure, rows = style.panels(ROW * len(QUANTITIES), rows=len(QUANTITIES), names=[variant.name for variant in variants])
+    figure, rows = style.panels(style.ROW * len(QUANTITIES), rows=len(QUANTITIES), names=[variant.name for variant in variants])
     for (axes,), word, (name, quantity) in zip(rows, words, QUANTITIES.items(), strict=True):
         scale = scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
         for number, variant in enumerate(variants):

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "parameters"]
 
-LINEAR_BELOW = 1.0  # percent
-LONGEST, ROW, WORDS = 1.6, 0.26, 2.35  # inches: a name at the axis, a row, what is told beside it
-TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
-EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
+DECADES = (1.0, 10.0, 100.0)  # percent
+EDGES = tuple(2.0 * decade for decade in DECADES)  # an interval wider than the last ends in an arrow
 
 
 @style.styled
@@ -36,15 +34,15 @@ def parameters(fit: Fit) -> Figure:
         A model with the estimates of its parameters.
     """
     estimates = fit.estimates
-    figure, (axes,) = style.named_rows([estimate.name for estimate in estimates], ROW, LONGEST, right=WORDS)
-    axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
+    figure, (axes,) = style.named_rows([estimate.name for estimate in estimates], longest=style.NARROW, right=style.LONGEST)
+    axes.set_xscale("symlog", linthresh=1.0, linscale=0.8)
     edge = _edge(estimates)
     axes.set_xlim(-edge, edge)
     for row, estimate in enumerate(estimates):
         _draw(axes, row, estimate, edge)
         place = {"xycoords": ("axes fraction", "data"), "xytext": (8, 0), "textcoords": "offset points"}
         axes.annotate(_in_words(estimate), (1.0, row), va="center", fontsize=AT_TICKS, **place)
-    axes.set_xticks([tick for tick in TICKS if abs(tick) <= edge])
+    axes.set_xticks([0.0, *(side * decade for side in (-1.0, 1.0) for decade in DECADES if decade <= edge)])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))
     axes.axvline(0.0, **style.AID)
@@ -76,7 +74,7 @@ def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
     low, high = _ends(estimate)
     look = {"color": style.DOUBTFUL if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
     visible = max(low, -edge), min(high, edge)
-    axes.plot(visible, [row, row], linewidth=1.6, **look)
+    axes.plot(visible, [row, row], linewidth=style.WIDE, **look)
     for x, marker in zip(visible, ("|" if low >= -edge else "<", "|" if high <= edge else ">"), strict=True):
         axes.plot(x, row, marker=marker, color=look["color"], markersize=style.SMALL, clip_on=False)
     axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=style.SMALL)

@@ -27,7 +27,6 @@ SHADES = {
     "oscillation": ("#e6d7e1", "...."),
     "moves": ("#e4e7ea", ""),
 }
-LOOPS_SHOWN = 20_000  # samples
 
 
 @style.styled
@@ -69,10 +68,9 @@ def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
     efforts = [log.effort.values[loop.samples] for loop in loops]
     length = scale_for("length", log.kind, *positions)
     effort, word = effort_scale(log.kind, *efforts)
-    thin: style.Look = style.PREDICTED | {"linewidth": 0.5}
-    step = max(sum(loop.size for loop in positions) // LOOPS_SHOWN, 1)
+    step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
-        axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **thin)
+        axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **style.REST)
     axes.set_title("loops before sliding and break-aways, each from where it begins")
     axes.set_xlabel(length.label(position_word(log.kind)))
     axes.set_ylabel(effort.label(word))

@@ -34,7 +34,7 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     effort, effort_predicted = predicted.effort, predicted.effort_predicted
     with_effort = effort is not None and effort_predicted is not None
     rows = 2 * with_effort + 2 * (predicted.position_predicted is not None)
-    figure, grid = style.panels(0.5 + 1.5 * rows, rows=rows)
+    figure, grid = style.panels(0.5 + style.ROW * rows, rows=rows)
     axes = [row[0] for row in grid]
     if effort is not None and effort_predicted is not None:
         draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind, predicted.half_width)

@@ -23,7 +23,7 @@ from bristle.figures.small_multiples import loop_units
 
 __all__ = ["everett_surface", "preisach_plane", "preisach_stages", "staircase", "transition_curves", "trapezoids"]
 
-NODES, LEVELS = 61, 9
+NODES = 61  # of the thresholds
 SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", style.BARS, style.PREDICTED["color"]])
 SHARES = (-0.5, 0.0, 0.5)
 SAMPLES = 120  # of a way from turn to turn
@@ -56,8 +56,8 @@ def everett_surface(operator: Model, extent: float) -> Figure:
     length, (scale, _) = scale_for("length", operator.kind, inputs), effort_scale(operator.kind, E)
     figure, ((plane, section),) = style.panels(3.6, columns=2, between=0.75)
     edge = inputs * length.factor
-    plane.contourf(edge, edge, E * scale.factor, levels=LEVELS, cmap=SHADES)
-    lines = plane.contour(edge, edge, E * scale.factor, levels=LEVELS, colors=style.INK, linewidths=0.6)
+    filled = plane.contourf(edge, edge, E * scale.factor, levels=9, cmap=SHADES)
+    lines = plane.contour(edge, edge, E * scale.factor, levels=filled.levels, colors=style.INK, linewidths=0.6)
     plane.clabel(lines, np.asarray(lines.levels)[1:-1:2], fontsize=7, fmt="%g")
     plane.plot(edge, edge, **style.AID)
     _label_plane(plane, length)
@@ -187,7 +187,7 @@ def _draw_memory(
     up = np.vstack((line, [-edge, -edge]))
     axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
     axes.plot([-edge, edge], [-edge, edge], label="_diagonal", **style.AID)
-    axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=1.6, label="memory")
+    axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set_xlim(-edge, edge)
     axes.set_ylim(-edge, edge)
@@ -239,7 +239,7 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
     for axes, (name, (ascending, *falling)) in zip(row, families.items(), strict=True):
         for curve in falling:
             units.plot(axes, *curve, color="#5b7f9e", linewidth=0.8)
-        units.plot(axes, *ascending, color=style.INK, linewidth=1.8)
+        units.plot(axes, *ascending, color=style.INK, linewidth=style.WIDE)
         units.plot(axes, -extent, ascending[1][0], "o", color=NOW, markersize=style.SMALL)
         style.title(axes, name)
         axes.set_ylim(*units.height(curves))

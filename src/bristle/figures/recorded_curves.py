@@ -13,8 +13,6 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 
 __all__ = ["recorded_curves"]
 
-CURVES_SHOWN = 24  # curves
-
 
 @style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
@@ -29,7 +27,7 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     kind : {"translational", "rotational", "magnetic", "piezo"}
         What the units are.
     """
-    step = -(-len(curves) // CURVES_SHOWN)
+    step = -(-len(curves) // 24)
     chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
     length = scale_for("length", kind, *(u for u, _, _ in chosen))
     scale, word = effort_scale(kind, *(f for _, f, _ in chosen))

@@ -62,7 +62,7 @@ def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarr
     span = time_scale(lags)
     band = NORMAL_95 / np.sqrt(count)
     axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
-    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=1.4)
+    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
     axes.axhline(0.0, **style.AID)
     axes.set_xlabel(span.label("Lag"))
     axes.set_ylabel("Autocorrelation [–]")

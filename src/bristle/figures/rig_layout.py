@@ -1,4 +1,4 @@
-"""A rig: its mechanics from the side, what sits where with its numbers, and below them its loop as a block diagram."""
+"""A rig: its mechanics, what sits where with its numbers, and below them its loop as a block diagram."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch, Rectangle
+from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
@@ -22,33 +22,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Mechanics", "rig_layout"]
 
-WIDTH, LAYOUT, SCHEME = 100.0, 45.0, 62.0  # units of the drawing: its width, and the heights of both parts
+WIDTH, LAYOUT, SCHEME = 100.0, 24.0, 62.0  # units of the drawing: its width, and the heights of both parts
 LETTERS, SMALLER = 8.0, 7.0  # points
 LINES_SHOWN = 6  # lines in a block
 BOLDER = 1.12  # times as wide
 GREEK = {"lambda": "λ", "phi": "φ"}
-METAL, DARK, LIGHT, BRASS = "#c9d2dc", "#9aa8b7", "#eef1f5", "#f1d9a5"
-SHAFT, BASE, RAIL = 23.0, 13.0, 14.6  # heights of the shaft, of the base and of the rail
-# Each part by its left lower corner, its width and height, its colour, and what lies over what.
-PARTS: tuple[tuple[float, float, float, float, str, float], ...] = (
-    (26.0, SHAFT - 0.6, 32.0, 1.2, DARK, 1.0),  # shaft
-    (11.0, BASE, 12.0, 5.0, LIGHT, 1.5),  # foot of the motor
-    (9.0, SHAFT - 5.5, 17.0, 11.0, METAL, 2.0),  # motor
-    (4.0, SHAFT - 4.0, 5.0, 8.0, LIGHT, 2.0),  # encoder
-    (6.0, SHAFT - 3.5, 0.8, 7.0, style.INK, 2.0),  # its disk
-    (40.0, BASE, 6.0, 6.0, LIGHT, 1.5),  # foot of the sensor
-    (38.0, SHAFT - 4.2, 10.0, 8.4, BRASS, 2.0),  # sensor
-    (57.0, BASE, 3.0, SHAFT - BASE + 3.6, LIGHT, 2.0),  # bearings of the screw
-    (93.5, BASE, 3.0, SHAFT - BASE + 3.6, LIGHT, 2.0),
-    (60.0, SHAFT - 1.3, 33.5, 2.6, METAL, 1.6),  # screw
-    (60.5, BASE, 32.5, RAIL - BASE, DARK, 2.0),  # rail
-    (73.0, SHAFT - 3.2, 7.0, 6.4, DARK, 2.4),  # nut
-    (75.0, SHAFT + 3.2, 3.0, 2.2, DARK, 2.4),  # what it carries
-    (65.0, SHAFT + 5.4, 23.5, 2.8, METAL, 2.6),  # table
-    *((x, SHAFT - 2.8, 2.2, 5.6, DARK, 2.0) for coupling in (31.0, 50.0) for x in (coupling, coupling + 2.6)),
-    *((x, RAIL - 0.7, 4.5, 2.6, METAL, 2.5) for x in (67.0, 82.0)),  # carriages
-    *((x + 1.2, RAIL + 1.9, 2.1, 12.0, LIGHT, 1.2) for x in (67.0, 82.0)),
-)
 HEAD: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9.0, "shrinkA": 0.0, "shrinkB": 0.0, "color": style.INK, "linewidth": 1.0}
 
 
@@ -119,55 +97,29 @@ def _write(axes: Axes, x: float, y: float, text: str, ha: str = "center", va: st
 
 
 def _draw_mechanics(axes: Axes, mechanics: Mechanics) -> None:
-    """Draw motor with encoder, couplings, torque sensor, screw with its nut, and table on its guide."""
-    axes.add_patch(Rectangle((2.0, BASE - 1.8), 96.0, 1.8, facecolor=LIGHT, edgecolor=style.GREY, hatch="////", linewidth=0.8))
-    for x, y, width, height, color, zorder in PARTS:
-        axes.add_patch(Rectangle((x, y), width, height, facecolor=color, edgecolor=style.INK, linewidth=0.9, zorder=zorder))
-    ribs = [(x, x, 5.5, DARK, 2.1) for x in range(11, 25, 2)]
-    thread = [(61.0 + 1.5 * turn, 61.9 + 1.5 * turn, 1.3, style.INK, 1.7) for turn in range(22)]
-    for left, right, reach, color, zorder in (*ribs, *thread):
-        axes.plot([left, right], [SHAFT - reach, SHAFT + reach], color=color, linewidth=0.7, zorder=zorder)
-    turned, moved, held = ((27.6, -4.2), (27.6, 4.2)), ((89.0, 6.8), (95.5, 6.8)), ((72.5, -4.4), (65.0, -4.4))
-    for ends, bend in ((turned, 0.4), (moved, 0.0), (held, 0.0)):
-        start, end = ((x, SHAFT + y) for x, y in ends)
-        axes.add_patch(FancyArrowPatch(start, end, connectionstyle=f"arc3,rad={bend}", zorder=3.0, **HEAD))
-    for x, y, text, align in (
-        (43.0, 0.0, "T", "center"),
-        (28.6, 6.5, "u, θ", "center"),
-        (92.2, 8.9, "x", "center"),
-        (73.3, -4.5, "F_p", "left"),
-    ):
-        _write(axes, x, SHAFT + y, text, align, style="italic")
-    _tell(axes, mechanics)
-
-
-def _tell(axes: Axes, mechanics: Mechanics) -> None:
-    """Write beside each part what it is, and its numbers."""
+    """Draw what sits on the shaft one after the other, each with its numbers, and what turns, moves and holds back."""
     lead, J, J_m, cutoff, resolution = mechanics
-    encoder = ["perfect"]
-    if resolution > 0.0:
-        encoder = [f"{lead / resolution:,.0f} counts a turn".replace(",", " "), f"{with_unit(resolution, 'm')} of travel each"]
-    behind, J_text, J_m_text = (with_unit(inertia, "kg*m^2") for inertia in (J - J_m, J, J_m))
-    filtered = [f"filter {with_unit(cutoff, 'Hz')}"] if math.isfinite(cutoff) else []
-    table = [f"with coupling and screw J − J_m = {behind}", f"J = {J_text}, as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"]
-    # Where a text begins, above the drawing or below it, what it says, and the parts that are meant.
-    for x, above, texts, *ends in (
-        (3.0, True, ["encoder", *encoder], (6.5, SHAFT + 4.0)),
-        (43.0, True, ["torque sensor", "T = F_p + (J − J_m) dω/dt", *filtered], (43.0, SHAFT + 4.2)),
-        (77.0, True, ["table", *table], (77.0, SHAFT + 8.2)),
-        (17.5, False, ["DC motor", f"J_m = {J_m_text}"], (17.5, BASE + 4.0)),
-        (43.0, False, ["couplings"], (33.3, SHAFT - 2.8), (52.4, SHAFT - 2.8)),
-        (64.0, False, ["ball screw", f"lead {with_unit(lead, 'm')}", "rigid"], (64.0, SHAFT - 1.3)),
-        (86.0, False, ["linear guide"], (86.0, BASE + 0.8)),
-    ):
-        align, edge = "left" if x < 5.0 else "center", LAYOUT - 1.5 if above else 8.5
-        for index, text in enumerate(texts):
-            bold = {} if index else {"size": LETTERS, "fontweight": "bold"}
-            _write(axes, x, edge - 3.0 * index, text, align, **{"size": SMALLER} | bold)
-        near = edge - 3.0 * len(texts) + 1.4 if above else edge + 1.5
-        for end in ends:
-            axes.plot([end[0] if align == "left" else x, end[0]], [near, end[1]], zorder=4.0, **style.AID)
-            axes.plot(*end, "o", color=style.INK, markersize=2.2, zorder=4.0)
+    behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
+    encoder = [f"{lead / resolution:,.0f} counts a turn".replace(",", " "), f"{with_unit(resolution, 'm')} of travel each"]
+    filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
+    at_table = f"as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
+    parts = (
+        (16.0, "encoder", encoder if resolution > 0.0 else ["perfect"]),
+        (13.0, "DC motor", [motor]),
+        (9.0, "coupling", []),
+        (19.0, "torque sensor", ["T = F_p + (J − J_m) dω/dt", filtered]),
+        (9.0, "coupling", []),
+        (10.0, "ball screw", [f"lead {with_unit(lead, 'm')}", "rigid"]),
+        (17.0, "table", ["on a linear guide", "with coupling, screw", behind, f"{total},", at_table]),
+    )
+    x, low, height = 0.5, 3.0, 16.0
+    axes.plot([x, WIDTH - x], [low + 0.5 * height] * 2, color=style.GREY, linewidth=3.0 * style.WIDE, zorder=0.5)
+    for width, title, lines in parts:
+        _draw_block(axes, Block(x, low, width, height, title, lines))
+        x += width + 1.0
+    _arrow(axes, [(33.0, low + height + 1.0), (38.0, low + height + 1.0)], "u, θ")
+    _arrow(axes, [(83.0, low + height + 1.0), (88.0, low + height + 1.0)], "x")
+    _arrow(axes, [(96.0, low + height + 1.0), (91.0, low + height + 1.0)], "F_p")
 
 
 def _draw_loop(axes: Axes, variant: Variant) -> None:

@@ -17,11 +17,8 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 __all__ = ["LoopUnits", "Traces", "closure", "drift", "loop_units", "marked_path", "minor_loops", "plot_parts"]
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
-COLUMNS = 3
-ROW, WIDE_ROW = 2.05, 2.9  # inches
 MARGIN = 0.05  # of the height, above and below
-NEGLIGIBLE = 1e-6  # of the width of the panel: a drift that is none
-LETTER, SAME = 0.09, 0.03  # height of a letter, and within which two points are one
+LETTER = 0.09  # height of a letter, a third of which two points lie apart that are not one
 
 
 class LoopUnits(NamedTuple):
@@ -61,8 +58,8 @@ def _panels(
 ) -> tuple[Figure, dict[str, Axes], LoopUnits]:
     """Return a figure with a titled panel for each trace, the panels by name, and the units."""
     curves = [*traces.values(), *(beneath or {}).values()]
-    units, columns = loop_units(curves, kind, effort), layout.setdefault("columns", COLUMNS)
-    figure, axes = style.grid_of(len(traces), ROW if columns > 1 else WIDE_ROW, between=0.2, gap=0.72, **layout)
+    units, columns = loop_units(curves, kind, effort), layout.setdefault("columns", 3)
+    figure, axes = style.grid_of(len(traces), between=0.2, gap=0.72, **layout)
     for panel, name in zip(axes, traces, strict=True):
         style.title(panel, titles[name], name)
         panel.set_ylim(*units.height(curves))
@@ -104,7 +101,7 @@ def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translat
     """
     widest = max(float(np.ptp(x)) for x, _ in traces.values())
     unit = unit_of("length", kind)
-    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > NEGLIGIBLE * widest else 'none'}" for name, step in per_cycle.items()}
+    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'none'}" for name, step in per_cycle.items()}
     figure, panels, units = _panels(traces, titles, kind)
     for name, axes in panels.items():
         force = traces[name][1]
@@ -194,8 +191,8 @@ def _write_letters(axes: Axes, x: np.ndarray, force: np.ndarray, letters: str) -
     low, high = axes.get_ylim()
     written: list[tuple[str, float]] = []
     for position, height, letter in zip(x, force, letters, strict=True):
-        apart = min((abs(at - height) / (high - low) for known, at in written if known == letter), default=1.0)
-        if letter.strip() and apart > SAME:
+        apart = min((abs(at - height) / (high - low) for earlier, at in written if earlier == letter), default=1.0)
+        if letter.strip() and apart > LETTER / 3.0:
             left = position < middle
             shift = (-5 if left else 5, -9 if left or apart < LETTER else 2)
             align = "right" if left else "left"

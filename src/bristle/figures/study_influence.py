@@ -12,9 +12,7 @@ from bristle.figures.lettering import shortened
 
 __all__ = ["study_influence"]
 
-WIDEST, ROW = 3.0, 0.36  # inches: what stands at the axis, and a cause
 Bar = tuple[float, tuple[float, float]]
-APART = 0.26
 
 
 @style.styled
@@ -32,17 +30,17 @@ def study_influence(causes: Sequence[str], bars: Mapping[str, Sequence[Bar]], wo
     signed : bool
         Whether they range from -1 to 1, else from 0 to 1.
     """
-    figure, (axes,) = style.named_rows(causes, ROW, top=0.45 if len(bars) > 1 else 0.15)
+    figure, (axes,) = style.named_rows(causes, style.PAIR, top=0.45 if len(bars) > 1 else 0.15)
     for place, (name, numbers) in enumerate(bars.items()):
-        look, shift = style.SERIES[1 - place % 2], APART * (place - 0.5 * (len(bars) - 1))
+        look, shift = style.SERIES[1 - place % 2], style.BESIDE * (place - 0.5 * (len(bars) - 1))
         for row, (value, (low, high)) in enumerate(numbers):
             at, color = row + shift, look["color"]
-            axes.plot([low, high], [at, at], color=color, linewidth=1.6, label="_interval")
+            axes.plot([low, high], [at, at], color=color, linewidth=style.WIDE, label="_interval")
             axes.plot([low, high], [at, at], "|", color=color, markersize=style.SMALL, label="_ends")
             axes.plot(value, at, look["marker"], color=color, markersize=style.SMALL, label="_value" if row else name)
     axes.axvline(0.0, **style.AID)
     axes.set_xlim(-1.05 if signed else min(-0.1, axes.dataLim.x0 - 0.02), max(1.05, axes.dataLim.x1 + 0.02))
-    axes.set_xlabel(shortened(word, WIDEST, AT_TICKS))
+    axes.set_xlabel(shortened(word, style.LONGEST, AT_TICKS))
     axes.set_ylabel("Cause")
     if len(bars) > 1:
         style.legend_in_corner(figure, axes)

@@ -15,10 +15,6 @@ from bristle.figures.lettering import shortened
 
 __all__ = ["study_spread"]
 
-ROW = 2.4  # inches
-BARS_LEAST, BARS_MOST = 8, 60
-WIDEST = 2.2  # inches, of what stands at an axis
-
 
 @style.styled
 def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
@@ -32,12 +28,12 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         The unit in SI of each.
     """
     grouped = any(len(groups) > 1 for groups in numbers.values())
-    figure, panels = style.grid_of(len(numbers), ROW, top=0.5 if grouped else 0.25)
+    figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
     for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):
         finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
         pooled = np.concatenate(list(finite.values()))
         scale = scale_of(unit, largest(pooled))
-        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), BARS_LEAST, BARS_MOST))
+        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), 8, 60))
         for place, (name, values) in enumerate(finite.items()):
             edges = np.histogram_bin_edges(values * scale.factor, bars)
             share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
@@ -49,7 +45,7 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             axes.axvline(median, label="median", **style.DASHED)
             axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
         axes.set_ylim(0.0, None)
-        axes.set_xlabel(scale.label(shortened(word, WIDEST, AT_TICKS)))
+        axes.set_xlabel(scale.label(shortened(word, style.LONGEST, AT_TICKS)))
         axes.set_ylabel("Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure

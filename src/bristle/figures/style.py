@@ -70,16 +70,15 @@ BAR: Look = {"color": PREDICTED["color"]}
 HATCHED_BAR: Look = {"color": MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0}
 PALE, BARS, DOUBTFUL = "#e9ecf0", "#9db6d0", "#b5651d"
 SMALL = 4.5  # points: a mark
-
-LEFT, RIGHT, TOP, BOTTOM = 0.68, 0.12, 0.32, 0.46  # inches: around the panels
-LONGEST = 2.4  # inches: a name at an axis
-WIDE_LETTER = 0.085  # inches
+WIDE, BESIDE = 1.6, 0.2  # points: an interval; rows: marks of one row beside one another
+TOP, ROW, PANEL = 0.32, 1.6, 2.2  # inches: above panels, a row over time, a row of panels
+LONGEST, NARROW = 2.4, 1.6  # inches: a name at an axis, and where there is little room
+NAME, PAIR = 0.3, 0.42  # inches: a row with a name, and one of two bars or marks
 LINE = 0.18  # inches: of a legend
 HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # of a legend [em]
-PAD, CORNER = 0.1, 0.9  # around a legend, and around one in the corner [em]
+PAD = 0.1  # around a legend [em]
 EM = LETTERS / 72.0  # inches
-EDGE = 0.1  # inches: left free at the edges of a figure
-PIXELS = 1.03  # times as wide are letters that are fitted to pixels
+EDGE, PIXELS = 0.1, 1.03  # inches left free at the edges of a figure; times as wide are letters fitted to pixels
 AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 
 
@@ -102,10 +101,10 @@ def panels(
     heights: Sequence[float] | None = None,
     widths: Sequence[float] | None = None,
     undivided: Sequence[int] = (),
-    left: float = LEFT,
-    right: float = RIGHT,
+    left: float = 0.68,
+    right: float = 0.12,
     top: float = TOP,
-    bottom: float = BOTTOM,
+    bottom: float = 0.46,
     gap: float = 0.66,
     between: float = 0.62,
     names: Iterable[str] = (),
@@ -138,11 +137,11 @@ def panels(
     return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
 
 
-def grid_of(count: int, row_height: float, columns: int = 2, **layout: Any) -> tuple[Figure, list[Axes]]:
+def grid_of(count: int, columns: int = 2, **layout: Any) -> tuple[Figure, list[Axes]]:
     """Return a figure with so many panels, row by row."""
     columns = min(count, columns)
     rows = -(-count // columns)
-    figure, grid = panels(layout.get("top", TOP) + row_height * rows, rows, columns, **layout)
+    figure, grid = panels(layout.get("top", TOP) + PANEL * rows, rows, columns, **layout)
     axes = list(chain.from_iterable(grid))
     for unused in axes[count:]:
         unused.remove()
@@ -150,7 +149,7 @@ def grid_of(count: int, row_height: float, columns: int = 2, **layout: Any) -> t
 
 
 def named_rows(
-    names: Sequence[str], row_height: float, longest: float = LONGEST, columns: int = 1, **layout: Any
+    names: Sequence[str], row_height: float = NAME, longest: float = LONGEST, columns: int = 1, **layout: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with a row for each name, from above down, in each of its panels."""
     texts = shortened_apart(names, longest, AT_TICKS)
@@ -165,7 +164,7 @@ def named_rows(
 
 def at_axis(names: Sequence[str], longest: float) -> float:
     """Return how wide the widest of these names is at an axis [inch], letters taken for wide ones."""
-    return min(max((max(WIDE_LETTER * len(name), width(name, AT_TICKS)) for name in names), default=0.0), longest)
+    return min(max((max(0.085 * len(name), width(name, AT_TICKS)) for name in names), default=0.0), longest)
 
 
 def share_y(row: Sequence[Axes], text: str) -> None:
@@ -240,7 +239,7 @@ def legend_in_corner(figure: Figure, axes: Axes) -> float:
     handles, labels = axes.get_legend_handles_labels()
     columns = len(labels)
     figure.legend(handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
-    end = CORNER * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
+    end = 0.9 * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
     return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
 
 

@@ -123,7 +123,11 @@ def _quality(loop: Reproduced) -> list[str]:
     ]
     sound = loop.numbers.get("at_sound_margins", {})
     if BEFORE in sound:
-        peaks = {name: _peak_of(sound[name]) for name in (BEFORE, PRINTED, WITH_CONSTANT, *BESIDE) if name in sound}
+        peaks = {
+            name: float(sound[name]["following_error"]["peak_to_peak"])
+            for name in (BEFORE, PRINTED, WITH_CONSTANT, *BESIDE)
+            if name in sound
+        }
         listed = "; ".join(f"{NAMES.get(name) or BESIDE[name]} {length_text(value, 'translational')}" for name, value in peaks.items())
         lines.append(f"in a loop of sound margins: {listed}")
     return lines
@@ -145,10 +149,6 @@ def _error(numbers: Mapping[str, Any], name: str) -> str:
         return ""
     spread = numbers["peak_to_peak_spread"].get(name, 0.0)
     return f"{with_spread(1e6 * numbers['peak_to_peak'][name], 1e6 * spread, 0.01)}\u00a0µm"
-
-
-def _peak_of(loop: Mapping[str, Any]) -> float:
-    return float(loop["following_error"]["peak_to_peak"])
 
 
 def _picture(loop: Reproduced | None) -> Picture | None:
