@@ -185,13 +185,11 @@ def control_effort(
     figure, grid = _rows(results, 2, 0.56 if friction else style.TOP, 0.6 if mean_over else 0.3)
     for (full, near), (name, result) in zip(grid, results.items(), strict=True):
         for axes, part, span in ((full, _settled(result, settle), mean_over), (near, _inside(result, close), 0.0)):
-            driving_effort, friction_effort = (
-                _averaged(arm * signal, result.time, span)[part] for signal in (result.effort, result.friction)
-            )
-            signals = [(driving_effort, style.PREDICTED, driving.lower())]
+            driven_by, lost = (_averaged(arm * signal, result.time, span)[part] for signal in (result.effort, result.friction))
+            signals = [(driven_by, style.PREDICTED, driving.lower())]
             if friction:
                 beneath = {"zorder": 1.5} if span else {}  # the averaged effort, which it nearly equals
-                signals.append((friction_effort, style.MEASURED | beneath, "friction"))
+                signals.append((lost, style.MEASURED | beneath, "friction"))
             style.over_time(axes, result.time[part], *signals, scale=scale, word=driving)
         style.mark_window(full, np.array(close))
         style.title(full, f"{name}, mean over {with_unit(mean_over, 's')}" if mean_over else name)

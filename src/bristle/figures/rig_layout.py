@@ -100,11 +100,13 @@ def _draw_mechanics(axes: Axes, mechanics: Mechanics) -> None:
     """Draw what sits on the shaft one after the other, each with its numbers, and what turns, moves and holds back."""
     lead, J, J_m, cutoff, resolution = mechanics
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
-    encoder = [f"{lead / resolution:,.0f} counts a turn".replace(",", " "), f"{with_unit(resolution, 'm')} of travel each"]
+    encoder = ["perfect"]
+    if resolution > 0.0:
+        encoder = [f"{lead / resolution:,.0f} counts a turn".replace(",", " "), f"{with_unit(resolution, 'm')} of travel each"]
     filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
     at_table = f"as {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')} there"
     parts = (
-        (16.0, "encoder", encoder if resolution > 0.0 else ["perfect"]),
+        (16.0, "encoder", encoder),
         (13.0, "DC motor", [motor]),
         (9.0, "coupling", []),
         (19.0, "torque sensor", ["T = F_p + (J − J_m) dω/dt", filtered]),
