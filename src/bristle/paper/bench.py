@@ -148,13 +148,10 @@ def plant_of(setting: Setting) -> Model:
 def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
     """Return what the torque sensor makes of a motion."""
     shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
-    return Sensed(friction, shaft, _filtered(shaft, bench.cutoff, dt))
-
-
-def _filtered(signal: np.ndarray, cutoff: float, dt: float) -> np.ndarray:
-    """Return a signal behind a filter of first order that has settled on its first value."""
-    gain = 1.0 - math.exp(-2.0 * math.pi * cutoff * dt)
-    return np.fromiter(accumulate(signal.tolist(), lambda was, now: was + gain * (now - was)), float, signal.size)
+    # Behind a filter of first order that has settled on its first value.
+    gain = 1.0 - math.exp(-2.0 * math.pi * bench.cutoff * dt)
+    read = np.fromiter(accumulate(shaft.tolist(), lambda was, now: was + gain * (now - was)), float, shaft.size)
+    return Sensed(friction, shaft, read)
 
 
 def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:

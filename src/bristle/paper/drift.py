@@ -17,7 +17,7 @@ from bristle.paper.setting import Setting
 
 __all__ = ["Rippled", "figure_2", "figure_3", "rippled", "torque_of"]
 
-SAMPLE_TIME, STEPS = 2.5e-4, 4
+SAMPLE_TIME = 2.5e-4  # [s]
 
 
 class Rippled(NamedTuple):
@@ -63,7 +63,7 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
     """Return what the torque of an experiment does to a contact."""
     driving, cycles = torque_of(setting)
     arm = setting.arm
-    trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=STEPS, hold="linear")
+    trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear")
     torque, sensed = trace.friction * arm, None
     if "bench" in setting.numbers:
         # Between samples the torque runs straight from one to the next.

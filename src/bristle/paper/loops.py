@@ -90,7 +90,7 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
     extent = setting["measurement", "extent"]
     run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [_round(fitted.torque, record) for record in loops]
+    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]  # after a round that runs it in
     shares = [
         float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque))) for m, record in zip(modelled, loops, strict=True)
     ]
@@ -137,9 +137,3 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
             )
         },
     )
-
-
-def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record) -> np.ndarray:
-    """Return what a model gives on a loop after a round that runs it in."""
-    twice = np.concatenate([loop.x, loop.x])
-    return torque(twice)[loop.x.size :]

@@ -63,7 +63,6 @@ BESIDE = {
 }
 """What else runs in the loop of the paper, and what it is."""
 REPORTED = {BEFORE: "the paper, no compensator", COMPENSATED: "the paper, its compensator"}
-FOLLOWING, EFFORT = 12, 14  # figures
 
 
 def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
@@ -91,7 +90,7 @@ def _named(figures: Sequence[Reproduced]) -> str:
 def paper_front(figures: Sequence[Reproduced]) -> Front:
     """Return the first page of the figures that were rebuilt."""
     ruling, by_number = paper_ruling(figures), {figure.number: figure for figure in figures}
-    loop, effort = by_number.get(FOLLOWING), by_number.get(EFFORT)
+    loop, effort = by_number.get(12), by_number.get(14)
     kinds = Counter(erratum.kind for erratum in ERRATA)
     wrong = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
     answers = answered(

@@ -15,6 +15,7 @@ from bristle.figures import break_away, marked_path
 from bristle.paper.bench import Walk, bench_of, follow, led, sensor_numbers, sensor_says, walk
 from bristle.paper.economy import repeated
 from bristle.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent, spread
+from bristle.paper.rig import BREAK_AWAY
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 
@@ -22,7 +23,6 @@ __all__ = ["figure_1", "figure_8", "figure_9", "figure_10"]
 
 CLOSED = 0.005  # of the largest torque: what a torque sensor would not tell from nothing
 NEARLY = 0.95  # of the break-away torque: where an eye sees it
-PUBLISHED = 7e-6  # where the paper sees it [m]
 LUGRE, RIG = "LuGre", "virtual rig"
 FRICTION, SENSOR = f"{RIG}, friction", f"{RIG}, torque sensor"
 LETTERS = "ABCDEDBF"
@@ -72,14 +72,14 @@ def figure_8(setting: Setting) -> Reproduced:
     marks = {FRICTION: math.nan, SENSOR: reached[RIG]} | reached
     return Reproduced(
         number=8,
-        verdict="calibrated" if abs(float(np.mean(again)) - PUBLISHED) < 0.15 * PUBLISHED else "refuted",
+        verdict="calibrated" if abs(float(np.mean(again)) - BREAK_AWAY) < 0.15 * BREAK_AWAY else "refuted",
         found=[
             *(_breaks_away(name, walks[name], break_away_torques[name], reached[name]) for name in walks),
             f"{RIG}, {len(runs)} runs: {spread(1e3 * np.array(tops))} mN·m, {percent(NEARLY, 1.0)} of it after "
             f"{spread(1e6 * np.array(again))} µm.",
             sensor_says(bench, sensor, "At this speed"),
         ],
-        draw=lambda: break_away(_traces(paths), marks, PUBLISHED, "translational", "rotational"),
+        draw=lambda: break_away(_traces(paths), marks, BREAK_AWAY, "translational", "rotational"),
         origin=setting.origin,
         numbers={
             "position_at_95_percent": reached,

@@ -39,7 +39,6 @@ __all__ = [
     "unfitted",
 ]
 
-COVERAGE = 0.95
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
 OBSERVER, TOGETHER = "observer", "observer_feedforward"
 AT_ALL_LEVELS, ON_ALL_TRUTHS = 0.45e-6, 0.50e-6  # [m]
@@ -70,7 +69,7 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
     mean = float(np.mean(values))
     half = math.nan
     if values.size > 1 and math.isfinite(mean):
-        quantile = float(stdtrit(values.size - 1, 0.5 * (1.0 + COVERAGE)))
+        quantile = float(stdtrit(values.size - 1, 0.975))
         half = quantile * float(np.std(values, ddof=1)) / math.sqrt(values.size)
     return Interval(mean, mean - half, mean + half, float(np.max(values)), values.size)
 

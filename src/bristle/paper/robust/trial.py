@@ -48,8 +48,7 @@ from bristle.study.run import in_words
 
 __all__ = ["Cell", "Plan", "Store", "Trial", "opened", "run_trial"]
 
-PARTS, FIGURES = "parts", "figures"
-WRITTEN = ("summary.json", "report.html")
+PARTS = "parts"
 
 
 class Store:
@@ -76,17 +75,12 @@ class Store:
 @contextmanager
 def opened(path: str | Path) -> Iterator[Store]:
     """Give a folder to write into, new or begun by an earlier trial, to this process alone."""
-    with growing_folder(path, "robust trial", made_anew=_is_part, used=_is_used) as (grown, damaged):
+    used = {"summary.json", "report.html", PARTS, "figures"}
+    with growing_folder(
+        path, "robust trial", made_anew=lambda name: name.startswith(f"{PARTS}/"), used=lambda name: name.partition("/")[0] in used
+    ) as (grown, damaged):
         grown.set_all_aside(damaged)
         yield Store(grown)
-
-
-def _is_part(name: str) -> bool:
-    return name.startswith(f"{PARTS}/")
-
-
-def _is_used(name: str) -> bool:
-    return name in WRITTEN or name.partition("/")[0] in (PARTS, FIGURES)
 
 
 Progress = Callable[[float, str], None]
@@ -128,26 +122,21 @@ class Plan:
     @property
     def cells(self) -> list[Cell]:
         """Everything that is simulated."""
-        cells = [
+        chosen = [
             Cell(name, truth.name, condition, variant, CHOSEN if "feedforward" in variant else "")
             for truth in self.truths
             for name in self.sets
             for condition in self.conditions
             for variant in VARIANTS
         ]
-        cells += [
-            Cell(name, truth.name, NOMINAL, variant, family)
+        # Fed forward, each family stands in.
+        return chosen + [
+            Cell(name, truth.name, NOMINAL, "feedforward", family)
             for truth in self.truths
             for name in self.sets
             for family in self.families
-            for variant in COMPETING
             if family != CHOSEN
         ]
-        return cells
-
-
-COMPETING = ("feedforward",)
-"""Loops in which each family stands in."""
 
 
 @dataclass
@@ -169,7 +158,8 @@ def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Tri
         fits = [partial(_fit, trial, store, tally, logs, *key, source) for key, source in unfitted.items()]
         # Fits keep a core busy with Python itself, loops do not: side by side they use both.
         sparing = [partial(_spare, trial, store, tally, truth) for truth in plan.truths if is_measurable(truth)]
-        _abreast(_alternating([*fits, *sparing], _missing(trial, store, tally, fed=False)))
+        turns = zip_longest([*fits, *sparing], _missing(trial, store, tally, fed=False))
+        _abreast(task for turn in turns for task in turn if task is not None)
         _abreast(_missing(trial, store, tally, fed=True))
     trial.economy = {truth.name: trial.economy[truth.name] for truth in plan.truths if truth.name in trial.economy}
     return trial
@@ -192,11 +182,6 @@ def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Tas
             tasks.append(partial(_simulate, trial, store, tally, cell, variant, source, present))
     tally.expect(plan, trial)
     return tasks
-
-
-def _alternating(*groups: list[Task]) -> list[Task]:
-    """Return tasks of several groups in turn, and what is left of the longest one at the end."""
-    return [task for turn in zip_longest(*groups) for task in turn if task is not None]
 
 
 def _simulate(
@@ -225,11 +210,13 @@ def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str
     for truth in trial.plan.truths:
         for family in trial.plan.compensators:
             source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log, "file": truth.origin.checksum}
-            present = store.take(_fit_file(truth.name, family), source)
+            present = store.take(f"fit-{truth.name}-{family}", source)
             if present is None:
                 missing[truth.name, family] = source
+            elif "reason" in present:
+                trial.fits[truth.name, family] = Fitted(None, present["reason"])
             else:
-                trial.fits[truth.name, family] = _restored(present)
+                trial.fits[truth.name, family] = Fitted(find(present["model"])(kind=present["kind"], **present["values"]))
     return missing
 
 
@@ -258,8 +245,12 @@ def _fit(
     """Identify one compensator, unless all is to stop."""
     if stop.is_set():
         return
-    outcome = fitted(family, *logs[truth])
-    store.keep(_fit_file(truth, family), source, _written(outcome))
+    friction, reason = outcome = fitted(family, *logs[truth])
+    content: dict[str, Any] = {"reason": reason}
+    if friction is not None:
+        values = {name: np.asarray(value).tolist() for name, value in friction.values.items()}
+        content = {"model": friction.name, "kind": friction.kind, "values": values}
+    store.keep(f"fit-{truth}-{family}", source, content)
     trial.fits[truth, family] = outcome
     tally.tell(f"{truth}: {family} identified")
 
@@ -279,23 +270,6 @@ def _spare(trial: Trial, store: Store, tally: Tally, truth: Truth, stop: threadi
         store.keep(f"economy-{truth.name}", source, present)
     errors = {way: np.array(values) for way, values in present["errors"].items()}
     trial.economy[truth.name] = Economy(list(COUNTS), errors, present["floor"], present["duration"])
-
-
-def _fit_file(truth: str, family: str) -> str:
-    return f"fit-{truth}-{family}"
-
-
-def _written(fit: Fitted) -> dict[str, Any]:
-    if fit.friction is None:
-        return {"reason": fit.reason}
-    values = {name: np.asarray(value).tolist() for name, value in fit.friction.values.items()}
-    return {"model": fit.friction.name, "kind": fit.friction.kind, "values": values}
-
-
-def _restored(content: Mapping[str, Any]) -> Fitted:
-    if "reason" in content:
-        return Fitted(None, content["reason"])
-    return Fitted(find(content["model"])(kind=content["kind"], **content["values"]))
 
 
 def _source_of(variant: Variant, compensator: Model | None) -> dict[str, str]:
