@@ -58,9 +58,7 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     round_.set_thetagrids(QUARTERS[:-1])
     round_.spines["polar"].set_visible(False)
     round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
-    unrolled.set_xticks(QUARTERS)
-    unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
-    unrolled.set_ylabel(scale.label("Deviation"))
+    unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
     handles, labels = round_.get_legend_handles_labels()
     space = style.WIDTH * unrolled.get_position().width - 0.4
     unrolled.legend(

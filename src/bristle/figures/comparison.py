@@ -133,9 +133,7 @@ def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
     for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
         axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
     axes.margins(0.08)
-    axes.set_title("friction")
-    axes.set_xlabel(speed.label("Speed"))
-    axes.set_ylabel(force.label(word))
+    axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
@@ -153,7 +151,4 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
             axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
-    axes.set_ylim(len(changes_told) - 0.4, -0.6)
-    axes.set_ylabel("Quantity")
-    axes.set_xlabel("Change [%]")
-    axes.set_title("change, with its 95 % interval")
+    axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")

@@ -57,8 +57,7 @@ def correlation(fit: Fit) -> Figure:
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    axes.set_xlabel("Parameter")
-    axes.set_ylabel("Parameter")
+    axes.set(xlabel="Parameter", ylabel="Parameter")
     return figure
 
 

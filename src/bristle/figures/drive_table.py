@@ -36,8 +36,7 @@ def drive_table(table: Sequence[tuple[float, float]], curve: Sequence[tuple[floa
     style.plot_by_side(axes, fine * factors, "model, steady sliding", style.MEASURED | {"linewidth": 3.4})
     style.plot_by_side(axes, entries * factors, f"table, {len(entries)} entries", style.PREDICTED | {"marker": "o", "markersize": 3.6})
     axes.axhline(0.0, **style.AID)
-    axes.set_xlabel(speed.label("Velocity"))
-    axes.set_ylabel(scale.label(f"Friction {word.lower()}"))
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
     style.legend(axes)
     return figure
 

@@ -40,8 +40,6 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     axes.barh(rows - 0.5 * BAR, alone * scale.factor, BAR, label="this cause alone", **style.BAR)
     axes.barh(rows + 0.5 * BAR, without * scale.factor, BAR, label="all but this cause", **style.HATCHED_BAR)
     axes.axvline(total * scale.factor, label="all causes", **style.DASHED)
-    axes.set_xlim(0.0, 1.06 * (axes.dataLim.x1 or 1.0))
-    axes.set_xlabel(scale.label("Following error, peak to peak"))
-    axes.set_ylabel("Cause")
+    axes.set(xlim=(0.0, 1.06 * (axes.dataLim.x1 or 1.0)), xlabel=scale.label("Following error, peak to peak"), ylabel="Cause")
     style.legend(axes)
     return figure

@@ -70,9 +70,7 @@ def error_over(
         axes.set_xticks(list(places), [f"{place:g}" for place in places])
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.margins(x=0.06, y=0.1)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel(place_name)
-    axes.set_ylabel(error_name)
+    axes.set(ylim=(0.0, None), xlabel=place_name, ylabel=error_name)
     style.legend(axes)
     return figure
 
@@ -101,9 +99,7 @@ def errors_by_loop(errors: Mapping[str, float], spreads: Mapping[str, float], pu
     # Numbers stand above the marks, whatever the size of the page.
     for row, value in enumerate([*errors.values(), *published.values()]):
         axes.annotate(f"{value:.2f}", (value, row), (0, 5), textcoords="offset points", ha="center", fontsize=7.5)
-    axes.set_xlim(0.0, 1.1 * max(*errors.values(), *published.values()))
-    axes.set_xlabel(error_name)
-    axes.set_ylabel("Loop")
+    axes.set(xlim=(0.0, 1.1 * max(*errors.values(), *published.values())), xlabel=error_name, ylabel="Loop")
     style.legend(axes)
     return figure
 

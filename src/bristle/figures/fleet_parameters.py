@@ -76,8 +76,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     ):
         axes.scatter(number[chosen], np.full(chosen.sum(), height), marker=marker, transform=axes.get_xaxis_transform(), **look)
     edge = 0.02 * (top - bottom)
-    axes.set_ylim(bottom - edge, top + edge)
-    axes.set_xlim(float(number.min()) - 1.0, float(number.max()) + 1.0)
+    axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 1.0, float(number.max()) + 1.0))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name, style.NARROW, AT_TICKS)))
 

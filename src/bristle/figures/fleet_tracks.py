@@ -78,5 +78,4 @@ def _draw_ratio(axes: Axes, verdict: Verdict, days: np.ndarray, begin: float) ->
     axes.axhline(verdict.threshold, color=style.INK, linewidth=0.9, linestyle="--", label="threshold")
     if verdict.alarm is not None:
         axes.axvline(verdict.alarm.at - begin, label="_alarm", **ALARM)
-    axes.set_ylim(0.0, 1.1 * max(float(np.max(verdict.ratio)), verdict.threshold))
-    axes.set_ylabel("Evidence [σ]")
+    axes.set(ylim=(0.0, 1.1 * max(float(np.max(verdict.ratio)), verdict.threshold)), ylabel="Evidence [σ]")

@@ -19,10 +19,9 @@ from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Variant
     from bristle.core.variable import Kind
     from bristle.prediction.following import Following
-    from bristle.simulation.result import SimulationResult, VariantResult
+    from bristle.simulation.result import SimulationResult
 
 __all__ = ["FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
@@ -93,6 +92,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
         _draw_errors(axes, loops, result.experiment.kind)
     scale = _draw_errors(full, near, result.experiment.kind)
     _draw_close_up(close, full, near, result.experiment.kind)
+    close.set_title("close up, at a reversal of the reference")
     _draw_distributions(spread, near, scale)
     spread.set_ylim(full.get_ylim())
     style.legend((all_ or [full])[0])
@@ -125,9 +125,9 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
 def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np.ndarray | None) -> None:
     """Draw the following error around the reversal with its widest swing: as measured, as it is, and the last one."""
     loops = _settled(result, measured)
-    shown = [loops[number] for number in sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})]
-    times = _turn(shown[0])
-    _draw_errors(axes, [loop.between(times[0], times[-1]) for loop in shown], result.experiment.kind)
+    times = _turn(loops[0])
+    numbers = sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})
+    _draw_errors(axes, [loops[number].between(times[0], times[-1]) for number in numbers], result.experiment.kind)
 
 
 @style.styled
@@ -148,26 +148,24 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_name
     looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
     near = [loop for loop in loops if loop.variant in close_names] or loops
-    kind, times = result.experiment.kind, _turn(near[0])
-    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in near) if loop.time.size]
-    names = [loop.name for loop in loops]
+    kind, names = result.experiment.kind, [loop.name for loop in loops]
     figure, ((full,), (close,), (effort,)) = style.panels(5.1, rows=3, heights=(1.0, 1.2, 0.8), names=names)
     _draw_errors(full, loops, kind)
-    _draw_errors(close, cut, kind)
+    cut = _draw_close_up(close, full, near, kind)
     apart = "" if len(near) == len(loops) else ", " + " and ".join(loop.name for loop in near) + " only"
     style.title(close, f"at the worst reversal{apart}")
     _draw_efforts(effort, cut, kind)
-    style.mark_window(full, times * time_scale(loops[0].time).factor)
     style.legend(full)
     return figure
 
 
-def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
+    """Draw the errors around a reversal of the first loop, shaded in the whole; return what of the loops lies there."""
     times = _turn(loops[0])
-    cut = [loop.between(times[0], times[-1]) for loop in loops]
-    _draw_errors(close, [loop for loop in cut if loop.time.size], kind)
-    close.set_title("close up, at a reversal of the reference")
+    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
+    _draw_errors(close, cut, kind)
     style.mark_window(full, times * time_scale(loops[0].time).factor)
+    return cut
 
 
 def _turn(loop: _Loop) -> np.ndarray:
@@ -181,22 +179,14 @@ def _turn(loop: _Loop) -> np.ndarray:
 
 def has_completed(result: SimulationResult) -> bool:
     """Return whether there is a variant to draw: one that stayed finite and outlasted its settling time."""
-    return any(_completed(result.variants[variant.name], _judged(variant)) for variant in result.experiment.variants)
-
-
-def _judged(variant: Variant) -> slice:
-    return slice(round(variant.run.settle / variant.run.sample_time), None)
-
-
-def _completed(result: VariantResult, part: slice) -> bool:
-    return result.status is not Status.NOT_FINITE and result.time[part].size > 0
+    return bool(_settled(result, None))
 
 
 def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loop]:
     loops: list[_Loop] = []
     for number, variant in enumerate(result.experiment.variants, 0 if measured is None else 1):
-        outcome, part = result.variants[variant.name], _judged(variant)
-        if not _completed(outcome, part):
+        outcome, part = result.variants[variant.name], slice(round(variant.run.settle / variant.run.sample_time), None)
+        if outcome.status is Status.NOT_FINITE or not outcome.time[part].size:
             continue
         look = style.LINES[number % len(style.LINES)]
         error = outcome.reference[part] - outcome.measured[part]
@@ -216,8 +206,7 @@ def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> N
         counts, _ = np.histogram(loop.error * scale.factor, edges)
         axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
     # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
-    axes.set_xscale("log")
-    axes.set_xlim(SHARES[0], SHARES[-1])
+    axes.set(xscale="log", xlim=(SHARES[0], SHARES[-1]))
     axes.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("Share [%]")

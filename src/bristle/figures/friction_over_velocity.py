@@ -57,8 +57,7 @@ def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", {"color": style.INK, "linewidth": 2.0})
     axes.axhline(0.0, **style.AID)
     axes.axvline(0.0, **style.AID)
-    axes.set_xlabel(speed.label("Velocity"))
-    axes.set_ylabel(scale.label(f"Friction {word.lower()}"))
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
 
 
 FIGURE = ReportFigure(

@@ -40,8 +40,7 @@ def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "transla
         for look, (name, loops) in zip(looks, families.items(), strict=False):
             for index, loop in enumerate(loops):
                 units.plot(axes, *loop, label=f"_{name}" if index else label(name), **look)
-        axes.set_ylim(*units.height(curves))
-        axes.set_xlabel(units.x)
+        axes.set(ylim=units.height(curves), xlabel=units.x)
         style.title(axes, title)
     style.share_y(row, units.y)
     if named:
@@ -74,9 +73,7 @@ def break_away(
         if np.isfinite(at := reached[name]):
             mark = {"marker": look["marker"], "color": look["color"], "markersize": style.SMALL}
             units.plot(axes, at, float(np.interp(at, x, force)), label="_reached", **mark)
-    axes.set_ylim(0.0, None)
-    axes.set_xlabel(units.x)
-    axes.set_ylabel(units.y)
+    axes.set(ylim=(0.0, None), xlabel=units.x, ylabel=units.y)
     style.legend(axes)
     return figure
 
@@ -129,8 +126,7 @@ def ripple(
     del below[count:]
     span = time_scale(time)
     above.plot(time * span.factor, driving * units.force.factor, color=style.INK)
-    above.set_xlabel(span.label("Time"))
-    above.set_ylabel(units.force.label(f"Driving {word.lower()}"))
+    above.set(xlabel=span.label("Time"), ylabel=units.force.label(f"Driving {word.lower()}"))
     under = units.x.replace(" [", ", from the first cycle on [")
     under = under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
     if close_up is not None:
@@ -138,8 +134,7 @@ def ripple(
     for axes, (name, trace) in zip(below, traces.items(), strict=True):
         plot_parts(axes, units, trace, cycle, ("first cycle", "later cycles"))
         style.title(axes, titles[name], name)
-        axes.set_ylim(*units.height(curves))
-        axes.set_xlabel(under)
+        axes.set(ylim=units.height(curves), xlabel=under)
         if axes.get_position().x0 > above.get_position().x0 + 0.1:
             axes.tick_params(labelleft=False)
         else:
@@ -156,6 +151,5 @@ def _compare(axes: Axes, title: str, traces: Traces, units: LoopUnits, under: st
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.45 * (high - low))
     axes.legend(loc="upper left", frameon=False)
-    axes.set_xlabel(under)
-    axes.set_ylabel(units.force.label(f"{word} less a line"))
+    axes.set(xlabel=under, ylabel=units.force.label(f"{word} less a line"))
     style.title(axes, title)

@@ -57,8 +57,7 @@ def loops_proposed(
         for place, value in zip(places, values * factor, strict=True):
             if np.isfinite(value):
                 axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
-        axes.set_xlim(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0))
-        axes.set_xlabel(label)
+        axes.set(xlim=(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0)), xlabel=label)
         axes.set_ylabel("Loop", visible=axes is row[0])  # the numbers of each panel have this head
     row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")

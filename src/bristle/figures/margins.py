@@ -45,15 +45,13 @@ def margins(assessment: Assessment) -> Figure:
     gain.axhline(1.0, **style.AID)
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
-    phase.set_ylabel("Phase [°]")
-    phase.set_xlabel("Frequency [Hz]")
+    phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
     # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
     for axis in (gain.yaxis, phase.xaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     gain.tick_params(labelbottom=False)
     gain.set_ylim(bottom=0.03)
-    phase.set_ylim(-360.0, -60.0)
-    phase.set_yticks([-360.0, -270.0, -180.0, -90.0])
+    phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])
     style.legend(gain, columns=2)
     return figure
 

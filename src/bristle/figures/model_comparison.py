@@ -43,8 +43,7 @@ def model_comparison(identification: Identification) -> Figure:
         axes.plot(fit.error_percent, row, "D", fillstyle="none", color=style.INK, label=names.pop("fitted", "_"))
     scale = _scale(axes)
     quantity, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
-    axes.set_xlabel(f"{quantity} error [% of the {of}, root mean square{scale}]")
-    axes.set_ylabel("Model")
+    axes.set(xlabel=f"{quantity} error [% of the {of}, root mean square{scale}]", ylabel="Model")
     style.legend(axes)
     return figure
 

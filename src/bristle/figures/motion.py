@@ -61,8 +61,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         axes, position = row.pop(0), planned.position[slow] - planned.start
         scale = scale_for("length", planned.kind, position)
         axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
-        axes.set_xlabel(scale.label(position_word(planned.kind)))
-        axes.set_ylabel(label)
+        axes.set(xlabel=scale.label(position_word(planned.kind)), ylabel=label)
     if fast is not None:
         speed, level = np.abs(_steady(planned, friction, fast)).T
         scale = scale_for("length/time", planned.kind, speed)
@@ -71,8 +70,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
-        row[0].set_xlabel(scale.label("Speed"))
-        row[0].set_ylabel(label)
+        row[0].set(xlabel=scale.label("Speed"), ylabel=label)
     return figure
 
 

@@ -46,8 +46,7 @@ def parameters(fit: Fit) -> Figure:
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))
     axes.axvline(0.0, **style.AID)
-    axes.set_xlabel("95 % interval about the estimate [% of value]")
-    axes.set_ylabel("Parameter")
+    axes.set(xlabel="95 % interval about the estimate [% of value]", ylabel="Parameter")
     return figure
 
 

@@ -71,9 +71,11 @@ def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
     step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **style.REST)
-    axes.set_title("loops before sliding and break-aways, each from where it begins")
-    axes.set_xlabel(length.label(position_word(log.kind)))
-    axes.set_ylabel(effort.label(word))
+    axes.set(
+        title="loops before sliding and break-aways, each from where it begins",
+        xlabel=length.label(position_word(log.kind)),
+        ylabel=effort.label(word),
+    )
 
 
 def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:

@@ -68,17 +68,14 @@ def everett_surface(operator: Model, extent: float) -> Figure:
         heights = [everett(share * extent + 0.5 * width, share * extent - 0.5 * width, q) for width in d.tolist()]
         name = f"{share * extent * length.factor:g}".replace("-", "−")
         section.plot(d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=style.SMALL, **look)
-    section.set_xlabel(length.label("α − β"))
-    section.set_ylabel(scale.label("E"))
-    section.set_title(length.label("(α + β)/2"))
+    section.set(xlabel=length.label("α − β"), ylabel=scale.label("E"), title=length.label("(α + β)/2"))
     style.legend(section, len(SHARES), handle=1.2)
     return figure
 
 
 def _label_plane(axes: Axes, length: Scale) -> None:
     axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel(length.label("Threshold β, down"))
-    axes.set_ylabel(length.label("Threshold α, up"))
+    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
 
 
 @style.styled
@@ -110,8 +107,7 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
     style.legend(plane, 3, handle=1.2)
     units.plot(loops, path, output, label="_path", **style.PREDICTED)
     units.plot(loops, path[-1], output[-1], "o", color=NOW, markersize=style.SMALL, label="_now")
-    loops.set_xlabel(units.x)
-    loops.set_ylabel(units.y)
+    loops.set(xlabel=units.x, ylabel=units.y)
     return figure
 
 
@@ -154,8 +150,7 @@ def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], a
         side, align = (1, "left") if turn >= start else (-1, "right")
         below.annotate(f"({LETTERS[index]})", at, xytext=(6 * side, 1), textcoords="offset points", color=style.INK, ha=align)
     below.margins(x=0.05, y=0.1)
-    below.set_xlabel(units.x)
-    below.set_ylabel(units.y)
+    below.set(xlabel=units.x, ylabel=units.y)
     return figure
 
 
@@ -189,8 +184,7 @@ def _draw_memory(
     axes.plot([-edge, edge], [-edge, edge], label="_diagonal", **style.AID)
     axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
-    axes.set_xlim(-edge, edge)
-    axes.set_ylim(-edge, edge)
+    axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
     _label_plane(axes, length)
 
 
@@ -242,8 +236,7 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
         units.plot(axes, *ascending, color=style.INK, linewidth=style.WIDE)
         units.plot(axes, -extent, ascending[1][0], "o", color=NOW, markersize=style.SMALL)
         style.title(axes, name)
-        axes.set_ylim(*units.height(curves))
-        axes.set_xlabel(units.x)
+        axes.set(ylim=units.height(curves), xlabel=units.x)
     style.share_y(row, units.y)
     return figure
 

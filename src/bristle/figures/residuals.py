@@ -64,9 +64,7 @@ def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarr
     axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
     axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
     axes.axhline(0.0, **style.AID)
-    axes.set_xlabel(span.label("Lag"))
-    axes.set_ylabel("Autocorrelation [–]")
-    axes.set_ylim(min(-0.3, correlation.min() - 0.05), 1.05)
+    axes.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
     style.legend(axes)
 
 

@@ -85,8 +85,7 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
     figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
     for draw, bottom, height, content in ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant)):
         axes = figure.add_axes((0.0, bottom / total, 1.0, height / total))
-        axes.set_xlim(0.0, WIDTH)
-        axes.set_ylim(0.0, height)
+        axes.set(xlim=(0.0, WIDTH), ylim=(0.0, height))
         axes.set_axis_off()
         draw(axes, content)
     return figure

@@ -62,8 +62,7 @@ def _panels(
     figure, axes = style.grid_of(len(traces), between=0.2, gap=0.72, **layout)
     for panel, name in zip(axes, traces, strict=True):
         style.title(panel, titles[name], name)
-        panel.set_ylim(*units.height(curves))
-        panel.set_xlabel(units.x)
+        panel.set(ylim=units.height(curves), xlabel=units.x)
     for start in range(0, len(axes), columns):
         style.share_y(axes[start : start + columns], units.y)
     return figure, dict(zip(traces, axes, strict=True)), units

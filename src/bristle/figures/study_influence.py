@@ -39,9 +39,11 @@ def study_influence(causes: Sequence[str], bars: Mapping[str, Sequence[Bar]], wo
             axes.plot([low, high], [at, at], "|", color=color, markersize=style.SMALL, label="_ends")
             axes.plot(value, at, look["marker"], color=color, markersize=style.SMALL, label="_value" if row else name)
     axes.axvline(0.0, **style.AID)
-    axes.set_xlim(-1.05 if signed else min(-0.1, axes.dataLim.x0 - 0.02), max(1.05, axes.dataLim.x1 + 0.02))
-    axes.set_xlabel(shortened(word, style.LONGEST, AT_TICKS))
-    axes.set_ylabel("Cause")
+    axes.set(
+        xlim=(-1.05 if signed else min(-0.1, axes.dataLim.x0 - 0.02), max(1.05, axes.dataLim.x1 + 0.02)),
+        xlabel=shortened(word, style.LONGEST, AT_TICKS),
+        ylabel="Cause",
+    )
     if len(bars) > 1:
         style.legend_in_corner(figure, axes)
     return figure

@@ -44,8 +44,6 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)
             axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
-        axes.set_ylim(0.0, None)
-        axes.set_xlabel(scale.label(shortened(word, style.LONGEST, AT_TICKS)))
-        axes.set_ylabel("Share of the runs [%]")
+        axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure

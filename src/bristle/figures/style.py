@@ -188,8 +188,7 @@ def over_time(axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, st
     for signal, look, name in signals:
         x, y = line(time, signal)
         axes.plot(x * span.factor, y * scale.factor, label=name, **look)
-    axes.set_xlabel(span.label("Time"))
-    axes.set_ylabel(scale.label(word))
+    axes.set(xlabel=span.label("Time"), ylabel=scale.label(word))
 
 
 def mark_window(axes: Axes, times: np.ndarray) -> None:
