@@ -118,8 +118,7 @@ def _subject_in(content: Content) -> tuple[Any, str, Any]:
     """Return what a file defines that has a contract, what people call such a thing, and what tries it."""
     from bristle.exports import load_target_file
     from bristle.figures import load_figure_file
-    from bristle.files.user_model import SourceText, load_checked, word_of
-    from bristle.files.user_reader import load_reader_file
+    from bristle.files.user_model import SourceText, load_checked, load_reader_file, word_of
     from bristle.testing import check_figure, check_model, check_reader, check_target
 
     module = SourceText(content).module()

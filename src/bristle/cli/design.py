@@ -35,8 +35,8 @@ def design(
     Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
     circle that two such axes run. The exit code is 1 if the loop is unstable.
     """
-    from bristle.files.provenance import provenance
-    from bristle.loop_design import design as designed
+    from bristle.files.summary import provenance
+    from bristle.loop import design as designed
     from bristle.report.design import design_report, design_sentences, design_summary
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
     from bristle.report.results import write_report

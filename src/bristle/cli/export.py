@@ -157,7 +157,7 @@ def _law(
     """Return the control law of a variant of an experiment as files."""
     from bristle.exports.described import Source
     from bristle.exports.writing import law_for, name_for, target_named, variant_of
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.testing import admit
     from bristle.workflow.exported import ExportedModel

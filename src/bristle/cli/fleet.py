@@ -18,12 +18,12 @@ def identify_each(
 ) -> int:
     """Identify each of many logs."""
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance
-    from bristle.fleet.identify import fleet_of, identify_within
-    from bristle.fleet.store import FleetStore
+    from bristle.files.summary import provenance
+    from bristle.fleet.identify import FleetStore, Identifier, fleet_of
     from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
     from bristle.report.results import write_report
     from bristle.study.dataset import runs_in
+    from bristle.study.run import run_within
     from bristle.study.store import opened
 
     refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
@@ -41,7 +41,7 @@ def identify_each(
     source = provenance(output.command, axis=axes, reader=fleet.readers)
     with opened(output.out, fleet, source, FleetStore) as store, progress("beginning") as report:
         with interruptible(output.out, "logs"):
-            ran = identify_within(store, workers=workers, progress=report)
+            ran = run_within(store, workers=workers, progress=report, simulator=Identifier)
         report(1.0, "writing the report")
         runs = runs_in(store.folder)
         summary = fleet_summary(runs, provenance=runs.described["provenance"])

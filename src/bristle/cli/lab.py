@@ -56,14 +56,14 @@ def lab(
         raise InputError("is missing", path="--out", mend="Name the page to write, or serve: bristle lab --serve")
     from bristle.files.arrays import read_arrays
     from bristle.files.model import read_model
-    from bristle.files.provenance import provenance
     from bristle.files.single import sealed, write_whole
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.friction import MODELS
     from bristle.identification.result import Traces
     from bristle.lab import lab_page
     from bristle.lab.page import FIRST
-    from bristle.lab.replay import replay_of_traces
+    from bristle.lab.rows import replay_of_traces
     from bristle.testing import admit
 
     is_folder = model is not None and model.is_dir()

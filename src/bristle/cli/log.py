@@ -41,7 +41,7 @@ def log(
     Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
     """
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.workflow.inspected import inspect_log
 
     output.context.with_resource(own_readers(reader))

@@ -19,8 +19,8 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
     from bristle.core import InputError
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import write_operator
-    from bristle.files.provenance import provenance
-    from bristle.hysteresis_identification import FITTED, identify_operator
+    from bristle.files.summary import provenance
+    from bristle.hysteresis.identification import FITTED, identify_operator
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
 
@@ -67,8 +67,8 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
     from bristle.core.variable import unit_of
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import read_operator
-    from bristle.files.provenance import provenance
-    from bristle.hysteresis_identification import predict_operator as predicted
+    from bristle.files.summary import provenance
+    from bristle.hysteresis.identification import predict_operator as predicted
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report
 

@@ -223,7 +223,7 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     if not files:
         return nullcontext()
     from bristle.files.permission import allow
-    from bristle.files.user_reader import load_reader_file
+    from bristle.files.user_model import load_reader_file
     from bristle.logs.formats import reading
 
     contents = [code_in(file) for file in files]

@@ -70,9 +70,9 @@ def paper(
     if write is not None:
         _write(write, force, as_json)
         return
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
-    from bristle.paper.latex import ERRATA_FILE, errata_tex
+    from bristle.paper.errata import ERRATA_FILE, errata_tex
     from bristle.paper.page import claim_table
     from bristle.report.results import write_report
 
@@ -98,11 +98,10 @@ def paper(
 
 def _try_robustness(output: Output, names: list[str], seeds: int, axis: Path | None, *, allow_code: bool) -> None:
     """Run the trial of the compensation, write its report, and show its first tables."""
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
+    from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
-    from bristle.paper.robust.store import opened
-    from bristle.paper.robust.tables import best_table, claim_table
-    from bristle.paper.robust.trial import Plan, run_trial
+    from bristle.paper.robust.trial import Plan, opened, run_trial
     from bristle.paper.robust.truths import truths_named
     from bristle.report.figure_files import figure_files
     from bristle.report.results import write_report

@@ -54,9 +54,9 @@ def predict(
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
-    from bristle.identification.prediction_interval import Bands
+    from bristle.identification.simulated_bands import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
     from bristle.report.prediction import prediction_report

@@ -35,7 +35,8 @@ def run(
 
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
+    from bristle.loop import Verdict, runnable, verdict_of
     from bristle.report.best import closing_sentences
     from bristle.report.loop_tables import variant_table
     from bristle.report.loop_warnings import about_loops, loop_doubts, loop_warnings
@@ -45,7 +46,6 @@ def run(
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
-    from bristle.stability import Verdict, runnable, verdict_of
     from bristle.testing import admit_friction_of
 
     refuse({"--log": log and not output.out}, "needs a folder to write into", "Add --out DIR")

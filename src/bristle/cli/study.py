@@ -126,12 +126,12 @@ def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
 
 def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.report.loop_tables import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report
     from bristle.report.summary import simulation_summary
-    from bristle.study.repeat import repeat_run, values_of
+    from bristle.study.run import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
     with output.opened(f"run {number}") as (folder, _):
@@ -166,7 +166,7 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
 
 def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.report.figure_files import figure_files
     from bristle.report.study import spread_tables, study_sentences
     from bristle.study.run import run_within
@@ -196,11 +196,11 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
 
 def _write(store: Store, ran: Ran, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
     """Write traces, numbers and report of a study; return the numbers."""
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.report.results import write_report
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
-    from bristle.study.repeat import worst_runs, write_traces
+    from bristle.study.run import worst_runs, write_traces
 
     runs = runs_in(store.folder)
     worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
