@@ -17,7 +17,7 @@ OTHERS = {
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
-    "exports/fmu_build.py": {"write_text"},
+    "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open"},  # the null device
     "cli/failure.py": {"os.open"},
     "study/worker.py": {"os.open"},

@@ -11,7 +11,7 @@ from tests.exports.test_laws import variant_of
 from tests.exports.test_own_model import HEAD, TRIAL, model_of
 
 import bristle as br
-from bristle.exports.identity import copyright_line, hash_of_law, hash_of_model, licence_text
+from bristle.exports.described import copyright_line, hash_of_law, hash_of_model, licence_text
 from bristle.exports.law import law_of
 from bristle.friction import MODELS, with_slots
 from bristle.hysteresis import OPERATORS
@@ -92,7 +92,7 @@ def test_it_follows_what_kernels_do_and_not_how_they_are_written(tmp_path):
 
 def test_another_process_finds_the_same():
     model = f"br.friction.lugre(**{LUGRE})"
-    code = f"import bristle as br; from bristle.exports.identity import hash_of_model; print(hash_of_model({model}))"
+    code = f"import bristle as br; from bristle.exports.described import hash_of_model; print(hash_of_model({model}))"
     ran = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,

@@ -15,7 +15,7 @@ from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
-    from bristle.exports.target import Target
+    from bristle.exports.targets import Target
     from bristle.workflow.exported import ExportedModel
 
 __all__ = ["COMMAND", "EXAMPLE", "export"]
@@ -156,7 +156,7 @@ def _target(to: str) -> str | Target:
     if not to.endswith(".py"):
         return to
     from bristle.core.content import content_of
-    from bristle.exports.own import load_target_file
+    from bristle.exports.writing import load_target_file
     from bristle.files.permission import CODE_LIMIT, allow
 
     content = content_of(to, limit=CODE_LIMIT)

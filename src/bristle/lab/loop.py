@@ -17,7 +17,7 @@ from bristle.core.contracts import Controller, Model, Reference
 from bristle.core.experiment import Experiment
 from bristle.exports.build import Builder
 from bristle.exports.scope import defined
-from bristle.exports.types import REAL, Array, type_of
+from bristle.exports.tree import REAL, Array, type_of
 from bristle.exports.wasm import Part, module_of_parts
 from bristle.files.experiment import read_experiment
 from bristle.lab.packing import packed

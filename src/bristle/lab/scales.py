@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.exports.subject import Subject
-from bristle.exports.walk import presliding_distance
+from bristle.exports.subject import Subject, presliding_distance
 from bristle.plants import pulled_inertia
 
 __all__ = ["Scales", "pulled_by", "scales_of"]

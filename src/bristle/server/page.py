@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.exports.targets import TARGETS
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import hash_of, joined

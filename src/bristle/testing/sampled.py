@@ -14,7 +14,7 @@ from bristle.core.variable import unit_of
 from bristle.engine import interpreted, run_closed_loop
 from bristle.exports.build import Builder
 from bristle.exports.scope import NotExportableError, is_kernel
-from bristle.exports.types import REAL, struct_of, type_of
+from bristle.exports.tree import REAL, struct_of, type_of
 from bristle.friction import coulomb
 from bristle.plants import inertia
 from bristle.sensors import encoder
