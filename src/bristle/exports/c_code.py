@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
 from bristle.exports import tree
-from bristle.exports.printing import INDENT, ascii_name, described, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.exports.printing import INDENT, PRIMARY, UNARY, ascii_name, described, needs_wide_integers, structures_of, types_in, wrapped
 from bristle.exports.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
@@ -74,7 +74,7 @@ def _camel(module: str) -> str:
 
 
 # How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
-PRIMARY, UNARY, SELECT = 16, 14, 2
+SELECT = 2
 BINDS = {
     "*": 13,
     "/": 13,

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from bristle.exports.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
 INDENT, LONGEST = "    ", 110
+PRIMARY, UNARY = 16, 14  # how tightly a name and a sign bind
 BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from bristle.exports import tree
-from bristle.exports.printing import wrapped
+from bristle.exports.printing import PRIMARY, UNARY, wrapped
 from bristle.exports.scope import NotExportableError
 from bristle.exports.st_parts import INDENT, Names, whole_literal
 from bristle.exports.st_parts import Variable as Declared
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 RESULT = "given_back"
 # How tightly an expression binds.
-PRIMARY, UNARY, COMPARED = 16, 14, 9
+COMPARED = 9
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
 COMPARISONS = {"==": "=", "!=": "<>"}
 IN_WORDS = {"&": "AND", "^": "XOR"}

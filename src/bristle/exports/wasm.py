@@ -37,7 +37,6 @@ from bristle.friction.resting import rest_rule
 PAGE, FIRST = 65536, 8
 ALONE, PACKED = 500, 60  # parts of the tree that running a function where it is called may add
 VARYING = frozenset({"place", "rise", "slot", "around"})  # of what kernels receive: what lets them vary
-TYPE, FUNCTION, MEMORY, EXPORT, CODE, DATA = 1, 3, 5, 7, 10, 11
 
 
 @dataclass(frozen=True)
@@ -189,12 +188,12 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     return b"".join(
         [
             b"\0asm\1\0\0\0",
-            _section(TYPE, [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed]),
-            _section(FUNCTION, [leb(kind) for kind in kinds]),
-            _section(MEMORY, [b"\0" + leb(pages)]),
-            _section(EXPORT, exports),
-            _section(CODE, bodies),
-            _section(DATA, [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image]),
+            _section("types", [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed]),
+            _section("functions", [leb(kind) for kind in kinds]),
+            _section("memories", [b"\0" + leb(pages)]),
+            _section("exports", exports),
+            _section("code", bodies),
+            _section("data", [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image]),
         ]
     )
 
@@ -262,9 +261,9 @@ def _ranges(model: Model) -> dict[str, list[float | None]]:
     return {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
 
 
-def _section(number: int, parts: list[bytes]) -> bytes:
+def _section(name: str, parts: list[bytes]) -> bytes:
     content = vector(parts)
-    return bytes([number]) + leb(len(content)) + content
+    return OP[name] + leb(len(content)) + content
 
 
 def _export(name: str, kind: int, index: int) -> bytes:

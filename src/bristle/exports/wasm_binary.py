@@ -11,8 +11,9 @@ from itertools import groupby
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.exports.tree import REAL, TRUTH, VOID, Array, Struct, Type, Variable
 
-# Names with their bytes: types, the type of a block that gives nothing, instructions, and arithmetic by type and operator.
+# Names with their bytes: sections, types, the type of a block that gives nothing, instructions, arithmetic by type and operator.
 TABLE = """
+types 01 functions 03 memories 05 exports 07 code 0A data 0B
 i32 7F i64 7E f64 7C empty 40
 unreachable 00 block 02 loop 03 if 04 else 05 end 0B br 0C br_if 0D return 0F call 10 drop 1A select 1B
 get 20 set 21 tee 22 load 2B0300 store 390300 i32.const 41 i64.const 42 f64.const 44
