@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bristle.friction import coulomb, lugre
-from bristle.prediction.reversal import reversal_distance
+from bristle.prediction.drive_table import reversal_distance
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 1e8])

@@ -27,9 +27,8 @@ from bristle.exports.described import plain
 from bristle.exports.drive import behind_comments, last_direction, level_losses, levels_and_curves, rows_of
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
-from bristle.prediction.drive_table import LevelValues
+from bristle.prediction.drive_table import SETTLED_SHARE, LevelValues, reversal_distance
 from bristle.prediction.drive_units import table_units
-from bristle.prediction.reversal import SETTLED_SHARE, reversal_distance
 
 STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
 TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate"}

@@ -23,10 +23,8 @@ from bristle.exports.targets import Product, Request
 from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import LevelValues, levels_of
+from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, log_units, table_units, units_of
-from bristle.prediction.reversal import reversal_distance
-from bristle.prediction.steady_side import placed, resolved_side
 from bristle.prediction.table_error import table_error
 
 if TYPE_CHECKING:

@@ -25,8 +25,8 @@ from bristle.exports.effect import Drive
 from bristle.exports.effect_of import loop_for, samples_ahead
 from bristle.exports.targets import Product, Request
 from bristle.identification.parameters import offset_of
+from bristle.prediction.drive_table import reversal_distance
 from bristle.prediction.drive_units import DriveUnit, table_units
-from bristle.prediction.reversal import reversal_distance
 
 MOST, SCALE_OF_ONE, LONGEST_DELAY, MOST_AHEAD = 20, 1000, 10, 4
 DELAY_UNIT = {"translational": ("0.1 um", 1e-7), "rotational": ("0.0001 deg", math.radians(1e-4))}

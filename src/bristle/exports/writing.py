@@ -13,10 +13,10 @@ from bristle.core.experiment import RESTS, Experiment, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source
 from bristle.exports.targets import TARGETS, Product, Request, Target
-from bristle.files.declared import declared_in
 from bristle.files.owned import is_plain
 from bristle.files.permission import code_at
 from bristle.files.results import SUMMARY
+from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
 
 if TYPE_CHECKING:
