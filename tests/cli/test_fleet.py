@@ -63,7 +63,6 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert "of left in friction.F_C" not in named
 
 
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
