@@ -11,7 +11,7 @@ from bristle.core.variable import KINDS
 from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings, thresholds
 from bristle.report.messages import warnings_of
-from bristle.report.settings import changed_settings, settings_table
+from bristle.report.model_tables import changed_settings, settings_table
 
 AS_TREATED = Axis(seeks_delay=False, cutoff=100.0)  # each model has its own inertia
 

@@ -77,7 +77,7 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allo
     if as_json:
         _print_json(chosen.name, not failed, {name: vars(certificate) for name, certificate in certificates.items()})
     else:
-        from bristle.report.certificates import certificate_table
+        from bristle.report.model_tables import certificate_table
 
         show_table(certificate_table(chosen.name, certificates))
     for name, certificate in failed.items():

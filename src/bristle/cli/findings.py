@@ -20,9 +20,9 @@ def show_identification(identification: Identification, simulation: SimulationRe
     from bristle.core.variable import unit_of
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import judged
+    from bristle.report.log import break_away_table
     from bristle.report.messages import warnings_of, whole_sentence, why_effective
     from bristle.report.model_tables import comparison_table, parameter_table
-    from bristle.report.passages import break_away_table
 
     best = identification.best
     judgement = judged(best, identification.settings, following)
@@ -34,7 +34,7 @@ def show_identification(identification: Identification, simulation: SimulationRe
             say(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
     show_table(parameter_table(best))
     if len(identification.fits) > 1:
-        show_table(comparison_table(identification))
+        show_table(comparison_table(identification, details=False))
     if identification.break_aways:
         show_table(break_away_table(identification.break_aways, best.plant.kind))
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""

@@ -103,7 +103,7 @@ def _show(summary: dict[str, Any]) -> None:
     if summary["channels"]:
         show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
     if summary["passages"]:
-        from bristle.report.passages import passage_table
+        from bristle.report.log import passage_table
 
         show_table(passage_table(summary["passages"], summary["kind"]))
     if summary["rate"]:

@@ -122,7 +122,7 @@ def _predict_friction(
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
     from bristle.report.figure_files import figure_files
-    from bristle.report.summary import prediction_summary
+    from bristle.report.prediction import prediction_summary
     from bristle.testing import admit
 
     further, code = own_figures(own, "predict", has_folder=out is not None)
@@ -176,9 +176,8 @@ def _was_fitted_to(provenance: Mapping[str, str], recorded: Log) -> bool:
 
 def _show(prediction: Prediction, log_notes: tuple[str, ...], *, own_log: bool) -> None:
     from bristle.core.status import Status
-    from bristle.report.fronts.prediction import prediction_ruling
     from bristle.report.messages import message
-    from bristle.report.prediction import metrics_in_words
+    from bristle.report.prediction import metrics_in_words, prediction_ruling
 
     ruling = prediction_ruling(prediction, own_log=own_log)
     say(f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.")

@@ -52,12 +52,11 @@ def run(
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.report.best import closing_sentences
+    from bristle.report.compensation import closing_sentences
     from bristle.report.figure_files import figure_files
-    from bristle.report.loop_tables import variant_table
-    from bristle.report.loop_warnings import about_loops, loop_doubts, loop_warnings
+    from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.results import write_logs, write_report
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
     from bristle.stability import runnable

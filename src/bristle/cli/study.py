@@ -150,10 +150,9 @@ def _repeat(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.report.figure_files import figure_files
-    from bristle.report.loop_tables import variant_table
+    from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_report, simulation_summary
     from bristle.study.repeat import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 

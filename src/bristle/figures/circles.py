@@ -14,12 +14,13 @@ from bristle.figures.drawing import Drawing
 from bristle.figures.envelope import line
 from bristle.figures.labels import scale_for
 from bristle.figures.names import label, shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.loop_design import Circle
 
-__all__ = ["circles"]
+__all__ = ["FIGURE", "circles"]
 
 HEIGHT = 4.6
 LABELS = 0.25 * np.pi  # where the numbers of the radius stand
@@ -82,3 +83,13 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
         labelspacing=0.5 if len(labels) < FULL else 0.3,
     )
     return figure
+
+
+FIGURE = ReportFigure(
+    name="circles",
+    takes=("circles", "kind"),
+    draw=circles,
+    alternative="Radial deviation of the circle, around it and unrolled",
+    caption="How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes sides, and the path bulges.",
+)

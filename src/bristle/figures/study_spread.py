@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,8 +12,12 @@ from bristle.core.typography import scale_of
 from bristle.figures import style
 from bristle.figures.labels import largest
 from bristle.figures.names import shortened
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["study_spread"]
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
+
+__all__ = ["FIGURE", "study_spread"]
 
 COLUMNS = 2
 ROW = 1.9  # inches
@@ -60,3 +65,25 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         axes.set_ylabel("Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure
+
+
+Spread = Mapping[str, tuple[str, str, Mapping[str, np.ndarray]]]
+"""By metric, what stands at the axis, the unit, and the groups of runs."""
+
+
+def _draw(study: Runs, spread: Spread) -> Figure:
+    return study_spread({words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()])
+
+
+def _caption(study: Runs, spread: Spread) -> str:
+    lines = "A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle."
+    return f"How often the runs come out at which value. {lines}"
+
+
+FIGURE = ReportFigure(
+    name="spread",
+    takes=("study", "spread"),
+    draw=_draw,
+    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    caption=_caption,
+)

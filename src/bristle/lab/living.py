@@ -16,7 +16,7 @@ from bristle.lab.followed import followed_part
 from bristle.lab.packing import as_json
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
-from bristle.report.living import Living
+from bristle.report.page import Living
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis

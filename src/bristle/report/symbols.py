@@ -47,13 +47,15 @@ def symbolic(text: str) -> Markup:
 
 
 def worded(text: str) -> Markup:
-    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code.
+    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
 
     Examples
     --------
     >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
     Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
     """
+    if isinstance(text, Markup):
+        return text
     pieces = _CODE.split(text)
     return Markup().join(
         Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bristle.core.errors import InputError
-from bristle.report.passages import passage_table
+from bristle.report.log import passage_table
 from bristle.server.tasks.errand import Answer, Errand
 from bristle.workflow.inspected import inspect_log
 

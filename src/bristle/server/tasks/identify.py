@@ -54,20 +54,17 @@ def _command(errand: Errand) -> str:
 
 def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return what the page shows: the verdict, the models, what to type in."""
-    from bristle.report.advice import next_measurements
-    from bristle.report.first_page import answers
+    from bristle.report.identification import answers
     from bristle.report.judgement import judged
     from bristle.report.messages import warnings_of
     from bristle.report.model_tables import comparison_table, drive_rows, parameter_table
 
     best, kind = identified.best, identified.best.plant.kind
     judgement = judged(best, identified.settings, outcome.following)
-    front = answers(
-        identified, outcome.simulation, outcome.following, next_measurements(best), outcome.axis, usable=judgement.level != "measure_again"
-    )
+    front = answers(identified, outcome.simulation, outcome.following, outcome.axis, usable=judgement.level != "measure_again")
     traces = best.traces
     return {
-        "verdict": {"level": judgement.level, "words": judgement.words, "reasons": judgement.reasons},
+        "verdict": judgement.as_data(),
         "answers": front,
         "command": outcome.command,
         "kind": kind,

@@ -14,7 +14,7 @@ MODE = "inverse"
 def predict(errand: Errand) -> Answer:
     """Return the error of the model on each log that was held out."""
     import bristle
-    from bristle.report.fronts.prediction import prediction_ruling
+    from bristle.report.prediction import prediction_ruling
 
     if errand.results is None:
         raise InputError("is missing", path="model", mend="Identify first")
