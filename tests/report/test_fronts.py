@@ -81,9 +81,9 @@ def test_a_law_that_helps_by_itself_is_no_compensation(stage):
 
 def test_doubts_of_loops_are_short_on_the_first_page():
     small = Diagnostic(
-        "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d"), "motions": "all", "phase": 15.0, "enough": 30.0}
+        "small_margin", severity="warning", numbers={"variants": ("a", "b", "c", "d", "e"), "motions": "all", "phase": 15.0, "enough": 30.0}
     )
-    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c and 1 more"]
+    assert loop_doubts([small]) == ["the margins of the loop are small: a, b, c, d and 1 more"]
 
 
 def test_variants_along_another_motion_are_not_held_against_the_base(stage):

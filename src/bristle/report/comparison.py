@@ -33,7 +33,6 @@ WORDS = {
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 GROUPS = ("following_error", "reversals", "effort", "friction")
 FINEST = 0.1  # percent, told to two digits
-NEARLY_ALL = 99.0  # percent of a motion
 
 
 class Wording(NamedTuple):
@@ -219,7 +218,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         _lines(compared, ("effort", "friction"), "no effort in these logs"),
         [
             f"{shared.cycles_before} {_pieces(compared)} before, {shared.cycles_after} after; intervals from their scatter",
-            partly if min(shared.before_percent, shared.after_percent) < NEARLY_ALL else "",
+            partly if min(shared.before_percent, shared.after_percent) < 99.0 else "",
             "what differs from one recording to the next, as temperature does, is in no interval" if is_single else "",
         ],
         [wording.advice, "to be surer, further logs of each side: `--before`, `--after`" if is_single else ""]

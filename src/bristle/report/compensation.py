@@ -12,7 +12,7 @@ from bristle.core.status import Status
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.report.messages import message
-from bristle.report.table import fixed, length_text
+from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Experiment, Variant
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
 __all__ = [
+    "NAMES_MAX",
     "NO_CHANGE",
     "Gain",
     "Standing",
@@ -96,7 +97,7 @@ class Gain(NamedTuple):
         if compensated.lag_share < MOSTLY_LAG:
             return []
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
-        old, new = (number(error.beyond_lag * scale.factor, digits=3) for error in (before, compensated))
+        old, new = (short_text(error.beyond_lag * scale.factor) for error in (before, compensated))
         # Which of the two it is cannot be told from the error: either rises with the velocity.
         cause = (
             "viscous friction that is not fed forward, or the rest of the lag of the position loop. Velocity is fed "
@@ -293,11 +294,11 @@ def best_sentences(result: SimulationResult) -> list[str]:
         ]
     less = "hardly less" if base in alike else f"{_difference(base, best)} less"
     ties = [variant.name for variant in sorted(alike, key=_peak) if variant is not base]
-    about_ties = [f"About as little {'errs' if len(ties) == 1 else 'err'} {several(ties, NAMES_MAX)}."] if ties else []
+    about_ties = [f"About as little {'errs' if len(ties) == 1 else 'err'} {several(ties)}."] if ties else []
     return [f"{least}, {less} than {base.name} with {_error_text(base)}{_runs(best)}.", *about_ties]
 
 
-def several(names: Sequence[object], most: int) -> str:
+def several(names: Sequence[object], most: int = NAMES_MAX) -> str:
     """Return names in a list, as many as are read, and how many more there are."""
     return ", ".join(map(str, names[:most])) + (f" and {len(names) - most} more" if len(names) > most else "")
 

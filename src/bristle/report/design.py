@@ -12,11 +12,12 @@ from markupsafe import Markup
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.loop_design.tuning import UNSTATED
+from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Code, Figures, Front, Ruling, Section, about, answered, report_page
-from bristle.report.table import fixed, length_text
+from bristle.report.table import fixed, length_text, short_text
 from bristle.stability import Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
@@ -25,9 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
 
-NO_LESS = 0.05  # of an error: what a cause takes away from it that is as good as nothing
 MUCH = 0.5  # of the friction: effort for a single count that is worth a word
-LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
 WORTH = 0.8  # of an error: above it other gains are not worth their margins
 GAINS = """“Tuned” is the same law with the gains that keep a phase margin of 40° and a factor of two on the gain, for small
 motions and large ones; “with an observer” a proportional-derivative law with a disturbance observer and the same margins.
@@ -87,7 +86,7 @@ def _about_causes(budget: Budget, design: Design) -> str:
     """Return what a loop errs by and the cause without which it errs least, where one stands out."""
     kind, first, whole = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
     total = f"It errs by {length_text(whole, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_LESS) * whole:
+    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * whole:
         without = length_text(first.without.peak_to_peak, kind)
         return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
     largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
@@ -105,7 +104,7 @@ def _about_the_lag(design: Design) -> list[str]:
     (least, most), phase = (1e3 * lag for lag in UNSTATED), least_phase(late)
     own = f"is unstable with {most:g} ms"
     if late.verdict is Verdict.STABLE and phase is not None:
-        own = f"has a phase margin of {number(phase, digits=3)}° with {most:g} ms"
+        own = f"has a phase margin of {short_text(phase)}° with {most:g} ms"
     return [
         f"How late is the current loop? No file states its lag, and it is not zero. The gains proposed keep their "
         f"margins from {least:g} to {most:g} ms; {design.variant.name} {own}. Write the lag of the drive into the axis "
@@ -150,10 +149,10 @@ def _advice(design: Design) -> list[str]:
     if best is None:
         return []
     is_simulated, error = present.following_error is not None, length_text(_peak(best), design.experiment.kind)
-    if is_simulated and _peak(best) > MORE * _peak(present):
+    if is_simulated and _peak(best) > (1.0 + NO_CHANGE) * _peak(present):
         return ["None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against the error."]
     loop = f"The loop {best.name} ({best.variant.controller.name}, gains below) errs"
-    if is_simulated and _peak(best) > LESS * _peak(present):
+    if is_simulated and _peak(best) > (1.0 - NO_CHANGE) * _peak(present):
         return [f"{loop} about as little in the simulation, {error}, with margins kept."]
     return [
         f"{loop} by {error} in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
@@ -187,7 +186,7 @@ def design_ruling(design: Design) -> Ruling:
 
 def _margin_text(proposal: Proposal) -> str:
     phase = least_phase(proposal.assessment)
-    return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {number(phase, digits=3)}°"
+    return "it has no crossover, and so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
 
 
 def _front(design: Design) -> Front:
@@ -236,7 +235,7 @@ def _cost(chosen: Proposal, present: Proposal, design: Design) -> list[str]:
             lines.append(f"{word}: {fixed(new, force)}" + (f" instead of {fixed(old, force)}" if is_change and old else ""))
     margins = [least_phase(loop.assessment) for loop in (chosen, present)]
     if is_change and margins[0] is not None and margins[1] is not None:
-        lines.append(f"phase margin {number(margins[0], digits=3)}° instead of {number(margins[1], digits=3)}°")
+        lines.append(f"phase margin {short_text(margins[0])}° instead of {short_text(margins[1])}°")
     return lines
 
 

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, stiffness_text
 from bristle.core.variable import unit_of
-from bristle.report.table import MICROMETRE, Quantity, Table
+from bristle.report.compensation import NO_CHANGE
+from bristle.report.table import MICROMETRE, Quantity, Table, short_text
 
 if TYPE_CHECKING:
     from bristle.loop_design import Budget, Circle, Delays, Design
     from bristle.stability import Assessment, WorkingPoint
 
 __all__ = ["budget_table", "circle_table", "delay_table", "least_phase", "loop_name", "margin_table", "proposal_table"]
-
-NEARLY_NOTHING = 0.01  # of what a loop errs by
 
 
 def margin_table(design: Design) -> Table:
@@ -45,7 +44,7 @@ def _point_row(point: WorkingPoint) -> tuple[str, ...]:
 
 
 def _cell(value: float | None) -> str:
-    return "–" if value is None else number(value, digits=3)
+    return "–" if value is None else short_text(value)
 
 
 def delay_table(delays: Delays) -> Table:
@@ -73,7 +72,7 @@ def budget_table(budget: Budget, design: Design) -> Table:
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
     ]
-    is_nothing = budget.no_cause.peak_to_peak <= NEARLY_NOTHING * budget.all_causes.peak_to_peak
+    is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
     left = "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),

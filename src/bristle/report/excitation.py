@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["excitation_report", "excitation_ruling", "excitation_summary", "outlook_table", "piece_table"]
 
 SMALL_PERCENT = 2.0  # an error that nobody minds
-FULL_PERCENT = 100.0  # percent: an interval as wide as the value
 
 
 def excitation_report(excitation: Excitation, *, command: str, identify: str, provenance: Mapping[str, str]) -> str:
@@ -113,7 +112,7 @@ def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the parameters that would be identified within their own size, or those that would not."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
     identified = [estimate for estimate in _sought(excitation) if estimate.status == "identified" and truth.get(estimate.name) != 0.0]
-    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < FULL_PERCENT) == sure]
+    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < 100.0) == sure]
 
 
 def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]]:

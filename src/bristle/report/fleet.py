@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.normal import NORMAL_95
+from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.core.typography import number, with_unit
 from bristle.report.page import Figures, Front, Section, report_page
+from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table
 from bristle.study.dataset import OK
 
@@ -20,9 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["failed_logs_table", "fleet_report", "fleet_sentences", "fleet_summary", "parameters_table"]
 
 IDENTIFIED = "identified"
-FAILURES_SHOWN, LOGS_SHOWN, DRAWN_MOST = 50, 200, 12
+LOGS_SHOWN, DRAWN_MOST = 200, 12
 APART = 3.5  # robust standard deviations, its own interval counted in
-PER_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 FEWEST = 5  # logs of which one can stand apart
 
 
@@ -104,7 +104,7 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     values = columns[name][tells]
     std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
     distance = np.abs(values - np.median(values))
-    allowed = APART * np.hypot(PER_MAD * float(np.median(distance)), std)
+    allowed = APART * np.hypot(DEVIATION_OVER_MEDIAN * float(np.median(distance)), std)
     far = np.flatnonzero(distance > allowed)
     return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
 
@@ -165,7 +165,7 @@ def _apart_table(summary: Mapping[str, Any]) -> Table | None:
             with_unit(about["median"], about["unit"] or "1"),
         )
         for name, about in summary["parameters"].items()
-        for entry in about["apart"][:10]
+        for entry in about["apart"][:WORST_SHOWN]
     ]
     heads = ("Parameter", "Folder", "Log", "Here", "Median of all")
     return Table("Logs that stand apart from the others", heads, rows) if rows else None

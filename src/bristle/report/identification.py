@@ -17,7 +17,7 @@ from bristle.logs.passages import passages
 from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, steady_curve
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
 from bristle.prediction.reversal import reversal_distance
-from bristle.report.compensation import NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, several
+from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, several
 from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
@@ -26,7 +26,7 @@ from bristle.report.model_tables import as_csv, certificate_table, changed_setti
 from bristle.report.page import Code, FactTable, Figures, Front, Items, LongTable, Section, about, answered, report_page
 from bristle.report.simulation import focus_of
 from bristle.report.symbols import worded
-from bristle.report.table import fixed, length_text, percent_text
+from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ __all__ = ["answers", "identification_report", "sentences"]
 
 ROUNDING = 1e-6  # of the largest effort
 WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
-NAMES_MAX = 8  # parameters whose intervals stand on the first page
 BY_POSITION = """The model was fitted to the position. Below, the effort along the measured motion, which was where the search began:
 the position is differentiated twice for it, and its noise with it."""
 FIT_FOR_USE = """A feedforward along the desired motion needs a model that is well posed, and no more: it replays a motion that is
@@ -339,7 +338,7 @@ def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
     lines = [f"that is {fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
     named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
     for unit in units.efforts:
-        values = (f"{name}\u00a0{number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
+        values = (f"{name}\u00a0{short_text(unit.of(value))}" for name, value in named.items() if value is not None)
         lines.append(f"in {typeset(unit.name)}: {', '.join(values)}")
     return lines
 
@@ -357,7 +356,7 @@ def _trust(fit: Fit) -> list[str]:
     identified = [estimate for estimate in sought if estimate.status == "identified"]
     if not identified:
         return ["no parameter was identified"]
-    widths = several(list(map(_precise, identified)), NAMES_MAX) + (", below" if len(identified) > NAMES_MAX else "")
+    widths = several(list(map(_precise, identified)), 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
     effective = f"they are effective: {why_effective(fit)}" if fit.effective else ""
     return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
 

@@ -38,7 +38,6 @@ __all__ = [
     "variant_table",
 ]
 
-NAMES_MAX = 3  # variants that are named in a line
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
 """By its unit on a carriage, the unit of a gain at the motor."""
 
@@ -214,7 +213,7 @@ def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in short: what is grave as it stands, what is warned of by what it means."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
     grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
-    return grave + [f"{sentence_of(doubt.code).means}: {several(_names(doubt), NAMES_MAX)}" for doubt in doubts]
+    return grave + [f"{sentence_of(doubt.code).means}: {several(_names(doubt))}" for doubt in doubts]
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

@@ -10,7 +10,7 @@ from bristle.core.typography import Scale, interval_text, number, printable, sca
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import thresholds
 from bristle.prediction.drive_units import drive_units, units_of
-from bristle.report.table import Quantity, Table
+from bristle.report.table import Quantity, Table, short_text
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -119,7 +119,7 @@ def _in_unit(value: float, name: str) -> str:
     if at:
         return f"{with_unit(value, unit, digits=4)} (motor)"
     short = name.removesuffix(" of rated").replace("rpm of the motor", "rpm").replace("deg of the motor", "deg (motor)")
-    return f"{number(value, digits=4)} {typeset(printable(short))}"
+    return f"{number(value)} {typeset(printable(short))}"
 
 
 def _interval(estimate: Estimate, factor: float) -> str:
@@ -152,15 +152,15 @@ def comparison_table(identification: Identification, *, details: bool = True) ->
     for fit in identification.fits:
         held_out, information = fit.held_out, fit.information
         unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
-        criteria = ("–", "–") if information is None else (number(information.aic, digits=3), number(information.bic, digits=3))
+        criteria = ("–", "–") if information is None else (short_text(information.aic), short_text(information.bic))
         rows.append(
             (
                 fit.name,
                 str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-                "–" if held_out is None else number(held_out.mean_percent, digits=3),
+                "–" if held_out is None else short_text(held_out.mean_percent),
                 "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-                number(fit.error_percent, digits=3),
-                *((*criteria, number(fit.condition_number, digits=3)) if details else ()),
+                short_text(fit.error_percent),
+                *((*criteria, short_text(fit.condition_number)) if details else ()),
                 ", ".join(unknown) or "–",
             )
         )
@@ -183,8 +183,8 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
             str(index),
             _side(v) or speed.cell(v),
             effort.cell(force),
-            *(_side(v) or number(unit.of(v), digits=4) for unit in velocities),
-            *(number(unit.of(force), digits=4) for unit in efforts),
+            *(_side(v) or number(unit.of(v)) for unit in velocities),
+            *(number(unit.of(force)) for unit in efforts),
         )
         for index, (v, force) in enumerate(table, 1)
     ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
-from bristle.report.table import Quantity, Table, fixed, percent_text
+from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
@@ -177,9 +177,9 @@ def comparison_of_operators(identification: OperatorIdentification) -> Table:
         [
             fit.name,
             str(fit.rank),
-            f"{number(fit.held_out.mean_percent, digits=3)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
-            number(fit.prediction.error_percent, digits=3),
-            number(fit.prediction.rmse * rmse.scale.factor, digits=3),
+            f"{short_text(fit.held_out.mean_percent)} ± {number(fit.held_out.std_percent, digits=2)}" if fit.held_out else "–",
+            short_text(fit.prediction.error_percent),
+            short_text(fit.prediction.rmse * rmse.scale.factor),
         ]
         for fit in identification.fits
     ]

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core.status import Status
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of, sentence_of
 from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
-from bristle.report.table import fixed, length_text, percent_text
+from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.result import MODES
 
 if TYPE_CHECKING:
@@ -63,9 +63,9 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         # Of a position that follows a reference a share of the stroke means nothing.
         of_stroke = prediction.mode == "closed-loop" and key == "position_error_percent"
         if isinstance(value := metrics.get(key), (int, float)) and not of_stroke:
-            rows.append((word, f"{number(float(value), digits=3)} %"))
+            rows.append((word, f"{short_text(float(value))} %"))
     bands = _bands(prediction).items()
-    rows += [(f"Measured {signal} inside the 95 % band", f"{number(share, digits=3)} %") for signal, share in bands]
+    rows += [(f"Measured {signal} inside the 95 % band", f"{short_text(share)} %") for signal, share in bands]
     if isinstance(rmse := metrics.get("force_rmse"), (int, float)):
         rows.append(("Effort error, root mean square", with_unit(float(rmse), str(metrics.get("force_unit") or "N"))))
     if isinstance(rmse := metrics.get("position_rmse"), (int, float)):

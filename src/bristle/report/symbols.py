@@ -10,25 +10,8 @@ from bristle.core.typography import typeset_sentence
 
 __all__ = ["GREEK", "symbolic", "worded"]
 
-GREEK = {
-    "alpha": "α",
-    "beta": "β",
-    "gamma": "γ",
-    "delta": "δ",
-    "epsilon": "ε",
-    "zeta": "ζ",
-    "eta": "η",
-    "kappa": "κ",
-    "lambda": "λ",
-    "mu": "µ",
-    "nu": "ν",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "phi": "φ",
-    "psi": "ψ",
-    "omega": "ω",
-}
+NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
+GREEK = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _CODE = re.compile(r"`([^`]+)`")

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bristle.core.typography import Scale, number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
-__all__ = ["MICROMETRE", "Quantity", "Table", "fixed", "length_text", "percent_text", "span_text"]
+__all__ = ["MICROMETRE", "Quantity", "Table", "fixed", "length_text", "percent_text", "short_text", "span_text"]
 
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 EMPTY = ("", "–")  # cells that say nothing
@@ -77,12 +77,17 @@ def length_text(value: float, kind: Kind) -> str:
     ('0.419\xa0µm', '2.5\xa0mrad')
     """
     unit = unit_of("length", kind)
-    return f"{number(value / MICROMETRE, digits=3)}\u00a0µ{unit}" if 0.0 < abs(value) < MICROMETRE else fixed(value, unit)
+    return f"{short_text(value / MICROMETRE)}\u00a0µ{unit}" if 0.0 < abs(value) < MICROMETRE else fixed(value, unit)
+
+
+def short_text(value: float) -> str:
+    """Return a number to three digits."""
+    return number(value, digits=3)
 
 
 def percent_text(value: float) -> str:
     """Return a share to three digits."""
-    return f"{number(value, digits=3)}\u00a0%"
+    return f"{short_text(value)}\u00a0%"
 
 
 def span_text(values: Sequence[float], unit: str) -> str:

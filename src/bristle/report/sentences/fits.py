@@ -20,14 +20,11 @@ _INTERVALS = (
 )
 
 
-HALF_SAMPLE = 0.1  # so many samples from half of one are as good as half
-
-
 def _lead(numbers: Mapping[str, Any]) -> int:
     """Return 0 where the effort lags, 1 where it leads, 2 where it leads by half a sample."""
     if numbers["delay"] >= 0.0:
         return 0
-    return 2 if abs(numbers["samples"] + 0.5) <= HALF_SAMPLE else 1
+    return 2 if f"{numbers['samples']:.1f}" == "-0.5" else 1
 
 
 _TAKEN_OUT = (
