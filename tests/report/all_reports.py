@@ -12,7 +12,7 @@ from bristle import hysteresis
 from bristle.core.content import Origin
 from bristle.core.diagnostic import Diagnostic
 from bristle.excitation import excite
-from bristle.hysteresis_identification.result import OperatorPrediction
+from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.prediction import drive_table
 from bristle.report.comparison import comparison_report, comparison_summary

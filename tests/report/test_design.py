@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 from tests.report.pages import Page
 from tests.report.test_names import ALL, assert_harmless
 from tests.report.test_pages import COMMON
@@ -13,7 +13,7 @@ from tests.report.test_pages import COMMON
 from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.controller import controller_from
-from bristle.loop_design import design
+from bristle.loop import design
 from bristle.report.design import design_report, design_ruling, design_sentences, design_summary
 from bristle.report.design_tables import budget_table, margin_table
 from bristle.report.loops import controller_text
@@ -117,7 +117,7 @@ def test_a_law_is_told_as_an_experiment_file_takes_it(law):
     variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
     table = tomllib.loads(controller_text(variant))["controller"]
     assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
-    assert controller_from(table, kind=law.kind, columns={}, path="controller") == law
+    assert controller_from(table, kind=law.kind, path="controller") == law
 
 
 def test_an_unstable_loop_is_told_with_what_is_stable():

@@ -17,26 +17,6 @@ from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instanc
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 
-__all__ = [
-    "ALONG",
-    "FEEDFORWARD",
-    "LEARNING",
-    "LOOP_VARIANTS",
-    "RESTS",
-    "RUN",
-    "SAMPLES_MAX",
-    "SIDES",
-    "START",
-    "Effort",
-    "Experiment",
-    "Feedforward",
-    "Learning",
-    "Run",
-    "Start",
-    "Variant",
-    "substeps_for",
-]
-
 LOOP_VARIANTS = ("as_recorded", "feedforward", "compensated")
 """Names of the loop of a log: as it was recorded, with inertia fed forward, and with friction as well."""
 SAMPLES_MAX = 10_000_000
@@ -84,18 +64,7 @@ FEWEST_STEPS = 4  # in a sample
 
 @guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
-    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms.
-
-    Parameters
-    ----------
-    sample_time : float
-        Sample time [s].
-
-    Examples
-    --------
-    >>> substeps_for(1e-4), substeps_for(1e-3), substeps_for(4e-3)
-    (4, 4, 16)
-    """
+    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
     # The sample time of a log is a mean of differences, and a bit above the round number.
     return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - 1e-6))
 

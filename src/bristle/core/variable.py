@@ -1,9 +1,4 @@
-"""`Variable`: the one description of a quantity from which everything else derives.
-
-Bounds for identification, the schema of files, tables in the docs, captions and units all come from the
-`Variable` in the annotation of a field. Its attributes carry the names that the Functional Mock-up Interface
-gives them. What a quantity is, and its unit on each kind of axis: `bristle.core.dimensions`.
-"""
+"""`Variable`: the one description of a quantity from which bounds, schemas, tables, captions and units derive."""
 
 from __future__ import annotations
 
@@ -12,10 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from bristle.core.dimensions import KINDS, AxisKind, Kind, canonical, unit_of
+from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
 from bristle.core.errors import InputError, did_you_mean
-
-__all__ = ["EXCITATIONS", "KINDS", "OF_SLOTS", "AxisKind", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
 
 OF_SLOTS = ("place", "load", "temperature", "channel")
 """What a log must contain for what only a slot has; the last of one's own."""

@@ -14,7 +14,6 @@ from bristle.files.components import check_keys, key_of, table_at
 if TYPE_CHECKING:
     from tomlkit.items import Table
 
-__all__ = ["NUMBERS", "bands_at", "bands_table"]
 
 NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
 MEMBERS = 40
@@ -49,7 +48,7 @@ def _short(value: Any) -> Any:
 
 
 def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none."""
+    """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
     if value is None:
         return None
     table = table_at(value, "bands")

@@ -1,8 +1,7 @@
 """A folder that grows over many starts of a command: each file of it appears whole, or not at all.
 
-Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears. So what a command finds again
-is verified, what a disk damaged is told by name and made anew, and what a person made or changed is never replaced.
-The folder is looked through before anything in it is touched, and one process writes at a time.
+Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears: damaged files are made anew, and
+what a person made or changed is never replaced. One process writes at a time.
 """
 
 from __future__ import annotations
@@ -34,8 +33,6 @@ from bristle.files.owned import (
     sync_folder,
     write_line,
 )
-
-__all__ = ["DAMAGED", "Growing", "growing_folder", "verified"]
 
 DAMAGED = ".damaged"
 """What stands behind the name of a file whose content is not the one that was written: it is kept."""

@@ -21,26 +21,6 @@ from pathlib import Path
 
 from bristle.files.folder import Folder
 
-__all__ = [
-    "NOTE",
-    "UNFINISHED",
-    "Folder",
-    "Note",
-    "complete",
-    "is_own_name",
-    "is_plain",
-    "line_of",
-    "listed",
-    "lock",
-    "new_note",
-    "note_aside",
-    "note_in",
-    "remove_own",
-    "strangers_in",
-    "sync_folder",
-    "write_line",
-]
-
 NOTE = ".bristle-results"
 UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
 """The names of files that are being written, which are renamed once they are whole."""
@@ -182,10 +162,7 @@ def _note_of(text: bytes) -> Note | None:
 
 
 def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
-    """Return the objects of the lines, the first one in any case, and whether all are as they were written.
-
-    The last line may be cut.
-    """
+    """Return the objects of the lines, the first one in any case, and whether all are as they were written."""
     *complete, last = text.decode("utf-8", "replace").split("\n")
     objects = [_object_in(line) for line in complete or [""]]
     return [line for line in (objects[0] or {}, *objects[1:]) if line is not None], (

@@ -1,13 +1,11 @@
-"""Code that a file names runs only if this person allowed it: that very content, or everything this once.
+"""Code that a file names runs only if this person allowed it: that very content by its hash, or everything this once.
 
-A model file may name a model of a person's own, in Python. Whoever reads the model file then runs that Python, and
-files are mailed. So the code must lie beside or below the file that names it, it is told by name and hash, and it runs
-where it is asked for (``allow_code``), or where its hash was allowed before: by naming it on the command line. What
-was allowed is kept in the state folder of the person, never in a file that travels.
+What was allowed is kept in the state folder of the person, never in a file that travels.
 """
 
 from __future__ import annotations
 
+import os
 import time
 import warnings
 from collections.abc import Callable
@@ -17,9 +15,18 @@ from pathlib import Path
 from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
-from bristle.files.state import state_folder
 
-__all__ = ["CODE_LIMIT", "CodeRead", "allow", "code_at", "code_beside", "code_named", "is_allowed"]
+
+def state_folder(name: str) -> Path:
+    """Return a folder to remember something in, made where there is none; nobody else can look into it."""
+    import platformdirs
+
+    chosen = os.environ.get("BRISTLE_STATE_DIR")
+    root = Path(chosen) if chosen else Path(platformdirs.user_state_dir("bristle", appauthor=False))
+    folder = root / name
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
+
 
 CODE_LIMIT = FixedLimit(2**20)
 NAMELESS = ("<bytes>", "<file>", "<stdin>")

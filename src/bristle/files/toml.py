@@ -10,10 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from bristle.core.content import Content, FixedLimit, Readable, content_of
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.units import LARGEST
-
-__all__ = ["TOML_LIMIT", "Described", "read_toml"]
 
 TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
@@ -40,11 +38,9 @@ def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: st
         _refuse_absurdities(source)
         return Described(source, Path("<dict>"))
     content = content_of(source, limit=TOML_LIMIT, path=path, what=what)
-    try:
+    with located(content.source):
         data = _parsed(content)
         _refuse_absurdities(data)
-    except InputError as error:
-        raise error.at(str(content.source)) from None
     return Described(data, content.source, content)
 
 

@@ -18,26 +18,24 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
-from bristle.identification.disturbance import Disturbance, scaled, signs
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.half_cycles import NUDGE, TIME, Groups, least_way
+from bristle.identification.global_search import Refit
+from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
-from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
-from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
+from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["OutputError", "SignalReplicates", "Simulation", "loop_of"]
@@ -161,7 +159,7 @@ class OutputError:
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
         # The step from a sample to the next one has the number of the first: there the motion turns.
-        turns = [turns_apart(position, reversals(np.diff(position)).tolist(), least) for position in positions]
+        turns = [turning_points(position, least) for position in positions]
         return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
 
     @cached_property

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core.held_out import HeldOut
+from bristle.core.diagnostic import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
 from bristle.identification.parameters import Role, constant_of, names_of
@@ -18,7 +18,7 @@ from bristle.simulation.result import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
-    from bristle.identification.prediction_interval import Bands
+    from bristle.identification.simulated_bands import Bands
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 

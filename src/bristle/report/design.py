@@ -11,18 +11,18 @@ from markupsafe import Markup
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop_design.tuning import UNSTATED
+from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.loop.tuning import UNSTATED
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Code, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text, short_text
-from bristle.stability import Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
-    from bristle.loop_design import Budget, Design, Proposal
+    from bristle.loop import Budget, Design, Proposal
 
 __all__ = ["design_report", "design_ruling", "design_sentences", "design_summary"]
 

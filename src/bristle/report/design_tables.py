@@ -11,8 +11,7 @@ from bristle.report.compensation import NO_CHANGE
 from bristle.report.table import MICROMETRE, Quantity, Table, short_text
 
 if TYPE_CHECKING:
-    from bristle.loop_design import Budget, Circle, Delays, Design
-    from bristle.stability import Assessment, WorkingPoint
+    from bristle.loop import Assessment, Budget, Circle, Delays, Design, WorkingPoint
 
 __all__ = ["budget_table", "circle_table", "delay_table", "least_phase", "loop_name", "margin_table", "proposal_table"]
 

@@ -14,9 +14,8 @@ from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.parameters import Role, name_of
 from bristle.logs.passages import passages
-from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, steady_curve
+from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, reversal_distance, steady_curve
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
-from bristle.prediction.reversal import reversal_distance
 from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, several
 from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core.typography import interval_text, number, with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.logs.passage import KINDS
+from bristle.logs.passages import KINDS
 from bristle.report.messages import sentence_of
 from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, span_text
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bristle.identification.result import Resampling
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
-    from bristle.logs.passage import Passage
+    from bristle.logs.passages import Passage
 
 __all__ = ["break_away_table", "log_facts", "log_report", "log_ruling", "passage_table", "scatter_facts", "treatment_facts"]
 

@@ -14,17 +14,17 @@ from bristle.core.status import Status
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
+from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.compensation import several
 from bristle.report.messages import message, sentence_of
 from bristle.report.symbols import GREEK
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
-from bristle.stability import Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
+    from bristle.loop import Assessment
     from bristle.simulation.result import SimulationResult, Statistics, VariantResult
-    from bristle.stability import Assessment
 
 __all__ = [
     "about_loops",

@@ -12,7 +12,7 @@ from bristle.report.table import Quantity, Table, fixed, percent_text, short_tex
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
+    from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
 __all__ = [

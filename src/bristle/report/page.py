@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jinja2
 from markupsafe import Markup, escape
 
-from bristle.core.errors import InputWarning, told_by
-from bristle.core.own_code import place_in_own_code
+from bristle.core.errors import InputWarning, place_in_own_code, told_by
 from bristle.core.typography import typeset_sentence
 from bristle.report.symbols import worded
 
@@ -231,7 +230,7 @@ def report_page(
 
 def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
     """Return the page of a template."""
-    from bristle.figures.plain import printable
+    from bristle.figures.lettering import printable
 
     page = _environment().get_template(template)
     return printable(page.render(provenance=provenance, command=command, banner=banner, **content))

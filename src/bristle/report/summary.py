@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import largest_deviation, level_values
+from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance
 from bristle.prediction.drive_units import drive_units, length_units, units_of
-from bristle.prediction.reversal import reversal_distance
 from bristle.report.judgement import judged
 from bristle.report.messages import as_data, assumptions_of, message, note_of, warnings_of
 from bristle.report.model_tables import drive_values
