@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,8 +13,12 @@ from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS
 from bristle.figures.labels import largest
 from bristle.figures.lettering import shortened
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["study_spread"]
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
+
+__all__ = ["FIGURE", "study_spread"]
 
 
 @style.styled
@@ -47,3 +52,25 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure
+
+
+Spread = Mapping[str, tuple[str, str, Mapping[str, np.ndarray]]]
+"""By metric, what stands at the axis, the unit, and the groups of runs."""
+
+
+def _draw(study: Runs, spread: Spread) -> Figure:
+    return study_spread({words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()])
+
+
+def _caption(study: Runs, spread: Spread) -> str:
+    lines = "A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle."
+    return f"How often the runs come out at which value. {lines}"
+
+
+FIGURE = ReportFigure(
+    name="spread",
+    takes=("study", "spread"),
+    draw=_draw,
+    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    caption=_caption,
+)

@@ -206,6 +206,7 @@ def _inverse(
             *start,
             Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
+        log=log.source.name.strip("<>"),
     )
 
 
@@ -226,6 +227,7 @@ def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: 
         metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
         status=status,
         diagnostics=about,
+        log=log.source.name.strip("<>"),
     )
 
 
