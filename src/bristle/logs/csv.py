@@ -26,7 +26,7 @@ from bristle.logs.stamped_text import (
     units_of_labview,
     with_own_times,
 )
-from bristle.logs.table import Choice, Request, Table
+from bristle.logs.table import NUMBER_BYTES, Choice, Request, Table
 from bristle.logs.words import is_time
 
 __all__ = ["read", "refuse_frames"]
@@ -41,7 +41,6 @@ _FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 _ADDRESS = re.compile(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/")  # of a signal in a SINUMERIK, which names its column
 PIECE = 2**20
-NUMBER_BYTES = 8
 
 
 def read(data: bytes, request: Request) -> Table:

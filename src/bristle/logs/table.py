@@ -20,6 +20,7 @@ from bristle.core.errors import InputError, close_names, said_by_library, shorte
 __all__ = [
     "ALL",
     "NONE",
+    "NUMBER_BYTES",
     "USUAL_NAMES",
     "Choice",
     "Request",
@@ -35,6 +36,7 @@ __all__ = [
 ]
 
 LONGEST_SHOWN = 60
+NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
 

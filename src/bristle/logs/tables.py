@@ -14,14 +14,13 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.table import Request, Table, some_of
+from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
 __all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "table_from", "table_of_series", "tall"]
 
 T = TypeVar("T")
 
 WITHIN = "::"  # between the name of a file and that of a table in it
-NUMBER_BYTES = 8
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
