@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 from unicodedata import normalize
 
 import numpy as np
@@ -14,7 +14,7 @@ from bristle.core import units
 from bristle.logs.names import listed, plain_unit, spelt
 from bristle.logs.table import without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "unit_in_name", "unit_of_time", "without_part", "words_of"]
+__all__ = ["Meaning", "is_time", "meaning_of", "other_unit_in", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
 
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
@@ -247,6 +247,15 @@ def unit_in_name(name: str) -> str:
     return "um" if parts[-1] in ("µm", "μm") else ENDINGS.get(parts[-1].lower(), "")
 
 
+def other_unit_in(name: str, declared: str) -> str:
+    """Return the unit that a name ends with where it is another one than that declared; else nothing."""
+    called = unit_in_name(name)
+    if not called or not units.is_unit(declared):
+        return ""
+    same = units.compatible(called, declared) and np.isclose(units.factor(called, declared), 1.0, rtol=1e-9)
+    return "" if same else called
+
+
 def unit_of_time(name: str, values: np.ndarray) -> str:
     """Return the unit of stamps that have none: that in their name, or in which they count since 1970 or from 0 on.
 
@@ -261,7 +270,3 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
             return unit
     step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
     return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
-
-
-T = TypeVar("T")
-LONGEST_UNIT_SHOWN = 80
