@@ -132,7 +132,7 @@ def gallery(names=PLAIN, many=None):
     loops, recorded = [traces[one], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
-    errors = {name: np.array([[9.0, 8.0], [5.0, 4.0]]) + k for k, name in enumerate(names)}
+    errors = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
     variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
     return {
         "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
@@ -147,9 +147,13 @@ def gallery(names=PLAIN, many=None):
         "effort_over_time": lambda: figures.effort_over_time(best),
         "error_budget": lambda: figures.error_budget(budget(), "translational"),
         "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
-        "error_over_count": lambda: figures.error_over_count([2, 4], errors, 1.0, "Loops", "Error [%]"),
-        "error_over_level": lambda: figures.error_over_level(
-            [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65, other: 0.4}, "Level [N]", "Error [µm]"
+        "error_over": lambda: figures.error_over([2, 4], errors, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
+        "error_over_a_level": lambda: figures.error_over(
+            [1.0, 2.0, 4.0],
+            {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
+            {one: 0.65, other: 0.4},
+            "Level [N]",
+            "Error [µm]",
         ),
         "errors_by_loop": lambda: figures.errors_by_loop(
             {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"

@@ -316,11 +316,7 @@ def whereabouts(component: Described) -> tuple[Source | str, str]:
 
 
 def _homes(component: Described) -> tuple[str, ...]:
-    """Return the modules that a component may stand in, its own first: hardly ever is it in another.
-
-    Then come all others in the order in which they were imported, so that what defines it comes before what has it from
-    there, and the one that a person types last.
-    """
+    """Return the modules that a component may stand in, its own first: hardly ever is it in another."""
     return component.module, *sorted(sys.modules, key=MAIN.__contains__)
 
 

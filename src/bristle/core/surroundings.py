@@ -1,8 +1,4 @@
-"""What surrounds a contact besides its motion: load, temperature, and what further channels of a log slots depend on.
-
-A model that depends on more than `Motion` holds is run along a motion of its own, which holds that, too. Where nobody
-tells it, as in a simulated loop, it has its usual value.
-"""
+"""What surrounds a contact besides its motion: load, temperature, and what further channels of a log slots depend on."""
 
 from __future__ import annotations
 
