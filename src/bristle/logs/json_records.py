@@ -30,13 +30,7 @@ MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or c
 
 
 def looks_like_json(head: bytes) -> bool:
-    """Return whether text begins as JSON does, and not with the name of a section in brackets.
-
-    Examples
-    --------
-    >>> looks_like_json(b'{"t": [0, 1]}'), looks_like_json(b"[Header]"), looks_like_json(b"[1, 2]")
-    (True, False, True)
-    """
+    """Return whether text begins as JSON does, and not with the name of a section in brackets."""
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
     return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
 

@@ -60,13 +60,7 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 
 
 def period_told(facts: dict[str, str]) -> float | None:
-    """Return the time between samples [s] that stands above the columns of a file; None where none does.
-
-    Examples
-    --------
-    >>> period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})
-    (0.00025, 0.00025, None)
-    """
+    """Return the time between samples [s] that stands above the columns of a file; None where none does."""
     for name, text in facts.items():
         key = split_unit(name)[0].lower().rstrip(":").replace("_", " ")
         key = key.removesuffix(" ms").removesuffix(" us").removesuffix(" s").removesuffix(" hz").removesuffix(" khz")
@@ -77,13 +71,7 @@ def period_told(facts: dict[str, str]) -> float | None:
 
 
 def amount_in(name: str, text: str) -> tuple[float, str] | None:
-    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none.
-
-    Examples
-    --------
-    >>> amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")
-    ((2.4, 'N*m'), (2.4, 'N*m'), None)
-    """
+    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none."""
     match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
     if match is None:
         return None
@@ -207,13 +195,7 @@ def with_own_times(
 
 
 def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that stand above the times of their columns, above the columns.
-
-    Examples
-    --------
-    >>> names_beside_times(("ActPos", "column_2", "ActTorque", "column_4"))
-    ('column_1', 'ActPos', 'column_3', 'ActTorque')
-    """
+    """Return names that stand above the times of their columns, above the columns."""
     pairs = list(zip(names[::2], names[1::2], strict=False))
     nameless = [name.startswith("column_") for name in names]
     if len(names) % 2 or len(pairs) < 2 or any(nameless[::2]) or not all(nameless[1::2]):

@@ -44,11 +44,6 @@ def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequenc
 
     Of a motion that goes to and fro by less, the farthest sample counts. It is looked for among all samples, or among
     `candidates` in order, as reversals of a velocity are.
-
-    Examples
-    --------
-    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
-    [4, 5]
     """
     turns: list[int] = []
     side, extreme = 0.0, 0
