@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bristle.core.threshold import Thresholds, threshold
+from bristle.core.values import Thresholds, threshold
 
 __all__ = ["DEFAULT", "CheckThresholds"]
 
 
 @dataclass(frozen=True)
 class CheckThresholds(Thresholds):
-    """The thresholds of the checks before a fit; `bristle.core.threshold.thresholds` tells what each of them is."""
+    """The thresholds of the checks before a fit; `bristle.core.values.thresholds` tells what each of them is."""
 
     # A log by itself, before anything is fitted.
     reversed_work: float = threshold(
