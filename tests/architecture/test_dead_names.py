@@ -31,7 +31,7 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
     "bristle.figures.*.FIGURE": "a figure of a report, in the file that has its name",
     "bristle.*.*.MODEL": "a component, bound in its family by name",
-    "bristle.paper.bench.write_models": "makes the models beside the experiments of the paper again",
+    "bristle.paper.rig.write_models": "makes the models beside the experiments of the paper again",
     "bristle.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",
     "bristle.lab.switches.all_walks": "makes the walks of models with slots that lab keeps again",
     "bristle.lab.described.walks_of": "makes the walks that lab keeps again",

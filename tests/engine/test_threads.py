@@ -10,7 +10,7 @@ from threading import Barrier, Thread
 import numpy as np
 import pytest
 from tests.core.same_bits import bits_of
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 
 import bristle as br
 from bristle.core.cores import Abreast, abreast

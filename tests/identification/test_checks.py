@@ -5,7 +5,7 @@ import pytest
 from tests.logs.test_check import MASS, Run
 
 from bristle.identification import identify
-from bristle.identification.diagnostics.checks import TRADED
+from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
 from bristle.prediction import predict
 from bristle.report.messages import message, warnings_of

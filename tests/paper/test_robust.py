@@ -21,13 +21,11 @@ from bristle.files.axis import read_axis
 from bristle.logs.log import Log
 from bristle.paper.economy import WAYS, Economy
 from bristle.paper.robust import trial as trials
-from bristle.paper.robust.conditions import CONDITIONS, MEANINGS, NOMINAL, under
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
-from bristle.paper.robust.store import opened
-from bristle.paper.robust.trial import Cell, Plan, run_trial
-from bristle.paper.robust.truths import FOLDER, SIMULATED, is_own, truths_named
+from bristle.paper.robust.trial import Cell, Plan, opened, run_trial
+from bristle.paper.robust.truths import CONDITIONS, FOLDER, MEANINGS, NOMINAL, SIMULATED, is_own, truths_named, under
 from bristle.paper.robust.uneven import uneven
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from bristle.exports.target import Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.files.model import read_model
-from bristle.identification.diagnostics.structure import _with_presliding
+from bristle.identification.structure import _with_presliding
 from bristle.logs import Log
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report.first_page import answers

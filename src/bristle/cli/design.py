@@ -47,7 +47,7 @@ def design(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.loop_design import design as designed
+    from bristle.loop import design as designed
     from bristle.report.design import design_report, design_sentences, design_summary
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
     from bristle.report.figure_files import figure_files

@@ -15,7 +15,7 @@ from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
     from bristle.core import Model
-    from bristle.lab.replay import Replay
+    from bristle.lab.rows import Replay
 
 __all__ = ["EXAMPLE", "lab"]
 
@@ -147,7 +147,7 @@ def _replay(
     from bristle.core.content import content_of
     from bristle.files.axis import read_axis
     from bristle.files.toml import TOML_LIMIT
-    from bristle.lab.replay import replay_of_log
+    from bristle.lab.rows import replay_of_log
     from bristle.logs import read_log
 
     content = content_of(axis_file, limit=TOML_LIMIT) if axis_file else None
@@ -162,7 +162,7 @@ def _replay_of_results(folder: Path) -> Replay | None:
     """Return the rows that a model was fitted to, where its results hold them."""
     from bristle.files.arrays import read_arrays
     from bristle.identification.result import Traces
-    from bristle.lab.replay import replay_of_traces
+    from bristle.lab.rows import replay_of_traces
 
     arrays = read_arrays(folder, "traces")
     if not arrays:

@@ -36,7 +36,7 @@ def identify_operators(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.hysteresis_identification import FITTED, identify_operator
+    from bristle.hysteresis.identification import FITTED, identify_operator
     from bristle.report.figure_files import figure_files
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
@@ -105,7 +105,7 @@ def predict_operator(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.hysteresis_identification import predict_operator as predicted
+    from bristle.hysteresis.identification import predict_operator as predicted
     from bristle.report.figure_files import figure_files
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report

@@ -82,7 +82,7 @@ def paper(
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
-    from bristle.paper.latex import ERRATA_FILE, errata_tex
+    from bristle.paper.errata import ERRATA_FILE, errata_tex
     from bristle.paper.page import claim_table
     from bristle.report.figure_files import figure_files
     from bristle.report.results import write_report

@@ -118,7 +118,7 @@ def _predict_friction(
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
-    from bristle.identification.prediction_interval import Bands
+    from bristle.identification.simulated_bands import Bands
     from bristle.logs import read_log
     from bristle.prediction import predict as predicted
     from bristle.report.figure_files import figure_files

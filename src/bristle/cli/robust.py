@@ -28,10 +28,9 @@ def try_robustness(command: str, request: Request, figures: Figures, *, as_json:
     """Run the trial, write its report, and show its first tables."""
     from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
+    from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
-    from bristle.paper.robust.store import opened
-    from bristle.paper.robust.tables import best_table, claim_table
-    from bristle.paper.robust.trial import Plan, run_trial
+    from bristle.paper.robust.trial import Plan, opened, run_trial
     from bristle.paper.robust.truths import truths_named
     from bristle.report.figure_files import figure_files
     from bristle.report.results import write_report

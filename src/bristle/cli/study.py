@@ -154,7 +154,7 @@ def _repeat(
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report
     from bristle.report.summary import simulation_summary
-    from bristle.study.repeat import repeat_run, values_of
+    from bristle.study.run import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
     with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"), figure_files(folder, *figures):
@@ -237,7 +237,7 @@ def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigure
     from bristle.report.results import REPORT
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
-    from bristle.study.repeat import worst_runs, write_traces
+    from bristle.study.run import worst_runs, write_traces
 
     runs = runs_in(store.folder)
     worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))

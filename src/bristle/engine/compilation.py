@@ -31,8 +31,7 @@ from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
 from bristle.core.packing import without_holder
-from bristle.engine.linked import linked_into
-from bristle.engine.signature import compiled_signature, flat, handed_over, signature_of, type_of
+from bristle.engine.signature import compiled_signature, flat, handed_over, linked_into, signature_of, type_of
 
 __all__ = ["cache_folder", "compiled", "driver", "interpreted", "is_interpreted"]
 

@@ -20,7 +20,7 @@ from bristle.logs.readers import read_table
 from bristle.logs.table import NONE, split_unit
 
 if TYPE_CHECKING:
-    from bristle.excitation.moves import Move
+    from bristle.excitation.motion import Move
 
 
 DIGITS = "%.12g"

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.logs.names import names_and_units
 from bristle.logs.table import Choice, Request, Table
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import is_time, names_and_units, unit_of_time
+from bristle.logs.words import is_time, unit_of_time
 
 __all__ = ["looks_like_json", "read"]
 

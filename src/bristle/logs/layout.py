@@ -12,8 +12,8 @@ import numpy as np
 from bristle.core import units
 from bristle.core.errors import InputError
 from bristle.logs.cells import COMMENT, Beside, cells_of, has_content, is_number, table_beside, why_no_number, without_comments
+from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
-from bristle.logs.words import distinct, plain_unit
 
 __all__ = ["Layout", "layout_of"]
 
@@ -21,35 +21,7 @@ __all__ = ["Layout", "layout_of"]
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
-    {
-        "deg",
-        "deg/s",
-        "deg/s^2",
-        "rev",
-        "rev/s",
-        "rpm",
-        "1/min",
-        "min",
-        "h",
-        "lbf",
-        "inch",
-        "mm/min",
-        "m/min",
-        "m/s^2",
-        "mm/s^2",
-        "rad/s^2",
-        "degC",
-        "K",
-        "bar",
-        "W",
-        "kW",
-        "Hz",
-        "kHz",
-        "LU",
-        "Grad",
-        "bool",
-        "hex",
-    }
+    listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000

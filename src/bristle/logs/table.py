@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +15,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, close_names, shortened
+from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
 __all__ = [
     "ALL",
@@ -26,6 +27,7 @@ __all__ = [
     "axis_in",
     "columns_named",
     "columns_of",
+    "damage_refused",
     "some_of",
     "spellings",
     "split_unit",
@@ -236,6 +238,18 @@ def columns_of(axis: Axis | None) -> Choice:
     return columns_named(
         [*(column.name for column in axis.columns.values()), *(channel.column for channel in (*axis.injected, *axis.regressors))]
     )
+
+
+@contextmanager
+def damage_refused(source: Path) -> Iterator[None]:
+    """Refuse a file whose reader raises what it does not foresee: that is damage of the file."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
+        message = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}"
+        raise InputError(message, path=str(source), mend="Copy or save it again") from None
 
 
 class Request(NamedTuple):

@@ -79,7 +79,7 @@ def render(
     template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, further: Sequence[FurtherFigure] = (), **content: Any
 ) -> str:
     """Return the page of a template."""
-    from bristle.figures.plain import printable
+    from bristle.figures.lettering import printable
 
     page = _environment().get_template(template)
     return printable(page.render(provenance=provenance, command=command, banner=banner, further=further, **content))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.core.axis import Axis
-from bristle.excitation.moves import moves_of
+from bristle.excitation.motion import moves_of
 from bristle.files.model import write_model
 from bristle.files.motion import gcode_of, moves_table, write_log, write_motion
 from bristle.files.results import SUMMARY, Results
