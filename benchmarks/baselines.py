@@ -36,8 +36,8 @@ def learning_time(variants) -> tuple[float, np.ndarray]:
 def main() -> int:
     """Print the table; exit code 1 if observer and feedforward together are not the best of them."""
     from bristle.files.experiment import read_experiment
+    from bristle.loop import runnable
     from bristle.simulation import simulate
-    from bristle.stability import runnable
 
     experiment = read_experiment(files("bristle.paper") / "experiments" / "baselines.toml")
     margins = {

@@ -24,8 +24,8 @@ import bristle
 from bristle.cli.application import app
 from bristle.cli.export import told_of
 from bristle.core.contracts import Component
-from bristle.core.docstring import REFERENCE, as_markdown
 from bristle.core.documented import Documented
+from bristle.core.formula import REFERENCE, as_markdown
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, unit_of
 from bristle.exports import TARGETS

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
         read_model,
         write_model,
     )
-    from bristle.hysteresis_identification import identify_operator
+    from bristle.hysteresis.identification import identify_operator
     from bristle.logs.log import Log
-    from bristle.loop_design import design
+    from bristle.loop import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
     from bristle.study import read_study
@@ -48,7 +48,7 @@ _FROM = {
     "Log": "bristle.logs.log",
     "check": "bristle.certificates",
     "compare": "bristle.workflow",
-    "design": "bristle.loop_design",
+    "design": "bristle.loop",
     "excite": "bristle.excitation",
     "export": "bristle.exports",
     "load": "bristle.workflow",
@@ -61,7 +61,7 @@ _FROM = {
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
     "identify": "bristle.workflow",
-    "identify_operator": "bristle.hysteresis_identification",
+    "identify_operator": "bristle.hysteresis.identification",
     "predict": "bristle.prediction",
     "prepare": "bristle.workflow",
     "read_log": "bristle.files",

@@ -6,7 +6,7 @@ from pathlib import Path
 import bristle
 
 ROOT = Path(bristle.__file__).parent
-OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/results.py", "files/renaming.py", "files/single.py"}
+OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/results.py", "files/single.py"}
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run

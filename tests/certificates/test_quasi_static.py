@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from tests.certificates.ballscrew import F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
 
 from bristle import friction, hysteresis
-from bristle.certificates.operator import as_friction
+from bristle.certificates.certificate import as_friction
 from bristle.certificates.quasi_static import Path, holding_of
 
 
@@ -96,7 +96,8 @@ def test_a_force_beyond_break_away_is_not_reached():
 def test_a_path_by_position_ends_where_it_should():
     model = maxwell_slip()
     path = Path(model, holding_of(model))
-    x, force = path.to_position(3 * UM)
+    path.to_position(3 * UM)
+    x, force = path.trace
     assert path.x == 3 * UM
     assert x.shape == force.shape
     # Mean forces of a piecewise linear contact lie on its curve, apart from the steps that contain a knee.

@@ -8,7 +8,7 @@ from tests.cli.conftest import written_in
 from tests.logs.exports import EXPORTS, motion
 
 from bristle.logs import readers
-from bristle.logs.passage import KINDS
+from bristle.logs.passages import KINDS
 
 
 def test_columns_channels_and_rate(bristle, place):

@@ -8,7 +8,7 @@ from tests.cli.conftest import bristle  # noqa: F401
 from tests.golden.yard import CURVES
 
 from bristle import hysteresis, response
-from bristle.hysteresis_identification import FITTED
+from bristle.hysteresis.identification import FITTED
 
 
 @pytest.fixture

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 from tests.comparison.machine import correlated, log, sine, wandering
 
 import bristle as br
 from bristle.comparison import resampling
-from bristle.comparison.measures import SlidingRows, error_measures
+from bristle.comparison.cycles import sides_of
+from bristle.comparison.measures import SlidingRows, level_measures
 from bristle.comparison.resampling import changed, plan_of
-from bristle.comparison.sides import sides_of
 
-RMS = error_measures()[0].value
+RMS = level_measures("error", "following_error", "length")[0].value
 SAMPLES = 100  # of a cycle
 LEVELS = (1.0, 0.8)
 
@@ -54,6 +55,20 @@ def test_intervals_of_cycles_that_are_like_their_neighbours_are_wider_for_it(mon
     assert coverage(60, likeness=0.6) >= 0.88
     monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
     assert coverage(60, likeness=0.6) < 0.82
+
+
+@pytest.mark.parametrize(("cycles", "neighbours"), [(4, 1.0), (8, 2.0), (40, 4.0)])
+def test_the_interval_of_a_change_of_means_is_that_of_students_t(cycles, neighbours, monkeypatch):
+    # Of n cycles of which some count as one, n / neighbours are independent.
+    monkeypatch.setattr(resampling, "_as_one", lambda influence: neighbours)
+    values = np.random.default_rng(3).normal(size=(2, cycles))
+    sums = [np.stack([side, np.ones(cycles)], axis=1) for side in values]
+    kinds = np.zeros(cycles, dtype=int)
+    low, high = changed(lambda sums: sums[..., 0] / sums[..., 1], *sums, plan_of(kinds, kinds)).interval
+    squares = np.var(values, axis=1, ddof=1) * neighbours / cycles
+    own = cycles / neighbours - 1.0
+    freedom = squares.sum() ** 2 / np.sum(squares**2 / own)
+    assert 0.5 * (high - low) == pytest.approx(stats.t.ppf(0.975, freedom) * np.sqrt(squares.sum()), rel=0.06)
 
 
 def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from bristle.core.card import Card, WithCard
+from bristle.core.tabular import Card, WithCard
 
 MANY = Card("much", ("Name", "Value"), tuple((f"row {i}", "1") for i in range(500)), tuple(map(str, range(500))))
 

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bristle import controllers, friction, hysteresis, plants, references, sensors
-from bristle.core.docstring import EQUATION, laid_out, paragraphs_of
-from bristle.core.formula import as_text, lines_of, spelt_out
+from bristle.core.formula import EQUATION, as_text, laid_out, lines_of, paragraphs_of, spelt_out
 
 COMPONENTS = [
     *friction.MODELS.values(),

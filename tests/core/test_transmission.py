@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bristle.core.errors import InputError
-from bristle.core.transmission import Transmission
+from bristle.core.motion import Transmission
 
 
 @pytest.mark.parametrize(

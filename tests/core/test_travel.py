@@ -17,8 +17,8 @@ import bristle as br
 from bristle import controllers, friction, hysteresis, plants, references, sensors
 from bristle.core import FrictionModel, InputError, Model, Variable
 from bristle.core.cores import Abreast
-from bristle.core.once import once
-from bristle.core.travel import whereabouts
+from bristle.core.documented import whereabouts
+from bristle.core.lazy import once
 from bristle.engine import Contact, run_open_loop
 from bristle.engine.screwed import through_screw
 from bristle.files.user_model import load_code

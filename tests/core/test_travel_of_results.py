@@ -9,15 +9,15 @@ import pytest
 from tests.core.elsewhere import there_and_back
 from tests.core.same_bits import bits_of
 from tests.excitation.axes import STAGE
-from tests.hysteresis_identification.known_curves import TRUTH, recorded, to_and_fro
+from tests.hysteresis.identification.known_curves import TRUTH, recorded, to_and_fro
 from tests.identification.known_logs import slow_log
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 
 import bristle as br
 from bristle import controllers, friction, hysteresis, plants, sensors
 from bristle.core.experiment import Experiment, Learning, Run
 from bristle.engine import run_adaptive, run_batch, run_closed_loop, run_open_loop
-from bristle.hysteresis_identification import predict_operator
+from bristle.hysteresis.identification import predict_operator
 from bristle.testing import example_of
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from bristle.files.axis import read_axis
 from bristle.identification import identify
 from bristle.logs import read_log
 from bristle.prediction import predict
-from bristle.prediction.loop import loop_of
+from bristle.prediction.following import loop_of
 from bristle.simulation import simulate
 
 pytestmark = pytest.mark.measured

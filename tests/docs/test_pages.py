@@ -14,17 +14,16 @@ from bristle.cli.application import app
 from bristle.core.dimensions import NAMES
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.axis import axis_from
-from bristle.files.axis_schema import AxisFile
 from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged
 from bristle.files.model import friction_from
 from bristle.files.pipeline import planned_in, with_models
 from bristle.files.run import RUN
-from bristle.files.schema import Strict
+from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 from bristle.study import read_study_file
-from bristle.study.joint import fitted_at
+from bristle.study.values import fitted_at
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {

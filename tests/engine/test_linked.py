@@ -7,7 +7,7 @@ import pytest
 from numba.core.registry import cpu_target
 
 from bristle.core import kernel
-from bristle.engine.linked import linked_into
+from bristle.engine.signature import linked_into
 
 
 @numba.njit

@@ -10,12 +10,12 @@ from threading import Barrier, Thread
 import numpy as np
 import pytest
 from tests.core.same_bits import bits_of
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 
 import bristle as br
 from bristle.core.cores import Abreast, abreast
+from bristle.core.diagnostic import BestSoFar
 from bristle.core.experiment import Experiment, Run
-from bristle.core.interruption import BestSoFar
 from bristle.engine import compilation, interpreted, is_interpreted
 from bristle.identification.global_search import Side, evolved
 from bristle.identification.least_squares import Differences

@@ -8,7 +8,8 @@ from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle.files import read_curves
 from bristle.files.operator import read_operator, write_operator
-from bristle.hysteresis_identification import fit_grid, identify_operator, predict_operator
+from bristle.hysteresis.identification import identify_operator, predict_operator
+from bristle.hysteresis.identification.linear import fit_grid
 from bristle.logs.curves import Curves
 
 AXIS = Path(__file__).parents[2] / "examples" / "forc" / "axis.toml"

@@ -8,7 +8,7 @@ from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle.files import read_axis, read_log
 from bristle.identification import identify
-from bristle.logs.span import within
+from bristle.logs.assembly import within
 from bristle.prediction import predict
 from bristle.report.messages import warnings_of
 

@@ -10,8 +10,8 @@ from tests.excitation.axes import STAGE
 
 from bristle.core.axis import Column
 from bristle.excitation import excite
-from bristle.excitation.moves import moves_of
-from bristle.files.moves import gcode_of, moves_table
+from bristle.excitation.motion import moves_of
+from bristle.files.motion import gcode_of, moves_table
 
 IN_MM = replace(STAGE, columns={"time": Column("t", "s", "s"), "position": Column("x", "mm", "m"), "effort": Column("u", "N", "N")})
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import bristle as br
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.exports.drive import side_of
 
 AXIS = {

@@ -10,7 +10,7 @@ from tests.identification.known_logs import log_of, sines
 import bristle as br
 from bristle.core.contracts import Reference
 from bristle.engine import force_along
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.plants.terms import effort_of_place
 
 STRIBECK = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)

@@ -11,7 +11,7 @@ import pytest
 
 import bristle as br
 from bristle.cli.main import main
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.exports.described import Source
 from bristle.exports.effect import TIMES, Limits, driven_by, effect_in_loop
 from bristle.exports.effect_of import effect_of_files, loop_for, samples_ahead

@@ -11,8 +11,8 @@ import pytest
 import bristle as br
 from bristle.cli.main import main
 from bristle.exports import TARGETS, Product, Target, load_target_file, targets
-from bristle.server.limits import Limits
-from bristle.server.page import server_page
+from bristle.server.application import server_page
+from bristle.server.run import Limits
 from bristle.testing import check_target
 
 ROOT = Path(__file__).parents[2]
@@ -84,7 +84,7 @@ def test_the_example_meets_the_contract():
 def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
     import tomllib
 
-    from bristle.engine.steady import steady_force
+    from bristle.engine.contact import steady_force
 
     model = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, offset=2.5)
     axis = br.read_axis(

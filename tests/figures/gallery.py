@@ -3,15 +3,15 @@
 from types import SimpleNamespace as Some
 
 import numpy as np
-from tests.loop_design.conftest import loop
-from tests.stability.laws import rig
+from tests.loop.conftest import loop
+from tests.loop.laws import rig
 
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.identification.result import Estimate
-from bristle.logs.passage import Passage
-from bristle.stability import assess
+from bristle.logs.passages import Passage
+from bristle.loop import assess
 
 PLAIN = ("as_recorded", "compensated")
 T = 5e-3 * np.arange(801)
@@ -119,25 +119,6 @@ def fleet(names):
     return Some(columns=columns, count=20, described={"columns": about}), names, dict.fromkeys(names, np.array([3, 5]))
 
 
-def tracks(names):
-    """What is said of axes of these names, the first of which changed."""
-    time = 20000.0 + np.arange(60.0)
-    level = 5.0 + 0.02 * np.maximum(np.arange(60) - 30, 0)
-    alarm = Some(at=20040.0, onset=20030.0, onset_interval=(20026.0, 20033.0))
-    verdicts = [
-        Some(
-            track=Some(quantity=name, unit="N", time=time, is_dated=True, is_logarithmic=k > 0),
-            level=level,
-            fitted=level,
-            ratio=np.linspace(0.0, 9.0, 60),
-            threshold=3.9,
-            alarm=None if k else alarm,
-        )
-        for k, name in enumerate(names)
-    ]
-    return verdicts, names, "2024-10-04"
-
-
 def gallery(names=PLAIN, many=None):
     """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
     many = tuple(many or names)
@@ -184,7 +165,6 @@ def gallery(names=PLAIN, many=None):
         "expected": lambda: figures.expected(planned, F),
         "fitted": lambda: figures.fitted(best),
         "fleet_parameters": lambda: figures.fleet_parameters(*fleet(names)),
-        "fleet_tracks": lambda: figures.fleet_tracks(*tracks(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 from tests.figures.test_figures import assert_legible
-from tests.loop_design.conftest import loop
-from tests.stability.laws import rig
+from tests.loop.conftest import loop
+from tests.loop.laws import rig
 
 from bristle import figures
-from bristle.loop_design import error_budget, run_circles
-from bristle.stability import assess
+from bristle.loop import assess, error_budget, run_circles
 
 
 @pytest.fixture(scope="module")

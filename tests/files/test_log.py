@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
+from bristle.files.arguments import read_log
 from bristle.files.axis import read_axis
-from bristle.files.log import read_log
 
 AXIS = """
 schema = 1

@@ -16,10 +16,8 @@ from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
 from bristle.exports.own import load_target_file
 from bristle.files import load_code, load_slot_file, read_model
-from bristle.files.permission import allow, is_allowed
-from bristle.files.state import state_folder
-from bristle.files.user_model import load_checked
-from bristle.files.user_reader import load_reader_file
+from bristle.files.permission import allow, is_allowed, state_folder
+from bristle.files.user_model import load_checked, load_reader_file
 
 MODEL = "schema = 1\n[friction]\nfile = '{file}'\nF_0 = 1.0\n"
 

@@ -3,7 +3,7 @@
 import subprocess
 
 from bristle.core.content import Origin, content_of
-from bristle.files.provenance import provenance
+from bristle.files.summary import provenance
 
 
 def test_names_checksums_and_command(tmp_path):

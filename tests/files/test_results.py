@@ -20,7 +20,8 @@ import pytest
 from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
-from bristle.files import owned, renaming, results
+from bristle.files import folder as folders
+from bristle.files import owned, results
 from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder, line_of, note_in
 from bristle.files.results import SUMMARY, results_folder
@@ -346,9 +347,9 @@ def test_a_rename_never_replaces(tmp_path):
     for flagless in (False, True):
         with pytest.MonkeyPatch.context() as patch:
             if flagless:
-                patch.setattr(renaming, "_rename", lambda *_: False)
+                patch.setattr(folders, "_rename", lambda *_: False)
             with pytest.raises(OSError, match="exists") as caught:
-                renaming.rename_new(tmp_path / "new", tmp_path / "taken")
+                folders.rename_new(tmp_path / "new", tmp_path / "taken")
         assert caught.value.errno == errno.EEXIST
     assert state_of(tmp_path) == before
 
@@ -490,7 +491,7 @@ def counted(monkeypatch, at: int, act, exchanged: bool = True) -> list[str]:
 
     for name in STEPS:
         monkeypatch.setattr(os, name, watched(name, getattr(os, name)))
-    monkeypatch.setattr(renaming, "_rename", watched("rename", renaming._rename))
+    monkeypatch.setattr(folders, "_rename", watched("rename", folders._rename))
     if not exchanged:
         monkeypatch.setattr(results, "exchange", lambda *_: False)
     return made
@@ -824,7 +825,7 @@ def test_what_cannot_be_encoded_is_escaped_and_line_ends_stay(tmp_path):
 
 def test_long_paths_of_windows_are_told_so_that_it_takes_them():
     long = "x" * 250
-    assert renaming.extended(r"C:\runs") == r"C:\runs"
-    assert renaming.extended(rf"C:\{long}") == rf"\\?\C:\{long}"
-    assert renaming.extended(rf"\\host\share\{long}") == rf"\\?\UNC\host\share\{long}"
-    assert renaming.extended(rf"\\?\C:\{long}") == rf"\\?\C:\{long}"
+    assert folders.extended(r"C:\runs") == r"C:\runs"
+    assert folders.extended(rf"C:\{long}") == rf"\\?\C:\{long}"
+    assert folders.extended(rf"\\host\share\{long}") == rf"\\?\UNC\host\share\{long}"
+    assert folders.extended(rf"\\?\C:\{long}") == rf"\\?\C:\{long}"

@@ -23,9 +23,9 @@ from tests.identification.known_logs import held_log, log_of, sines, sliding_eff
 
 from bristle import friction, identify, identify_operator, plants, predict
 from bristle.core import Axis, InputError
+from bristle.logs.assembly import within
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
-from bristle.logs.span import within
 
 ALL = "all,stribeck+asymmetry"  # with what is no model of its own: a slot
 STATIC = "coulomb,viscous,coulomb_viscous,stribeck,coulomb_viscous+asymmetry,stribeck_free+asymmetry"

@@ -9,7 +9,7 @@ from tests.identification.test_output_error import AXIS as OPEN
 from tests.identification.test_output_error import recorded
 
 from bristle import friction
-from bristle.core.interruption import BestSoFar
+from bristle.core.diagnostic import BestSoFar
 from bristle.identification import identify, output_error
 from bristle.identification.global_search import box_of
 from bristle.identification.inverse_dynamics import InverseDynamics

@@ -9,7 +9,7 @@ import pytest
 from tests.lab.scripts import data_of
 
 import bristle as br
-from bristle.core.relation import Relation
+from bristle.core.documented import Relation
 from bristle.demo import axis_simulated
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page

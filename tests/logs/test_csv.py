@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 from bristle.core.content import SIZE_LIMIT
 from bristle.core.errors import InputError
 from bristle.logs import csv
-from bristle.logs.choice import ALL
-from bristle.logs.request import Request
-from bristle.logs.table import Table, split_unit
+from bristle.logs.table import ALL, Request, Table, split_unit
 
 HERE = Path("log.csv")
 

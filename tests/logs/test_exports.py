@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from tests.logs.binary_exports import BINARY
-from tests.logs.exports import EXPORTS, RATED, motion
+from tests.logs.exports import EXPORTS, RATED, motion, twincat_rates
 
 from bristle.core import InputError
 from bristle.files.axis import read_axis
@@ -160,3 +160,11 @@ def test_frames_of_a_bus_are_refused_by_name_with_what_decodes_them(name):
 def test_a_table_of_hexadecimal_names_is_no_bus():
     rows = ["t 123#1 456#2"] + [f"{0.001 * i:.3f} {i % 9} {i % 5}" for i in range(100)]
     assert len(read_table("\n".join(rows).encode()).columns) == 3
+
+
+def test_channels_of_a_trace_keep_their_shift_against_each_other(tmp_path):
+    table = read_table(twincat_rates(tmp_path, MOTION))
+    position, torque = (table.columns[table.stamps[name]] for name in ("ActPos", "ActTorque"))
+    assert table.units[table.stamps["ActPos"]] == "ms"
+    assert (position[0], torque[0]) == (0.0, 4.0)
+    assert (position[-1], torque[-1]) == pytest.approx((3999.0, 3998.0))

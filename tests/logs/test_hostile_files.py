@@ -21,8 +21,8 @@ from tests.logs.conftest import WRITERS
 from bristle.core.content import SIZE_LIMIT
 from bristle.core.errors import InputError
 from bristle.logs import apart, read_log
-from bristle.logs.choice import ALL, NONE, columns_named, columns_of
 from bristle.logs.readers import read_table
+from bristle.logs.table import ALL, NONE, columns_named, columns_of
 
 h5py = pytest.importorskip("h5py")
 SMALL = 100_000  # [byte]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError
-from bristle.logs.read import read_table
+from bristle.logs.readers import read_table
 
 
 def table_of(tmp_path, records):

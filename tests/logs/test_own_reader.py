@@ -8,7 +8,7 @@ import pytest
 from bristle.cli.main import main
 from bristle.cli.options import LOG_FILE
 from bristle.core import InputError
-from bristle.files.user_reader import load_reader_file
+from bristle.files.user_model import load_reader_file
 from bristle.logs.formats import FORMATS, format_of, reading
 from bristle.logs.readers import read_table
 

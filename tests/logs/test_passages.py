@@ -19,9 +19,8 @@ from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs import Log
 from bristle.logs.legs import graininess
-from bristle.logs.passage import nesting
-from bristle.logs.passages import passages, passages_along
-from bristle.logs.segmentation import turning_points
+from bristle.logs.passages import nesting, passages, passages_along
+from bristle.logs.turns import turning_points
 
 EXPECTED = {
     "decaying loops": "loops",

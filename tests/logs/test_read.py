@@ -16,6 +16,7 @@ from bristle.core.axis import Column, Injected
 from bristle.core.errors import InputError
 from bristle.identification.preprocessing import smallest_step
 from bristle.logs import checked, read_log
+from bristle.logs.clock import clock_of
 from bristle.report.messages import message
 
 SAMPLE_TIME = 1e-3
@@ -399,6 +400,15 @@ def test_samples_that_come_late_split_nothing(write, axis, recording):
     assert len(read_log(write(t=t), axis).segments) == 1
 
 
+@pytest.mark.parametrize(("noise", "is_even"), [(3e-7, True), (5e-6, False)])
+def test_stamps_are_only_taken_as_even_where_rows_explain_the_motion_far_better(noise, is_even):
+    rng = np.random.default_rng(3)
+    even = 1e-3 * np.arange(4000)
+    position = 0.01 * np.sin(2.0 * np.pi * even) + noise * rng.standard_normal(even.size)
+    clock = clock_of(even + 1e-4 * rng.uniform(-1.0, 1.0, even.size), "log", position=position)
+    assert (clock.jitter is None) == is_even
+
+
 def test_a_clock_that_drifts_slowly_is_no_jitter(write, axis, recording):
     t = recording["t"] * (1 + 1e-3 * recording["t"])
     assert "resampled" in read_log(write(t=t), axis).notes[0]
@@ -509,7 +519,7 @@ def data_file(*parts: str) -> Path:
 
 @pytest.mark.measured
 def test_the_measured_positioning_system():
-    from bristle.files.log import read_log as read_with_axis_file
+    from bristle.files.arguments import read_log as read_with_axis_file
 
     axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
     log = read_with_axis_file(data_file("emps", "DATA_EMPS.mat"), axis)
@@ -538,7 +548,7 @@ def positioning_system(tmp_path, column, bound):
     """Return the measured log with one of its columns cut off."""
     import scipy.io
 
-    from bristle.files.log import read_log as read_with_axis_file
+    from bristle.files.arguments import read_log as read_with_axis_file
 
     content = scipy.io.loadmat(data_file("emps", "DATA_EMPS.mat"))
     content = {name: values for name, values in content.items() if not name.startswith("__")}

@@ -10,7 +10,7 @@ from tests.logs.conftest import WRITERS
 from tests.logs.exports import EXPORTS, motion
 
 from bristle.cli.main import main
-from bristle.files.user_reader import load_reader_file
+from bristle.files.user_model import load_reader_file
 from bristle.logs.formats import FORMATS
 from bristle.testing import check_reader
 from bristle.testing.readers import READER_CHECKS

@@ -146,8 +146,8 @@ def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch
         (b" \n\n", "is empty"),
         (b"PK\x03\x04rest", "export the log as CSV"),
         (b"\x1f\x8brest", "gunzip"),
-        (b"\x89HDF\r\n\x1a\n", "is truncated or damaged, or no HDF5 file"),
-        (b"MATLAB 7.3 MAT-file", "is truncated or damaged, or no HDF5 file"),
+        (b"\x89HDF\r\n\x1a\n", "is truncated or damaged, or of a kind that is not read"),
+        (b"MATLAB 7.3 MAT-file", "is truncated or damaged, or of a kind that is not read"),
         (b"PAR1", "is truncated or damaged"),
         (b"\x93NUMPY", "is truncated or damaged"),
         (b"MATLAB 5.0 MAT-file", "is truncated"),
@@ -167,3 +167,14 @@ def test_a_file_that_is_not_there_and_a_folder(tmp_path):
         read_table(tmp_path / "axislog.csv")
     with pytest.raises(InputError, match="is a folder"):
         read_table(tmp_path)
+
+
+def test_a_time_channel_of_tdms_is_in_seconds(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    start = np.datetime64("2026-03-14T09:31:12.000000", "us")
+    stamps = start + np.arange(0, 2000, 20).astype("timedelta64[ms]")
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("a", "Zeit", stamps), nptdms.ChannelObject("a", "Weg", np.arange(100.0))])
+    table = read_table(tmp_path / "log.tdms")
+    assert table.units["Zeit"] == "s"
+    assert table.columns["Zeit"] == pytest.approx(0.02 * np.arange(100), abs=1e-9)

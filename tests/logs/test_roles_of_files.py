@@ -117,8 +117,8 @@ def test_signals_that_are_described_alike_have_the_index_of_their_axis_in_their_
 
 @pytest.mark.parametrize("sep", [",", ";", " "])
 def test_an_index_is_no_unit_and_the_name_without_it_is_understood_while_it_is_one_column(sep):
-    from bristle.logs.choice import columns_named
     from bristle.logs.readers import read_table
+    from bristle.logs.table import columns_named
 
     names = [POSITION_OF.format(sep, number) for number in (1, 3)]
     lines = ["\t".join(["time [s]", *names]), *(f"{t}\t{x}\t{-x}" for t, x in zip(TIME, POSITION, strict=True)), ""]

@@ -13,9 +13,8 @@ import bristle as br
 from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
-from bristle.logs.curves import Curve, Curves
+from bristle.logs.curves import Curve, CurveColumns, Curves, SignalColumn
 from bristle.logs.log import Channel, Log
-from bristle.logs.read_curves import CurveColumns, SignalColumn
 
 MASS = 12.0
 

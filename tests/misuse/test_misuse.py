@@ -222,7 +222,7 @@ def same(found: Any, wanted: Any) -> None:
 
 
 def test_a_bandwidth_is_a_frequency_or_an_angular_one(monkeypatch):
-    from bristle.loop_design import design as module_function
+    from bristle.loop import design as module_function
 
     told = []
     module = __import__("sys").modules[module_function.__module__]

@@ -1,9 +1,10 @@
 """Mutation testing: faults of one line are put into the package, and the fast tests have to notice.
 
-``python -m tests.mutants`` draws a sample of lines by a seed, puts one fault into each (a comparison turned, + for -, a
-constant doubled, a statement left out ...), and runs the test files that are related to it, in a copy of the tree. It
-ends with the share of faults that were noticed, in each room, and the lines that no test holds; exit code 1 where the
-share is below ``--least``. What was found is kept in a file, so that it goes on where it was interrupted.
+``python -m tests.mutants`` draws lines of each group of rooms by a seed, puts one fault into each (a comparison turned,
++ for -, a constant doubled, a statement left out ...), and runs the test files that are related to it, in a copy of the
+tree. It ends with the share of faults that were noticed, in each group, and the lines that no test holds; exit code 1
+where the share is below ``--least`` in all or below ``--least-group`` in a group. Results are kept in a file, so that a
+later call goes on where this one was interrupted.
 
 Neither of the two common tools does this here: mutmut chooses a fault while the program runs, by a wrapper around each
 function, which compiled kernels cannot go through; cosmic-ray changes the working tree itself, draws no sample, and has
@@ -30,7 +31,25 @@ from tests.mutants.mutations import Mutant, applied, chosen, mutants_of, whole_l
 from tests.mutants.related import Imports
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("identification", "controllers", "certificates", "engine")
+# Which rooms are judged together; a test holds that each room is in one group.
+GROUPS: dict[str, tuple[str, ...]] = {
+    "kernels": ("friction", "hysteresis", "plants", "controllers", "sensors", "references"),
+    "engine": ("engine",),
+    "core": ("core",),
+    "files": ("files",),
+    "logs": ("logs",),
+    "identification": ("identification",),
+    "loop": ("stability", "loop_design", "certificates"),
+    "comparison": ("comparison", "hysteresis_identification"),
+    "simulation": ("simulation", "prediction"),
+    "excitation": ("excitation",),
+    "exports": ("exports", "bridges"),
+    "report": ("report",),
+    "figures": ("figures",),
+    "study": ("study", "fleet"),
+    "lab": ("lab", "server"),
+    "commands": ("cli", "workflow", "demo", "paper", "testing"),
+}
 EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
 # How much longer tests may take with a fault: so many times, and so many seconds for what is compiled anew.
 SLOWER, COMPILING = 3.0, 60.0
@@ -41,12 +60,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Test the tests; return the exit code."""
     asked = _asked(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what runs is ended then
-    sources = {
-        file.relative_to(ROOT).as_posix(): file.read_bytes()
-        for room in asked.rooms
-        for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))
-    }
-    sample = chosen(sources, asked.sample, asked.seed, set(equivalents(sources)))
+    groups = {name: sources_of(rooms) for name, rooms in GROUPS.items() if name in (asked.groups or GROUPS)}
+    sources = {path: source for group in groups.values() for path, source in group.items()}
+    equal = set(equivalents(sources))
+    sample = [mutant for group in groups.values() for mutant in chosen(group, asked.each, asked.seed, equal)]
     kept = Kept(asked.out)
     keys = {mutant: mutant.key(sources[mutant.path]) for mutant in sample}
     again = {"survived"} if asked.again else set()
@@ -59,8 +76,27 @@ def main(arguments: list[str] | None = None) -> int:
             _try(left, keys, kept, asked, asked.work or Path(place))
     found = [kept.results[keys[one]] | {"line": one.line} for one in sample]
     print(report(found, sources, sample))
-    noticed = sum(one["outcome"] != "survived" for one in found)
-    return 0 if noticed >= asked.least * len(found) else 1
+    shares = shares_of(found, sample)
+    return 0 if shares["all"] >= asked.least and min(shares.values()) >= asked.least_group else 1
+
+
+def sources_of(rooms: tuple[str, ...]) -> dict[str, bytes]:
+    """Return the files of some rooms, by their path in the repository."""
+    files = [file for room in rooms for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))]
+    return {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in files}
+
+
+def group_of(mutant: Mutant) -> str:
+    """Return the group of rooms that a fault is in."""
+    return next(name for name, rooms in GROUPS.items() if mutant.room in rooms)
+
+
+def shares_of(results: list[dict[str, Any]], sample: list[Mutant]) -> dict[str, float]:
+    """Return the share of faults that a test noticed, in each group and in all."""
+    killed: dict[str, list[bool]] = {"all": [result["outcome"] != "survived" for result in results]}
+    for result, mutant in zip(results, sample, strict=True):
+        killed.setdefault(group_of(mutant), []).append(result["outcome"] != "survived")
+    return {name: sum(outcomes) / len(outcomes) for name, outcomes in killed.items() if outcomes}
 
 
 class Kept:
@@ -178,11 +214,11 @@ def within(tests: list[str], seconds: dict[str, float | None], budget: float) ->
 
 
 def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[Mutant]) -> str:
-    """Return the table by room, and the lines of the faults that no test noticed."""
-    rows = [f"\n{'room':16} {'killed':>7} {'survived':>9} {'share':>7} {'s each':>7}"]
-    rooms = sorted({one.room for one in sample})
-    for room in (*rooms, "all") if len(rooms) > 1 else rooms:
-        among = [one for one, mutant in zip(found, sample, strict=True) if room in (mutant.room, "all")]
+    """Return the table by group of rooms, and the lines of the faults that no test noticed."""
+    rows = [f"\n{'group':16} {'killed':>7} {'survived':>9} {'share':>7} {'s each':>7}"]
+    groups = sorted({group_of(one) for one in sample})
+    for room in (*groups, "all") if len(groups) > 1 else groups:
+        among = [one for one, mutant in zip(found, sample, strict=True) if room in (group_of(mutant), "all")]
         killed = sum(one["outcome"] != "survived" for one in among)
         each = sum(one["seconds"] for one in among) / len(among)
         rows.append(f"{room:16} {killed:7} {len(among) - killed:9} {100.0 * killed / len(among):5.0f} % {each:7.1f}")
@@ -201,14 +237,15 @@ def difference(mutant: Mutant, source: bytes) -> str:
 def _asked(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__.partition("\n")[0])
     add: Callable[..., Any] = parser.add_argument
-    add("--rooms", nargs="+", default=list(ROOMS), help="folders of the package")
-    add("--sample", type=int, default=100, help="how many lines")
+    add("--groups", nargs="+", choices=tuple(GROUPS), metavar="GROUP", help=f"all where none is named: {', '.join(GROUPS)}")
+    add("--each", type=int, default=12, help="how many lines of each group")
     add("--seed", type=int, default=12)
     add("--processes", type=int, default=os.cpu_count() or 1)
     add("--files", type=int, default=8, help="how many test files are run for a fault at most")
     add("--budget", type=float, default=60.0, help="how long they may take together without it [s of a processor]")
     add("--again", action="store_true", help="try those again that survived")
-    add("--least", type=float, default=0.85, help="share that must be noticed")
+    add("--least", type=float, default=0.85, help="share of all that must be noticed")
+    add("--least-group", type=float, default=0.75, help="share of each group that must be noticed")
     add("--work", type=Path, help="where the copies are made, and stay with what was compiled; else nothing stays")
     add("--out", type=Path, default=Path("mutants.json"), help="where what was found is kept")
     return parser.parse_args(arguments)

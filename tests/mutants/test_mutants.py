@@ -115,10 +115,11 @@ def house(tmp_path):
 
 def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_path_factory, monkeypatch, capsys):
     monkeypatch.setattr(mutants, "ROOT", house)
+    monkeypatch.setattr(mutants, "GROUPS", {"tested": ("kept",), "untested": ("left",)})
     out = tmp_path_factory.mktemp("out") / "found.json"
     before = {one: one.read_bytes() for one in house.rglob("*.py")}
-    asked = ["--rooms", "kept", "left", "--processes", "2", "--out", str(out)]
-    assert mutants.main(asked) == 1
+    asked = ["--processes", "2", "--out", str(out)]
+    assert mutants.main([*asked, "--least", "0.5"]) == 1, "one group has no test that notices"
     said = capsys.readouterr().out
     assert "left out: tests/test_broken.py fails by itself" in said
     found = {one["path"]: one for one in json.loads(out.read_text())["results"].values()}
@@ -128,8 +129,15 @@ def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_pat
     assert "src/bristle/left/half.py:2  " in said
     assert "  - return x / 2\n  + return " in said
     assert {one: one.read_bytes() for one in house.rglob("*.py")} == before
-    assert mutants.main([*asked, "--least", "0.5"]) == 0
+    assert mutants.main([*asked, "--least-group", "0.0"]) == 1, "half of all is less than most"
+    assert mutants.main([*asked, "--least", "0.5", "--least-group", "0.0"]) == 0
     assert "0 of them to be tried" in capsys.readouterr().out
+
+
+def test_each_room_of_the_package_is_in_one_group():
+    rooms = [room for group in mutants.GROUPS.values() for room in group]
+    folders = {file.parent.name for file in (ROOT / "src" / "bristle").glob("*/__init__.py")}
+    assert sorted(rooms) == sorted(folders)
 
 
 def test_one_long_test_file_does_not_keep_the_others_from_being_asked():

@@ -12,11 +12,10 @@ from scipy.signal import cont2discrete
 from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
-from bristle.loop_design import error_budget, proposals_for
+from bristle.loop import Verdict, assess, doubts_of, error_budget, proposals_for, runnable, verdict_of
 from bristle.paper.tracking import Sound, Tracked
 from bristle.report.messages import message
 from bristle.simulation import simulate
-from bristle.stability import Verdict, assess, doubts_of, runnable, verdict_of
 
 EXPERIMENTS = files("bristle.paper") / "experiments"
 SET_A = EXPERIMENTS / "set_a.toml"

@@ -10,7 +10,7 @@ from tests.certificates.ballscrew import F_C, F_S, STIFFNESS, UM, V_S, composite
 from tests.papers.test_source_paper_preisach import falling_16, rising_17, tip_17
 
 from bristle import controllers, friction, hysteresis, plants, response, sensors
-from bristle.core.transmission import Transmission
+from bristle.core.motion import Transmission
 from bristle.engine import run_closed_loop
 from bristle.engine.contact import Contact
 from bristle.files import read_experiment

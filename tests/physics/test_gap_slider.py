@@ -7,7 +7,7 @@ import pytest
 
 from bristle import friction
 from bristle.engine import force_along
-from bristle.engine.initial_contact import place_of
+from bristle.engine.contact import place_of
 
 MODEL = friction.gap_slider(F_C=20.0, give=2e-3, gap=4e-3, n=2.5, share=0.1)
 R = 4e-3  # from the middle of the backlash to slip

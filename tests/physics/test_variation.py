@@ -7,7 +7,7 @@ from bristle import friction, response
 from bristle.certificates import check
 from bristle.core.errors import InputError
 from bristle.engine import force_along, run_open_loop
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.friction import base_of, find, unvaried
 from bristle.plants import inertia
 

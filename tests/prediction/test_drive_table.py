@@ -7,7 +7,7 @@ from tests.identification.known_logs import sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import InputError
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.identification import identify
 from bristle.prediction import drive_table
 from bristle.prediction.drive_table import largest_deviation

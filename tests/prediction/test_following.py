@@ -12,9 +12,7 @@ from bristle.core import Axis
 from bristle.core.experiment import Experiment
 from bristle.identification.settings import Settings
 from bristle.logs.log import Channel
-from bristle.prediction.following import following_of
-from bristle.prediction.loop import loop_of
-from bristle.prediction.suspects import explanations
+from bristle.prediction.following import explanations, following_of, loop_of
 from bristle.report.messages import message
 from bristle.simulation import simulate
 

@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import replace
 
 import pytest
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 from tests.report.pages import Page
 from tests.report.test_names import ALL, assert_harmless
 from tests.report.test_pages import COMMON
@@ -13,7 +13,7 @@ from tests.report.test_pages import COMMON
 from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.controller import controller_from
-from bristle.loop_design import design
+from bristle.loop import design
 from bristle.report.design import design_report, design_sentences, design_summary
 from bristle.report.design_tables import budget_table, controller_text, margin_table
 from bristle.report.fronts.design import design_ruling

@@ -19,7 +19,7 @@ from bristle.friction import MODELS, find
 from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
-from bristle.prediction.loop import loop_of
+from bristle.prediction.following import loop_of
 from bristle.report.advice import ADVICE, next_measurements
 from bristle.report.identification import identification_report
 from bristle.report.messages import assumptions_of, warnings_of

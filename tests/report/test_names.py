@@ -15,7 +15,7 @@ from tests.report.test_pages import identification_page, prediction_page, simula
 
 from bristle import hysteresis
 from bristle.excitation import excite
-from bristle.hysteresis_identification.result import OperatorPrediction
+from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.paper.page import paper_report
 from bristle.paper.reproduced import Reproduced

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.simulation.recorded.between_samples import closes, finer, period_of
+from bristle.simulation.recorded.open_loop import closes, finer, period_of
 
 RATE, SIZE = 750.0, 1500
 

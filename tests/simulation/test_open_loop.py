@@ -12,11 +12,10 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Run
 from bristle.core.status import Status
 from bristle.engine import run_open_loop
-from bristle.loop_design import design
+from bristle.loop import design, runnable
 from bristle.report.summary import simulation_summary
 from bristle.sensors import encoder
 from bristle.simulation import open_loop_experiment, simulate
-from bristle.stability import runnable
 
 DT, COUNT = 1e-2, 800
 TOLERANCE = 1e-5

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from tests.loop_design.conftest import loop
+from tests.loop.conftest import loop
 
 import bristle as br
 from bristle import controllers, engine, friction, plants, references, sensors

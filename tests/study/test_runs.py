@@ -12,7 +12,7 @@ from bristle.study import run_study
 from bristle.study.block import Simulator
 from bristle.study.metrics import METRICS
 from bristle.study.plan import Block
-from bristle.study.repeat import repeat_run, values_of
+from bristle.study.run import repeat_run, values_of
 from bristle.study.varied import Varied, row_of
 
 EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')

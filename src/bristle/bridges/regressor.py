@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from bristle.core.arrays import array
 from bristle.core.axis import Axis
+from bristle.core.edge import array
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import unit_of
 from bristle.files.arguments import AXIS

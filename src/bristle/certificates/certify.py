@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from bristle.certificates.certificate import Certificate
-from bristle.certificates.closure import closure
+from bristle.certificates.certificate import Certificate, as_friction
 from bristle.certificates.dissipation import dissipation, fattest_loop
-from bristle.certificates.drift import drift
-from bristle.certificates.operator import as_friction
 from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import holding_of
-from bristle.certificates.well_posed import well_posed
+from bristle.certificates.slow_motion import closure, drift, well_posed
 from bristle.core.contracts import HysteresisOperator, Model
 from bristle.core.edge import guarded, many, optional
 from bristle.core.edge import model as of_family

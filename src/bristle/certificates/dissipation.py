@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.certificates.certificate import Certificate
-from bristle.certificates.operator import OperatorParameters
+from bristle.certificates.certificate import Certificate, OperatorParameters
 from bristle.certificates.quasi_static import CREEP, Holding
 from bristle.core.contracts import Model
 from bristle.core.typography import number

@@ -36,8 +36,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.certificates.certificate import Certificate, not_applicable
-from bristle.certificates.operator import OperatorParameters
+from bristle.certificates.certificate import Certificate, OperatorParameters, not_applicable
 from bristle.core.contracts import Model
 from bristle.core.kernel import kernel
 from bristle.core.typography import with_unit
@@ -162,77 +161,42 @@ def damping_of(p: Any) -> Damping | None:
     return None
 
 
-@damping_of.register(coulomb.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(0.0)
+def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
+    needed = needed_damping(p.F_S, p.v_S, lambda v: stribeck_force(v, p), lambda v: micro_damping(v, p), phi)
+    return Damping(p.sigma_2, needed)
 
 
-@damping_of.register(viscous.Parameters)
-@damping_of.register(coulomb_viscous.Parameters)
-@damping_of.register(stribeck.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(p.F_v)
-
-
-@damping_of.register(dahl.Parameters)
-@damping_of.register(maxwell_slip.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(p.sigma_2)
-
-
-@damping_of.register(preisach.Parameters)
-@damping_of.register(stop.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(0.0)
-
-
-@damping_of.register(prandtl_ishlinskii.Parameters)
-def _(p: Any) -> Damping | None:
-    return Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None
-
-
-@damping_of.register(bouc_wen.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf)
-
-
-@damping_of.register(reformed_dahl.Parameters)
-def _(p: Any) -> Damping:
-    return Damping(p.sigma_2, math.inf, "Charged by short strokes and let go in a long one it gives back more")
-
-
-@damping_of.register(gms.Parameters)
-def _(p: Any) -> Damping:
-    because = "An element that slips regains its static force without moving, unless F_S = F_C"
-    return Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, because)
-
-
-@damping_of.register(lugre.Parameters)
-def _(p: Any) -> Damping:
-    return _of_bristles(p, lambda q, G: q / G)
-
-
-@damping_of.register(OverStops)
-def _(p: Any) -> Damping | None:
-    if damping_of(p.operator) is None:
-        return None
-    law = slip_law(p.own)
-    return _of_bristles(p.own, lambda q, G: slip(q / G, law))
-
-
-@damping_of.register(preisach_lugre.Parameters)
-def _(p: Any) -> Damping:
+def _by_slip_law(p: Any) -> Damping:
     law = slip_law(p)
     return _of_bristles(p, lambda q, G: slip(q / G, law))
 
 
-@damping_of.register(elastoplastic.Parameters)
-def _(p: Any) -> Damping:
+def _of_elastoplastic(p: Any) -> Damping:
     # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
-    return _of_bristles(lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}), lambda q, G: q / G)
+    return damping_of(lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}))
 
 
-def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
-    needed = needed_damping(p.F_S, p.v_S, lambda v: stribeck_force(v, p), lambda v: micro_damping(v, p), phi)
-    return Damping(p.sigma_2, needed)
+CHARGED = "Charged by short strokes and let go in a long one it gives back more"
+REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
+CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
+    coulomb: lambda p: Damping(0.0),
+    viscous: lambda p: Damping(p.F_v),
+    coulomb_viscous: lambda p: Damping(p.F_v),
+    stribeck: lambda p: Damping(p.F_v),
+    dahl: lambda p: Damping(p.sigma_2),
+    maxwell_slip: lambda p: Damping(p.sigma_2),
+    preisach: lambda p: Damping(0.0),
+    stop: lambda p: Damping(0.0),
+    prandtl_ishlinskii: lambda p: Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None,
+    bouc_wen: lambda p: Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf),
+    reformed_dahl: lambda p: Damping(p.sigma_2, math.inf, CHARGED),
+    gms: lambda p: Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, REGAINED),
+    lugre: lambda p: _of_bristles(p, lambda q, G: q / G),
+    elastoplastic: _of_elastoplastic,
+    preisach_lugre: _by_slip_law,
+}
+"""What is known of a model by its parameters."""
+for component, condition in CONDITIONS.items():
+    damping_of.register(component.Parameters, condition)
+damping_of.register(OverStops, lambda p: None if damping_of(p.operator) is None else _by_slip_law(p.own))

@@ -7,14 +7,16 @@ at rest, as the limits from either side.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.engine.contact import Contact
 
-__all__ = ["CREEP", "Holding", "Path", "holding_of"]
+__all__ = ["CREEP", "Holding", "Path", "holding_of", "traced_by_force", "traced_by_position"]
 
 CREEP = 1e-15  # [m/s or rad/s]
 LONGEST = 1e3  # [m or rad]
@@ -116,27 +118,20 @@ class Path:
         between = start + (self.x - start) * (np.arange(force.size) + 0.5) / max(force.size, 1)
         self._trace.append((np.append(between, self.x), np.append(force, self.force)))
 
-    def to_position(self, x: float) -> tuple[np.ndarray, np.ndarray]:
-        """Go to a position [m or rad]; return the positions in the middle of each step, and the mean forces."""
+    def to_position(self, x: float) -> None:
+        """Go to a position [m or rad]."""
         start = self.x
         distance = x - start
         if distance == 0.0:
-            return np.empty(0), np.empty(0)
+            return
         self._side = math.copysign(1.0, distance)
         count = math.ceil(min(max(abs(distance) / self._step, 1.0), 1e6))
         force = self._contact.move(distance, CREEP, count)
         self._contact.x = x
         self._note(start, force)
-        return start + distance * (np.arange(count) + 0.5) / count, force
 
     def to_force(self, target: float) -> bool:
-        """Go forward or backward until the friction force is `target` [N or N*m].
-
-        Returns
-        -------
-        bool
-            Whether it was reached; False where the contact slides away before.
-        """
+        """Go on until the friction force is `target` [N or N*m]; return False where the contact slides away before."""
         if self._contact.force(0.0) < target:
             return self._climb(target, 1.0)
         if self._contact.force(-0.0) > target:
@@ -189,3 +184,46 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
     elif excess(0.0) < 0.0:
         contact.move(side * farthest, CREEP)
     return contact
+
+
+def traced_by_force(model: Model, levels: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the path of a contact that is led slowly from force to force.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with pre-sliding; it starts virgin.
+    levels : list of float
+        Forces [N or N*m], below break-away.
+
+    Returns
+    -------
+    x, force : ndarray, shape (point,)
+        Positions [m or rad] and friction forces [N or N*m].
+    """
+    return _traced(model, Path.to_force, levels)
+
+
+def traced_by_position(model: Model, turns: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the path of a contact that is led slowly from position to position.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with pre-sliding; it starts virgin.
+    turns : list of float
+        Positions [m or rad].
+
+    Returns
+    -------
+    x, force : ndarray, shape (point,)
+        Positions [m or rad] and friction forces [N or N*m].
+    """
+    return _traced(model, Path.to_position, turns)
+
+
+def _traced(model: Model, lead: Callable[[Path, float], Any], ends: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    path = Path(model, holding_of(model))
+    for end in ends:
+        lead(path, end)
+    return path.trace

@@ -6,7 +6,7 @@ from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study, watch
+from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study
 from bristle.cli import run as run_command
 from bristle.cli.command_line import command_told
 from bristle.cli.failure import BAD_INPUT, INTERRUPTED
@@ -18,7 +18,9 @@ __all__ = ["app", "run"]
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
-for module in (demo, excite, identify, watch, predict, run_command, study, compare, design, lab, export, paper, check, models, log):
+RETIRED = {"watch": "bristle identify LOGS --each, whose report says which axis differs from the others"}
+"""Commands of the release before, each with what takes its place."""
+for module in (demo, excite, identify, predict, run_command, study, compare, design, lab, export, paper, check, models, log):
     name = module.__name__.rpartition(".")[2]
     command_class = getattr(module, "COMMAND", None)
     app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
@@ -43,6 +45,9 @@ def bristle(
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; a mistyped command line is told as one line."""
+    if arguments[:1] and arguments[0] in RETIRED:
+        complain(f"bristle {arguments[0]} is retired. Use {RETIRED[arguments[0]]}")
+        return BAD_INPUT
     command = typer.main.get_command(app)
     try:
         with command.make_context("bristle", arguments, obj=command_told(arguments)) as context:

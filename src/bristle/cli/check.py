@@ -144,7 +144,7 @@ def _subject_in(content: Content) -> _Subject:
         figure = load_figure_file(content)
         return _Subject(figure.name, "figure", partial(check_figure, figure))
     if hasattr(module, "FORMAT") and not hasattr(module, "MODEL"):
-        from bristle.files.user_reader import load_reader_file
+        from bristle.files.user_model import load_reader_file
 
         log_format = load_reader_file(content)
         return _Subject(log_format.name, "reader of logs", partial(check_reader, log_format))

@@ -44,10 +44,10 @@ def design(
     Poles and margins of the sampled loop with all its delays, what the loop errs by, gains that keep margins, and the
     circle that two such axes run. The exit code is 1 if the loop is unstable.
     """
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.loop_design import design as designed
+    from bristle.files.summary import provenance
+    from bristle.loop import design as designed
     from bristle.report.design import design_report, design_sentences, design_summary
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
     from bristle.report.figure_files import figure_files

@@ -190,7 +190,7 @@ def _law(
     from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
     from bristle.exports.writing import law_for, target_named, variant_of
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.testing import admit
     from bristle.workflow.exported import ExportedModel

@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bristle.cli.command_line import command_told
 from bristle.cli.failure import NO
 from bristle.cli.lost import tell_lost
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
+    from bristle.fleet.identify import FleetStore
     from bristle.fleet.plan import Fleet
-    from bristle.fleet.store import FleetStore
 
 __all__ = ["identify_each", "refuse_mixed"]
 
@@ -73,7 +72,7 @@ def identify_each(
 def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
     from bristle.core.cores import core_count
     from bristle.files.summary import as_json as json_text
-    from bristle.fleet.identifier import Identifier
+    from bristle.fleet.identify import Identifier
     from bristle.study.run import in_words
 
     identifier = Identifier(fleet)
@@ -89,7 +88,7 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
         "with_time": dated,
         "model": fleet.model.name,
         "kind": fleet.kind,
-        "columns": [quantity.column for quantity in fleet.parameters.values()],
+        "columns": list(fleet.parameters),
         "measured_on": row["log"][0],
         "status": row["status"][0],
         "seconds_per_log": seconds,
@@ -107,18 +106,18 @@ def _tell_cost(fleet: Fleet, workers: int | None, as_json: bool) -> None:
 
 
 def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: int | None, as_json: bool) -> int:
-    from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
-    from bristle.fleet.identify import identify_within
-    from bristle.fleet.store import FleetStore
+    from bristle.files.summary import provenance
+    from bristle.fleet.identify import FleetStore, Identifier
     from bristle.report.fleet import failed_logs_table, fleet_sentences, parameters_table
     from bristle.study.dataset import OK
+    from bristle.study.run import run_within
     from bristle.study.store import opened
 
     source = provenance(command, axis=axes, reader=fleet.readers)
     with opened(out, fleet, source, FleetStore) as store, progress("beginning") as report:
         try:
-            ran = identify_within(store, workers=workers, progress=report)
+            ran = run_within(store, workers=workers, progress=report, simulator=Identifier)
         except KeyboardInterrupt:
             complain(f"{out} keeps the logs that are done; the same command goes on")
             raise
@@ -134,7 +133,6 @@ def _run(fleet: Fleet, axes: Sequence[Any], out: Path, command: str, workers: in
             say(sentence)
     tell_lost(ran)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    complain(f"next: {command_told(['watch', str(out)])}")
     return 0 if ran.is_whole and OK in summary["statuses"] else NO
 
 

@@ -107,7 +107,7 @@ def identify(
     beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
     marked unfinished, and exit code 130.
 
-    With --each, every log is a row of its own in DIR, which bristle watch and br.read_study read; one that fails is a
+    With --each, every log is a row of its own in DIR, which br.read_study reads; one that fails is a
     row with its reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is
     missing, and with further logs those.
     """

@@ -59,9 +59,9 @@ def lab(
         return
     out = _page_named(out, port=port, no_open=no_open)
     from bristle.core.content import content_of
-    from bristle.files.provenance import provenance
     from bristle.files.single import sealed, write_whole
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.files.toml import TOML_LIMIT
     from bristle.files.user_model import origins_of_code
     from bristle.lab import lab_page

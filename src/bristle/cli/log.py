@@ -50,9 +50,9 @@ def log(
     """
     from bristle.core.content import content_of
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.files.toml import TOML_LIMIT
     from bristle.report.figure_files import figure_files
     from bristle.workflow.inspected import inspect_log

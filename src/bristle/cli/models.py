@@ -144,7 +144,7 @@ def _show_families(families: dict[str, list[Component]]) -> None:
 
 
 def _show_one(component: Component) -> None:
-    from bristle.core.docstring import REFERENCE, laid_out
+    from bristle.core.formula import REFERENCE, laid_out
     from bristle.core.typography import typeset
     from bristle.files.components import key_of
     from bristle.report.table import Table

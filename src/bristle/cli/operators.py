@@ -33,10 +33,10 @@ def identify_operators(
     from bristle.core import InputError
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import write_operator
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.hysteresis_identification import FITTED, identify_operator
+    from bristle.files.summary import provenance
+    from bristle.hysteresis.identification import FITTED, identify_operator
     from bristle.report.figure_files import figure_files
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
@@ -102,10 +102,10 @@ def predict_operator(
     from bristle.core.variable import unit_of
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import read_operator
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.hysteresis_identification import predict_operator as predicted
+    from bristle.files.summary import provenance
+    from bristle.hysteresis.identification import predict_operator as predicted
     from bristle.report.figure_files import figure_files
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report

@@ -73,7 +73,7 @@ def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
         return nullcontext()
     from bristle.core.content import content_of
     from bristle.files.permission import CODE_LIMIT, allow
-    from bristle.files.user_reader import load_reader_file
+    from bristle.files.user_model import load_reader_file
     from bristle.logs.formats import reading
 
     contents = [content_of(file, limit=CODE_LIMIT) for file in files]

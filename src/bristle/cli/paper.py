@@ -78,9 +78,9 @@ def paper(
     if write is not None:
         _write(write, force, as_json)
         return
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
     from bristle.paper.errata import ERRATA_FILE, errata_tex
     from bristle.paper.page import claim_table

@@ -114,9 +114,9 @@ def _predict_friction(
     from bristle.core import InputError
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.identification.prediction_interval import Bands
     from bristle.logs import read_log

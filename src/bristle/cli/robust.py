@@ -26,8 +26,8 @@ class Request(NamedTuple):
 
 def try_robustness(command: str, request: Request, figures: Figures, *, as_json: bool) -> None:
     """Run the trial, write its report, and show its first tables."""
-    from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.paper.robust.findings import best_table, claim_table
     from bristle.paper.robust.page import robust_report, robust_summary, words_of
     from bristle.paper.robust.trial import Plan, opened, run_trial

@@ -17,7 +17,7 @@ from bristle.cli.prepared import experiment_in
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
-    from bristle.stability import Assessment
+    from bristle.loop import Assessment
 
 __all__ = ["EXAMPLE", "run"]
 
@@ -49,9 +49,10 @@ def run(
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.core import InputError
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
+    from bristle.loop import runnable
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
@@ -60,7 +61,6 @@ def run(
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
-    from bristle.stability import runnable
     from bristle.testing import admit_friction_of
 
     if log and not out:
@@ -105,7 +105,7 @@ def run(
 
 def _refused(judged: Mapping[str, Assessment]) -> dict[str, str]:
     """Return the loops that would diverge, and why."""
+    from bristle.loop import Verdict, verdict_of
     from bristle.report.messages import message
-    from bristle.stability import Verdict, verdict_of
 
     return {name: message(verdict_of(judgement)) for name, judgement in judged.items() if judgement.verdict is Verdict.DIVERGES}

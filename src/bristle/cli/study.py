@@ -146,15 +146,15 @@ def _repeat(
     context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures, further: OwnFigures
 ) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import simulation_report
     from bristle.report.summary import simulation_summary
-    from bristle.study.repeat import repeat_run, values_of
+    from bristle.study.run import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
     with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"), figure_files(folder, *figures):
@@ -196,8 +196,8 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 def _run(
     study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures, further: OwnFigures
 ) -> int:
-    from bristle.files.provenance import provenance
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.report.figure_files import figure_files
     from bristle.report.study import spread_tables, study_sentences
     from bristle.study.dataset import OK
@@ -231,13 +231,13 @@ def _run(
 
 def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigures) -> dict[str, Any]:
     """Write traces, numbers and report of a study; return the numbers."""
-    from bristle.files.provenance import provenance
     from bristle.files.results import SUMMARY
     from bristle.files.summary import as_json as json_text
+    from bristle.files.summary import provenance
     from bristle.report.results import REPORT
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
-    from bristle.study.repeat import worst_runs, write_traces
+    from bristle.study.run import worst_runs, write_traces
 
     runs = runs_in(store.folder)
     worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))

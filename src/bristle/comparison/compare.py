@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from bristle.comparison.course import course_of, turn_courses
-from bristle.comparison.findings import Findings, findings_of
-from bristle.comparison.measures import Measure, SlidingRows, effort_measures, error_measures, turn_measures
+from bristle.comparison.cycles import SAME_PERIOD, LogAndAxis, Side, sides_of
+from bristle.comparison.measures import Measure, SlidingRows, course_of, level_measures, turn_courses, turn_measures
 from bristle.comparison.resampling import Plan, changed, plan_of
-from bristle.comparison.result import Change, Comparison, Shared
-from bristle.comparison.sides import LogAndAxis, Side, sides_of
+from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.logs.log import Log
@@ -21,31 +21,14 @@ __all__ = ["compare"]
 
 WINDOW = 0.1  # of the time between two reversals
 LEAST_WINDOW = 4  # samples
+ALL_PERCENT = 99.0  # percent of a motion that is all of it
+FEW = 6  # cycles of a side
 
 Sides = tuple[Side, Side]
 
 
 def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: float | None = None) -> Comparison:
-    """Compare two sides.
-
-    Parameters
-    ----------
-    before, after : sequence of (Log, Axis or None)
-        The logs of each side, at least one, with what is known of the axis.
-    window : float, optional
-        Time behind a reversal in which its peak is looked for [s]; a tenth of the time between two of them by default.
-
-    Returns
-    -------
-    Comparison
-        What changed.
-
-    Raises
-    ------
-    InputError
-        If the logs are of different kinds of axis, one stands on both sides, one has neither reference nor effort, or
-        they share no motion.
-    """
+    """Compare two sides, a log or several each, with what is known of the axis; `window` [s] is that of peaks at reversals."""
     logs = [log for log, _ in (*before, *after)]
     _refuse_unlike(before, after)
     follows = all(log.reference is not None for log in logs)
@@ -59,32 +42,37 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
-        _refuse_other_motion(follows=follows)
-    used, kind = (low.of(plan.before), high.of(plan.after)), logs[0].kind
+        signals = "references" if follows else "positions, compared because there is no reference,"
+        raise InputError(
+            f"the {signals} share no motion: no cycle of one is like a cycle of the other",
+            path="after",
+            mend="Record both with the same reference: same places, same speed",
+        )
+    sides = ((low, plan.before), (high, plan.after))
+    used = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)
+    kind = logs[0].kind
     samples = _window_samples(used, window) if follows else None
     rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
     measures = [
-        *(error_measures() if follows else ()),
+        *(level_measures("error", "following_error", "length") if follows else ()),
         *(turn_measures(samples) if samples else ()),
-        *(effort_measures() if tells_effort else ()),
+        *(level_measures("effort", "effort", "force") if tells_effort else ()),
         *(rows.measures() if rows else ()),
     ]
     changes, as_one = _changes(measures, used, plan, kind)
     shared = _shared((low, high), plan, complete=complete, as_one=float(np.median(as_one)))
-    sides = tuple(log for log, _ in before), tuple(log for log, _ in after)
+    sample_time = used[0].cycles[0].recording.sample_time
     return Comparison(
         kind=kind,
         changes={name: change for name, change in changes.items() if "at_speeds" not in name},
         friction_curve=_friction_curve(rows, changes),
         shared=shared,
-        window=samples * used[0].recordings[0].sample_time if samples else None,
+        window=samples * sample_time if samples else None,
         course=course_of(*used, follows=follows),
         turns=turn_courses(*used, samples) if samples else (),
-        logs_before=sides[0],
-        logs_after=sides[1],
-        diagnostics=findings_of(
-            Findings(*sides, shared, "friction.level" in changes, reason=low.reason or high.reason, kind=kind, widths=_widths(changes))
-        ),
+        logs_before=tuple(log for log, _ in before),
+        logs_after=tuple(log for log, _ in after),
+        diagnostics=_diagnostics(before, after, shared, changes, low.reason or high.reason),
     )
 
 
@@ -108,30 +96,19 @@ def _is_same(first: Log, second: Log) -> bool:
     if len(first) != len(second) or names != [name for name, _ in second.channels()]:
         return False
     pairs = zip(first.channels(), second.channels(), strict=True)
-    return all(np.array_equal(outcome.values, second_channel.values) for (_, outcome), (_, second_channel) in pairs)
-
-
-def _refuse_other_motion(*, follows: bool) -> None:
-    what = "references" if follows else "positions, compared because there is no reference,"
-    raise InputError(
-        f"the {what} share no motion: no cycle of one is like a cycle of the other",
-        path="after",
-        mend="Record both with the same reference: same places, same speed",
-    )
+    return all(np.array_equal(one_side.values, other_side.values) for (_, one_side), (_, other_side) in pairs)
 
 
 def _window_samples(sides: Sides, window: float | None) -> int | None:
     """Return how many samples behind a reversal are looked at; None where nothing reverses."""
-    between = [
-        step for side in sides for number in {cycle.recording for cycle in side.cycles} for step in np.diff(side.recordings[number].turns)
-    ]
-    sample_time = sides[0].recordings[0].sample_time
+    cycles = [cycle for side in sides for cycle in side.cycles]
     if window is not None:
-        return max(round(window / sample_time), 1)
-    turns = any(side.recordings[cycle.recording].turns.size for side in sides for cycle in side.cycles)
-    if not between:
-        between = [cycle.count for side in sides for cycle in side.cycles] if turns else []
-    return max(round(WINDOW * float(np.median(between))), LEAST_WINDOW) if between else None
+        return max(round(window / cycles[0].recording.sample_time), 1)
+    turns = [turns for turns in {id(cycle.recording): cycle.recording.turns for cycle in cycles}.values() if turns.size]
+    between = np.concatenate([np.empty(0), *map(np.diff, turns)])
+    if turns and not between.size:
+        between = np.array([cycle.count for cycle in cycles])
+    return max(round(WINDOW * float(np.median(between))), LEAST_WINDOW) if between.size else None
 
 
 def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) -> tuple[dict[str, Change], list[float]]:
@@ -157,14 +134,47 @@ def _friction_curve(rows: SlidingRows | None, changes: dict[str, Change]) -> lis
     return [(speed, change) for speed, change in zip(rows.speeds, at, strict=True) if change is not None]
 
 
-def _widths(changes: dict[str, Change]) -> list[float]:
-    """Return the half-width of each interval over the value before."""
-    is_told = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    return [0.5 * float(np.ptp(change.interval)) / abs(change.before) for change in is_told]  # type: ignore[arg-type]
-
-
 def _shared(sides: Sides, plan: Plan, *, complete: bool, as_one: float) -> Shared:
     in_common = set(sides[0].kinds) & set(sides[1].kinds)
     counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in sides]
     shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
     return Shared(shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, complete, plan.paired, as_one)
+
+
+def _diagnostics(
+    before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], shared: Shared, changes: dict[str, Change], reason: InputError | None
+) -> tuple[Diagnostic, ...]:
+    """Return what may mislead, then what the comparison rests on."""
+    warnings: dict[str, dict[str, Number]] = {}
+    notes: dict[str, dict[str, Number]] = {}
+    sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
+    logs = [*sides["before"], *sides["after"]]
+    for channel in ("reference", "effort"):
+        lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
+        if lacking:
+            warnings[f"no_{channel}"] = {"sides": lacking}
+    if min(shared.before_percent, shared.after_percent) < ALL_PERCENT:
+        warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
+    if not shared.complete:
+        warnings["pieces_for_cycles"] = {}
+    with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
+    if not with_interval:
+        warnings["no_interval"] = {}
+    elif shared.complete and min(shared.cycles_before, shared.cycles_after) < FEW:
+        warnings["few_cycles"] = {"cycles": min(shared.cycles_before, shared.cycles_after)}
+    # An interval so narrow is that of cycles without scatter.
+    if any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval):  # type: ignore[arg-type]
+        warnings["cycles_identical"] = {}
+    if shared.as_one > 2.0:
+        notes["cycles_alike"] = {"cycles": shared.as_one}
+    if "friction.level" not in changes and all(log.effort is not None for log in logs):
+        warnings["friction_not_told"] = {"why": str(reason) if reason else ""}
+    periods = [log.sample_time for log in logs]
+    if max(periods) > min(periods) * (1.0 + SAME_PERIOD):
+        notes["sample_times_differ"] = {"longest": max(periods)}
+    if len(before) == 1 or len(after) == 1:
+        notes["one_recording"] = {}
+    severities = (("warning", warnings), ("note", notes))
+    return tuple(
+        Diagnostic(code, "", severity, numbers, logs[0].kind) for severity, entries in severities for code, numbers in entries.items()
+    )

@@ -1,4 +1,4 @@
-"""Cycles of a motion, to and fro, and which of two logs move alike.
+"""The two sides of a comparison: stretches of their logs on one grid of time, cut into cycles that are numbered by motion.
 
 A motion is cut where it turns forward. Two cycles are of one motion if they last as long and pass the same positions;
 where a motion hardly turns, pieces of equal length stand for cycles, told by where they lie from where the log begins.
@@ -12,26 +12,43 @@ from itertools import pairwise
 
 import numpy as np
 
-from bristle.comparison.recording import Recording
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.identification.preprocessing import CUTOFF_SHARE, treat
 from bristle.logs.legs import graininess
-from bristle.logs.segmentation import turning_points
+from bristle.logs.log import Log
+from bristle.logs.turns import turning_points
 
-__all__ = ["Cycle", "alike", "cut", "with_turns"]
+__all__ = ["SAME_PERIOD", "Cycle", "LogAndAxis", "Recording", "Side", "sides_of"]
 
+SAME_PERIOD = 1e-3  # relative difference of sample times that is none
 PHASES = 33  # at which the positions of two cycles are compared
-ALIKE = 0.02  # of the range of a cycle, and of its duration: a difference of references that is none
-ALIKE_MEASURED = 0.06  # the same of positions, which the loop makes
-TREMBLE, TREMBLE_MEASURED = 1e-3, 1e-2  # of the range of the motion: a turn by less is none
 PIECES = 20  # of the shorter of two motions that never turn
-AT_TURN = 0.01  # of the range of a motion: one that begins or ends so close to its end does so at a turn
 FEWEST = 8  # samples of a cycle
+# Of references, and of positions, which the loop makes:
+ALIKE = (0.02, 0.06)  # of the range of a cycle, and of its duration: a difference that is none
+TREMBLE = (1e-3, 1e-2)  # of the range of the motion: a turn by less is none
+
+LogAndAxis = tuple[Log, Axis | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A stretch of a log without a gap; arrays of shape (sample,), in SI of the axis."""
+
+    sample_time: float
+    motion: np.ndarray
+    error: np.ndarray | None
+    effort: np.ndarray | None
+    sliding: np.ndarray | None
+    turns: np.ndarray
 
 
 @dataclass(frozen=True)
 class Cycle:
     """A stretch of a recording that is a whole motion."""
 
-    recording: int
+    recording: Recording
     samples: slice
     kind: int = -1
 
@@ -40,96 +57,148 @@ class Cycle:
         """Number of samples."""
         return self.samples.stop - self.samples.start
 
-
-def with_turns(recordings: Sequence[Recording], *, measured: bool) -> list[Recording]:
-    """Return recordings that know where their motion turns."""
-    widest = max((float(np.ptp(part.motion)) for part in recordings), default=0.0)
-    least = (TREMBLE_MEASURED if measured else TREMBLE) * widest
-    collected = (turning_points(part.motion, max(graininess(part.motion, None), least)) for part in recordings)
-    return [replace(part, turns=np.array(turns, dtype=int)) for part, turns in zip(recordings, collected, strict=True)]
+    def part(self, signal: str) -> np.ndarray:
+        """Return a signal of the recording over the cycle."""
+        return getattr(self.recording, signal)[self.samples]
 
 
-def cut(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[list[Cycle], list[Cycle], bool]:
-    """Return the cycles of two sides, and whether they are whole ones, which begin where the motion turns forward."""
-    sides = [_complete(recordings) for recordings in (before, after)]
-    if min(len(cycles) for cycles in sides) >= 2:
-        return sides[0], sides[1], True
-    longest = [max((_moving(part.motion) for part in recordings), key=_count) for recordings in (before, after)]
-    length = max(min(map(_count, longest)) // PIECES, FEWEST)
-    first, second = (_pieces(recordings, length) for recordings in (before, after))
-    return first, second, False
+@dataclass(frozen=True)
+class Side:
+    """The cycles of one side, and why it tells no friction."""
+
+    cycles: Sequence[Cycle]
+    reason: InputError | None = None
+
+    @property
+    def kinds(self) -> list[int]:
+        """The motion of each cycle."""
+        return [cycle.kind for cycle in self.cycles]
+
+
+def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool) -> tuple[Side, Side, bool]:
+    """Return both sides, and whether their cycles are whole ones."""
+    # Of a log that has more samples, the largest of them would be larger.
+    sample_time = max(log.sample_time for log, _ in (*before, *after))
+    recordings: tuple[list[Recording], list[Recording]] = ([], [])
+    reasons: list[InputError | None] = [None, None]
+    for number, logs_given in enumerate((before, after)):
+        for log, axis in logs_given:
+            parts, reason = _recordings_of(log, axis, sample_time, follows=follows, tells_effort=tells_effort)
+            recordings[number].extend(parts)
+            reasons[number] = reasons[number] or reason
+    parts = [part for side in recordings for part in side]
+    grains = {id(part): graininess(part.motion, None) for part in parts}
+    tremble = TREMBLE[not follows] * max((float(np.ptp(part.motion)) for part in parts), default=0.0)
+    turned = [[_turned(part, max(grains[id(part)], tremble)) for part in side] for side in recordings]
+    cycles = [_complete(side) for side in turned]
+    complete = min(len(side) for side in cycles) >= 2
+    if not complete:
+        longest = [max(part.stop - part.start for part in map(_moving, side)) for side in turned]
+        cycles = [_pieces(side, max(min(longest) // PIECES, FEWEST)) for side in turned]
+    low, high = _numbered(cycles, max(grains.values()), ALIKE[not follows], complete=complete)
+    return Side(low, reasons[0]), Side(high, reasons[1]), complete
+
+
+def _turned(recording: Recording, least: float) -> Recording:
+    """Return a recording that knows where its motion turns."""
+    return replace(recording, turns=np.array(turning_points(recording.motion, least), dtype=int))
+
+
+def _recordings_of(
+    log: Log, axis: Axis | None, sample_time: float, *, follows: bool, tells_effort: bool
+) -> tuple[list[Recording], InputError | None]:
+    """Return the stretches of a log with a sample about every `sample_time` [s], and why it tells no friction."""
+    sliding, reason = _sliding(log, axis, sample_time) if tells_effort else (None, None)
+    motion = log.reference if follows else log.position
+    assert motion is not None
+    error = motion.values - log.position.values if follows else None
+    effort = log.effort.values if tells_effort and log.effort is not None else None
+    collected = []
+    for part in log.segments:
+        picked = _picked(part, log.sample_time, sample_time)
+        signals = (None if signal is None else signal[..., picked] for signal in (error, effort, sliding))
+        collected.append(Recording(sample_time, motion.values[picked], *signals, np.empty(0, dtype=int)))  # type: ignore[arg-type]
+    return collected, reason
+
+
+def _picked(part: slice, own: float, common: float) -> np.ndarray:
+    """Return which samples of a segment to take."""
+    count = part.stop - part.start
+    if common <= own * (1.0 + SAME_PERIOD):
+        return np.arange(part.start, part.stop)
+    return part.start + np.round(np.arange(0.0, (count - 1) * own / common + 1e-9) * common / own).astype(int)
+
+
+def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarray | None, InputError | None]:
+    """Return velocity, acceleration and effort as identification treats them; both logs by one filter."""
+    cutoff = axis.cutoff if axis is not None and axis.cutoff is not None else CUTOFF_SHARE / sample_time
+    try:
+        dataset = treat(log, axis, cutoff)
+    except InputError as error:  # too short for the filter, or nothing that moves
+        return None, error
+    collected = np.full((3, len(log)), np.nan)
+    for segment in dataset.segments:
+        first = int(np.searchsorted(log.time.values, segment.time[0])) + dataset.dropped
+        inner = slice(dataset.dropped, segment.time.size - dataset.dropped)
+        signals = np.stack([segment.velocity[inner], segment.acceleration[inner], segment.effort[inner]])
+        collected[:, first : first + signals.shape[1]] = signals
+    return collected, None
 
 
 def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
     collected = []
-    for number, recording in enumerate(recordings):
+    for recording in recordings:
         # A motion may begin and end at a turn. One is forward where the next one is farther up, the
         # last one where the one before it is.
-        places = np.unique([*recording.turns, *_ends_at_turns(recording.motion)]).astype(int)
+        places = np.unique([*recording.turns, *_ends_at_turns(recording)]).astype(int)
         heights = recording.motion[places]
         forward = places[np.append(heights[1:] > heights[:-1], heights[-2:-1] > heights[-1:])]
-        collected += [Cycle(number, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
+        collected += [Cycle(recording, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
     return collected
 
 
-def _ends_at_turns(motion: np.ndarray) -> list[int]:
+def _ends_at_turns(recording: Recording) -> list[int]:
     """Return the first and the last sample that move, where they lie as far out as the motion goes."""
-    moving, near = _moving(motion), AT_TURN * float(np.ptp(motion))
+    motion = recording.motion
+    moving, near = _moving(recording), TREMBLE[1] * float(np.ptp(motion))
     low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
     return [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
 
 
-def _moving(motion: np.ndarray) -> slice:
+def _moving(recording: Recording) -> slice:
     """Return the samples from the first to the last that move."""
-    moved = np.abs(np.diff(motion)) > 0.0
-    if not moved.any():
-        return slice(0, 0)
-    return slice(int(np.argmax(moved)), int(moved.size - np.argmax(moved[::-1])) + 1)
-
-
-def _count(part: slice) -> int:
-    return part.stop - part.start
+    moved = np.flatnonzero(np.diff(recording.motion))
+    return slice(int(moved[0]), int(moved[-1]) + 2) if moved.size else slice(0, 0)
 
 
 def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
+    parts = ((recording, _moving(recording)) for recording in recordings)
     return [
-        Cycle(number, slice(first, first + length))
-        for number, part in enumerate(_moving(part.motion) for part in recordings)
+        Cycle(recording, slice(first, first + length))
+        for recording, part in parts
         for first in range(part.start, part.stop - length + 1, length)
     ]
 
 
-def alike(
-    before: tuple[Sequence[Recording], Sequence[Cycle]],
-    after: tuple[Sequence[Recording], Sequence[Cycle]],
-    *,
-    complete: bool,
-    measured: bool,
-) -> tuple[list[Cycle], list[Cycle]]:
+def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, complete: bool) -> list[list[Cycle]]:
     """Return the cycles of two sides with the number of their motion, counted through both."""
-    share = ALIKE_MEASURED if measured else ALIKE
-    grain = max(graininess(part.motion, None) for part in (*before[0], *after[0]))
     shapes: list[np.ndarray] = []
     counts: list[int] = []
-    sides: tuple[list[Cycle], list[Cycle]] = ([], [])
-    for (recordings, cycles), numbered in zip((before, after), sides, strict=True):
+    numbered: list[list[Cycle]] = []
+    for cycles in sides:
+        numbered.append([])
         for cycle in cycles:
-            motion = recordings[cycle.recording].motion
-            origin = 0.0 if complete else float(motion[_moving(motion).start])
-            shape, step = _shape(motion[cycle.samples] - origin)
-            least = share * float(np.ptp(shape)) + step + grain
+            recording = cycle.recording
+            origin = 0.0 if complete else float(recording.motion[_moving(recording).start])
+            motion = recording.motion[cycle.samples] - origin
+            shape = np.interp(np.linspace(0.0, motion.size - 1.0, PHASES), np.arange(motion.size), motion)
+            least = share * float(np.ptp(shape)) + float(np.max(np.abs(np.diff(motion)))) + grain
             kind = _first_alike(shape, cycle.count, shapes, counts, least, share)
             if kind == len(shapes):
                 shapes.append(shape)
                 counts.append(cycle.count)
-            numbered.append(replace(cycle, kind=kind))
-    return sides
-
-
-def _shape(motion: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the positions at even phases of a cycle, and the largest step between samples."""
-    phases = np.linspace(0.0, motion.size - 1.0, PHASES)
-    return np.interp(phases, np.arange(motion.size), motion), float(np.max(np.abs(np.diff(motion))))
+            numbered[-1].append(replace(cycle, kind=kind))
+    return numbered
 
 
 def _first_alike(shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float) -> int:

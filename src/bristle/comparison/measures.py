@@ -17,23 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.comparison.cycles import Cycle
-from bristle.comparison.recording import Recording
+from bristle.comparison.cycles import Cycle, Side
 from bristle.comparison.resampling import plan_of
-from bristle.comparison.sides import Side
+from bristle.comparison.result import Course, Turn
 from bristle.core.lazy import cached_property
 
-__all__ = ["Measure", "SlidingRows", "effort_measures", "error_measures", "turn_measures", "turns_in"]
+__all__ = ["Measure", "SlidingRows", "course_of", "level_measures", "turn_courses", "turn_measures"]
 
 RANGES = 4  # of speed
 SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
-FEWEST = 20  # rows of a range, in each direction of each log
-FEWEST_BLOCKS = 2  # that are drawn anew and have rows of a range, in each direction of each log
-ROUNDING = 1e-9  # of a number of rows
+FEWEST_ROWS = 20  # of a range, in each direction of each log
 SMALL = 1e-10  # of the diagonal of normal equations, added to it: a mass that no acceleration tells is 0 then
 
 Sums = np.ndarray
 SumsOf = Callable[[Side], np.ndarray]
+TURNS = {"forward_to_backward": False, "backward_to_forward": True}
 
 
 class Measure(NamedTuple):
@@ -45,51 +43,27 @@ class Measure(NamedTuple):
     value: Callable[[Sums], np.ndarray]
 
 
-def _root_mean(sums: Sums) -> np.ndarray:
-    return np.sqrt(_mean(sums))
-
-
 def _mean(sums: Sums) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         return sums[..., 0] / sums[..., 1]
 
 
-def _parts(side: Side, signal: str) -> list[np.ndarray]:
-    return [getattr(side.recordings[cycle_.recording], signal)[cycle_.samples] for cycle_ in side.cycles]
+def level_measures(signal: str, name: str, quantity: str) -> list[Measure]:
+    """Return the root mean square of a signal, and its largest value in a cycle, mean over cycles."""
 
-
-def _squares(signal: str) -> SumsOf:
-    def sums(side: Side) -> np.ndarray:
-        parts = _parts(side, signal)
+    def squares(side: Side) -> np.ndarray:
+        parts = [cycle.part(signal) for cycle in side.cycles]
         return np.array([(float(part @ part), part.size) for part in parts])
 
-    return sums
+    def peaks(side: Side) -> np.ndarray:
+        return np.array([(float(np.max(np.abs(cycle.part(signal)))), 1.0) for cycle in side.cycles])
+
+    return [Measure(f"{name}.rms", quantity, squares, lambda sums: np.sqrt(_mean(sums))), Measure(f"{name}.peak", quantity, peaks, _mean)]
 
 
-def _peaks(signal: str) -> SumsOf:
-    def sums(side: Side) -> np.ndarray:
-        parts = _parts(side, signal)
-        return np.array([(float(np.max(np.abs(part))), 1.0) for part in parts])
-
-    return sums
-
-
-def error_measures() -> list[Measure]:
-    """Return root mean square of the following error, and its largest value in a cycle, mean over cycles."""
-    return [
-        Measure("following_error.rms", "length", _squares("error"), _root_mean),
-        Measure("following_error.peak", "length", _peaks("error"), _mean),
-    ]
-
-
-def effort_measures() -> list[Measure]:
-    """Return root mean square of the effort, and its largest value in a cycle, mean over cycles."""
-    return [Measure("effort.rms", "force", _squares("effort"), _root_mean), Measure("effort.peak", "force", _peaks("effort"), _mean)]
-
-
-def turns_in(recording: Recording, cycle: Cycle, window: int, *, forward: bool) -> list[int]:
+def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
     """Return the samples in a cycle at which the motion turns into one direction, those whose window the log holds."""
-    motion, places = recording.motion, recording.turns
+    motion, places = cycle.recording.motion, cycle.recording.turns
     inside = places[(places >= cycle.samples.start) & (places < cycle.samples.stop)]
     inside = inside[inside + window < motion.size]
     rises = motion[inside + window] > motion[inside]
@@ -103,19 +77,47 @@ def turn_measures(window: int) -> list[Measure]:
         def sums(side: Side) -> np.ndarray:
             collected = []
             for cycle in side.cycles:
-                recording = side.recordings[cycle.recording]
-                assert recording.error is not None
-                size = np.abs(recording.error)
-                places = turns_in(recording, cycle, window, forward=forward)
+                size = np.abs(cycle.recording.error)  # type: ignore[arg-type]
+                places = _turns_in(cycle, window, forward=forward)
                 collected.append((sum(float(np.max(size[k : k + window + 1])) for k in places), float(len(places))))
             return np.array(collected)
 
         return sums
 
-    return [
-        Measure("reversals.forward_to_backward", "length", peaks(False), _mean),
-        Measure("reversals.backward_to_forward", "length", peaks(True), _mean),
+    return [Measure(f"reversals.{name}", "length", peaks(forward), _mean) for name, forward in TURNS.items()]
+
+
+def course_of(before: Side, after: Side, *, follows: bool) -> Course:
+    """Return the mean of each motion, one behind the other: following error, or effort where there is no reference."""
+    signal, parts = "error" if follows else "effort", []
+    for kind in dict.fromkeys(before.kinds):
+        low, high = ([cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after))
+        count = min(cycle.count for cycle in (*low, *high))
+        courses = ((low, "motion"), (low, signal), (high, signal))
+        parts.append([np.mean([cycle.part(name)[:count] for cycle in cycles], axis=0) for cycles, name in courses])
+    motion, first, second = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return Course(before.cycles[0].recording.sample_time * np.arange(motion.size), motion, first, second)
+
+
+def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
+    """Return the mean following error around the reversals of each direction that both sides have."""
+    collected = []
+    steps = np.arange(-window, 3 * window + 1)  # one window before a reversal, three behind it
+    for name, forward in TURNS.items():
+        curves = [_around(side, steps, window, forward=forward) for side in (before, after)]
+        if all(curve is not None for curve in curves):
+            collected.append(Turn(name, before.cycles[0].recording.sample_time * steps, *curves))  # type: ignore[arg-type]
+    return tuple(collected)
+
+
+def _around(side: Side, steps: np.ndarray, window: int, *, forward: bool) -> np.ndarray | None:
+    rows = [
+        cycle.recording.error[place + steps]  # type: ignore[index]
+        for cycle in side.cycles
+        for place in _turns_in(cycle, window, forward=forward)
+        if place + steps[0] >= 0 and place + steps[-1] < cycle.recording.motion.size
     ]
+    return np.mean(rows, axis=0) if rows else None
 
 
 class SlidingRows:
@@ -130,7 +132,7 @@ class SlidingRows:
         sides = before, after
         while True:
             kinds = [np.array([cycle.kind for cycle in self._cycles(side)], dtype=int) for side in sides]
-            counts = self._counts([[_rows(side, cycle)[0] for cycle in self._cycles(side)] for side in sides])
+            counts = self._counts([[_rows(cycle)[0] for cycle in self._cycles(side)] for side in sides])
             self.ranges = _serving(counts, kinds)
             counts = [count[..., self.ranges] for count in counts]
             tells = [own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)]
@@ -165,17 +167,17 @@ class SlidingRows:
             return []
         shares = self.weights / self.weights.sum()
         level = Measure("friction.level", "force", self._sums, lambda sums: self._friction(sums) @ shares)
-        return [level, *(self._at(number) for number in range(self.ranges.size))]
-
-    def _at(self, number: int) -> Measure:
-        name = f"friction.at_speeds.{number}"
-        return Measure(name, "force", self._sums, lambda sums: self._friction(sums)[..., number])
+        names = (f"friction.at_speeds.{number}" for number in range(self.ranges.size))
+        return [
+            level,
+            *(Measure(name, "force", self._sums, lambda sums, k=k: self._friction(sums)[..., k]) for k, name in enumerate(names)),
+        ]
 
     def _sums(self, side: Side) -> np.ndarray:
         """Return the normal equations of each cycle, their matrix behind their right side."""
         equations = []
         for cycle in side.cycles:
-            v, a, u = _rows(side, cycle) if cycle.kind in self.kinds else np.empty((3, 0))
+            v, a, u = _rows(cycle) if cycle.kind in self.kinds else np.empty((3, 0))
             place = np.searchsorted(self.edges, np.abs(v), side="right") - 1
             member = place == self.ranges[:, None]
             used = member.any(axis=0)
@@ -193,8 +195,8 @@ class SlidingRows:
         friction = (solved[..., 0] / scale)[..., 1:-1]
         rows = np.diagonal(matrix, axis1=-2, axis2=-1)[..., 1:-1]
         # Forward less backward is the whole of a range in one direction: offset and friction are one number there.
-        both = np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - ROUNDING)
-        return np.where(both, friction, np.nan)
+        in_both_ways = np.abs(matrix[..., 0, 1:-1]) < rows * (1.0 - SMALL)
+        return np.where(in_both_ways, friction, np.nan)
 
 
 def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.ndarray:
@@ -205,14 +207,13 @@ def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.nd
         blocks = [count[own == kind].sum(axis=0) for kind in np.unique(own)] if paired else count
         blocks = np.reshape(blocks, (-1, *count.shape[1:]))
         # What rests on one block shows no scatter where blocks are drawn anew.
-        is_served.append((blocks.sum(axis=0) >= FEWEST) & (np.sum(blocks > 0, axis=0) >= FEWEST_BLOCKS))
+        is_served.append((blocks.sum(axis=0) >= FEWEST_ROWS) & (np.sum(blocks > 0, axis=0) >= 2))
     return np.flatnonzero(np.all(is_served, axis=(0, 1)))
 
 
-def _rows(side: Side, cycle: Cycle) -> np.ndarray:
+def _rows(cycle: Cycle) -> np.ndarray:
     """Return velocity, acceleration and effort of a cycle, shape (3, row)."""
-    sliding = side.recordings[cycle.recording].sliding
-    if sliding is None:
+    if cycle.recording.sliding is None:
         return np.empty((3, 0))
-    part = sliding[:, cycle.samples]
+    part = cycle.recording.sliding[:, cycle.samples]
     return part[:, np.all(np.isfinite(part), axis=0)]

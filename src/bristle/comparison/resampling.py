@@ -36,7 +36,6 @@ DRAWS = 1000
 SEED = 20_261_121
 TAIL = 0.975
 PAIRS, OFTEN = 6, 4  # so many motions, each fewer times in a log than this, are drawn as pairs
-NONE = 0.5  # standard deviations of a correlation that is none
 LARGEST = 100.0  # logarithm of a ratio that is told
 LAGS = 3  # a correlation is looked for over no more than one in so many cycles
 
@@ -161,7 +160,7 @@ def _as_one(influence: np.ndarray) -> float:
     for lag in range(1, max(count // LAGS, 2)):
         # Taken about their own mean, numbers without correlation have one of -1 / count.
         correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count if square > 0.0 else 0.0
-        if correlation * math.sqrt(count) <= NONE:
+        if correlation * math.sqrt(count) <= 0.5:  # standard deviations
             break
         as_one += 2.0 * correlation
     return max(min(as_one, 0.5 * count), 1.0)

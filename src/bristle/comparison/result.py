@@ -13,7 +13,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.log import Log
 
-__all__ = ["Change", "Comparison", "Course", "Shared", "Turn", "Verdict"]
+__all__ = ["ROUNDING", "Change", "Comparison", "Course", "Shared", "Turn", "Verdict"]
 
 Verdict = Literal["lower", "higher", "no_change", "unknown"]
 ROUNDING = 1e-6  # of the larger value: a change that is rounding
@@ -78,16 +78,9 @@ class Change:
 
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""
-        return {
-            "before": self.before,
-            "after": self.after,
-            "change": self.change,
-            "interval": None if self.interval is None else list(self.interval),
-            "change_percent": self.change_percent,
-            "interval_percent": None if self.interval_percent is None else list(self.interval_percent),
-            "unit": self.unit,
-            "verdict": self.verdict,
-        }
+        names = ("before", "after", "change", "interval", "change_percent", "interval_percent", "unit", "verdict")
+        values = ((name, getattr(self, name)) for name in names)
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
 
     def _percent(self, change: float) -> float:
         return 100.0 * change / abs(self.before) if self.before else math.nan

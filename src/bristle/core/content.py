@@ -25,21 +25,6 @@ from bristle.core.errors import InputError, close_names, told_by
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
-__all__ = [
-    "NOWHERE",
-    "SIZE_LIMIT",
-    "Content",
-    "FixedLimit",
-    "Origin",
-    "Readable",
-    "content_of",
-    "noting_what_is_read",
-    "read_in",
-    "refuse_larger",
-    "size_in_words",
-    "size_of",
-]
-
 SIZE_LIMIT = 512 * 2**20
 """Largest file, and largest content that a file announces, unless another limit is given [byte]."""
 
@@ -50,7 +35,7 @@ class FixedLimit(int):
 
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
-PIECE = 2**20
+CHUNK = 2**20  # [byte]
 _SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B")
 _POWERS = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
 _KINDS = (
@@ -245,7 +230,7 @@ def _pieces(opened: int, source: Path) -> Iterator[bytes]:
         if not _says_something(opened, left):
             continue
         try:
-            piece = os.read(opened, PIECE)
+            piece = os.read(opened, CHUNK)
         except BlockingIOError:  # another reader was faster, or a file of the kernel that waits for its next line
             time.sleep(0.01)
             continue
@@ -281,6 +266,6 @@ def _refusal(source: Path, error: OSError) -> InputError:
 
 def _names_beside(source: Path) -> list[str]:
     try:
-        return os.listdir(source.parent)[:10_000]
+        return os.listdir(source.parent)
     except OSError:
         return []

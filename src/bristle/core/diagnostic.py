@@ -1,14 +1,15 @@
-"""`Diagnostic`: what a computation found out about its data, as numbers; the words for it are those of the report."""
+"""What results carry besides their numbers: what was found out about the data, errors held out, work left unfinished."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
+
+import numpy as np
 
 from bristle.core.variable import Kind
-
-__all__ = ["Diagnostic", "Number", "Severity"]
 
 Severity = Literal["error", "warning", "note"]
 Number = float | int | str | tuple[str, ...] | tuple[float, ...]
@@ -43,3 +44,53 @@ class Diagnostic:
     def as_data(self) -> dict[str, Any]:
         """Return what goes into JSON: ``code``, ``parameter``, ``severity``, ``numbers``."""
         return {"code": self.code, "parameter": self.parameter, "severity": self.severity, "numbers": dict(self.numbers)}
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Error on time blocks, or whole logs, that were not fitted: 100 ||y - y_hat|| / ||y|| one by one [%]."""
+
+    block_errors_percent: tuple[float, ...]
+    mean_percent: float
+    std_percent: float
+    of: str = "time blocks"
+
+
+T = TypeVar("T")
+NEARNESS = 0.02  # in coordinates: of a typical magnitude, or of a factor e
+UNFINISHED = Diagnostic("unfinished")
+
+
+def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
+    """Return what short work comes to, and whether a person interrupted it: it is then done again.
+
+    What took long lies before it, and would be lost with it.
+    """
+    try:
+        return work(), False
+    except KeyboardInterrupt:
+        return work(), True
+
+
+@dataclass
+class BestSoFar:
+    """The best of a search: of all points that were tried, and of the descents that ended."""
+
+    at: np.ndarray | None = None
+    cost: float = math.inf
+    result: Any = None
+    whole: bool = False
+
+    def see(self, at: np.ndarray, cost: float) -> None:
+        """Take note of a point that was tried."""
+        if cost < self.cost:
+            self.at, self.cost = at.copy(), cost
+
+    def is_known(self, at: np.ndarray) -> bool:
+        """Return whether a point is where the best descent ended."""
+        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < NEARNESS))
+
+    def take(self, result: Any) -> None:
+        """Take note of a descent that ended."""
+        if self.result is None or result.cost < self.result.cost:
+            self.result = result

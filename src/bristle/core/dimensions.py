@@ -15,8 +15,6 @@ from typing import Any, Literal, NamedTuple
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "NAMES", "AxisKind", "Kind", "Name", "canonical", "exponents_of", "kind_called", "unit_elsewhere", "unit_of"]
-
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
 # Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator.
@@ -77,10 +75,16 @@ WITHOUT_NAME = {
 }
 EXAMPLE = 'Write a product such as "force*time^2/length^2"'
 
-_FACTOR = r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)(?:\^-?\d(?:\.5)?)?"
-_PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
-_GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
-_STEP = re.compile(r"([*/]?)(\(?)(1|[A-Za-z ]+)(?:\^(-?[\d.]+))?(\)?)")
+
+def grammar(name: str) -> re.Pattern[str]:
+    """Return the pattern of products of what a name is: ``*``, ``/``, powers, and one level of brackets."""
+    factor = rf"{name}(?:\^-?\d(?:\.5)?)?"
+    part = rf"(?:{factor}|\({factor}(?:[*/]{factor})*\))"
+    return re.compile(rf"{part}(?:[*/]{part})*")
+
+
+_GRAMMAR = grammar(r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)")
+_STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 
 
 def canonical(quantity: Any) -> str:
@@ -102,7 +106,7 @@ def _canonical(quantity: str) -> str:
     for kind in KINDS:
         if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
             raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE)
-    return _written(powers, NAMES)
+    return written(powers, NAMES)
 
 
 def exponents_of(quantity: str) -> dict[str, float]:
@@ -119,7 +123,7 @@ def exponents_of(quantity: str) -> dict[str, float]:
 
 @lru_cache(maxsize=512)
 def _unit_of(quantity: str, kind: Kind, *counted: tuple[str, str]) -> str:
-    return _written(_expanded(_names_in(quantity), _units(kind) | dict(counted)), SYMBOLS)
+    return written(_expanded(_names_in(quantity), _units(kind) | dict(counted)), SYMBOLS)
 
 
 def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
@@ -164,13 +168,13 @@ def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
     >>> unit_elsewhere("N*s/m", "translational", "rotational"), unit_elsewhere("N", "rotational", "translational")
     ('N*m*s/rad', None)
     """
-    rest = _factors(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
+    rest = factors_of(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
     powers = {}
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):
-        symbols = _factors(unit_of(name, own))
+        symbols = factors_of(unit_of(name, own))
         powers[name] = rest.get(next(iter(symbols)), 0.0)
-        rest = _total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
-    return None if rest else unit_of(_written(powers, NAMES), foreign)
+        rest = total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
+    return None if rest else unit_of(written(powers, NAMES), foreign)
 
 
 def _units(kind: Kind) -> dict[str, str]:
@@ -179,7 +183,7 @@ def _units(kind: Kind) -> dict[str, str]:
 
 def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
     """Return the power of each factor of what the factors of a product are products of."""
-    return _total((part, power * inner) for name, power in powers.items() for part, inner in _factors(products[name]).items())
+    return total((part, power * inner) for name, power in powers.items() for part, inner in factors_of(products[name]).items())
 
 
 def _names_in(quantity: str) -> dict[str, float]:
@@ -187,7 +191,7 @@ def _names_in(quantity: str) -> dict[str, float]:
     text = re.sub(r"\s*([*/^()])\s*", r"\1", quantity[:LONGEST].strip().replace("**", "^"))
     if len(quantity) > LONGEST or not _GRAMMAR.fullmatch(text):
         raise InputError("is not a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
-    powers = _factors(text)
+    powers = factors_of(text)
     for name in powers:
         if name not in NAMES:
             reason = f"is not a quantity: there is no {name!r}"
@@ -206,7 +210,7 @@ def _mend(name: str) -> str:
     return did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
 
 
-def _factors(product: str) -> dict[str, float]:
+def factors_of(product: str) -> dict[str, float]:
     """Return the power of each factor of a product in the grammar."""
     factors, bracket = [], 1.0
     for operator, opened, name, power, closed in _STEP.findall(product):
@@ -216,17 +220,18 @@ def _factors(product: str) -> dict[str, float]:
         factors.append((name, bracket * side * float(power or 1.0)))
         if closed:
             bracket = 1.0
-    return _total((name, power) for name, power in factors if name != "1")
+    return total((name, power) for name, power in factors if name != "1")
 
 
-def _total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
-    total: dict[str, float] = {}
+def total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Return the power of each name, where a name may come several times; those of power 0 are left out."""
+    summed: dict[str, float] = {}
     for name, power in powers:
-        total[name] = total.get(name, 0.0) + power
-    return {name: power for name, power in total.items() if power}
+        summed[name] = summed.get(name, 0.0) + power
+    return {name: power for name, power in summed.items() if power}
 
 
-def _written(powers: Mapping[str, float], order: Iterable[str]) -> str:
+def written(powers: Mapping[str, float], order: Iterable[str]) -> str:
     """Return a product in this order of its factors; what is divided by stands behind one stroke."""
     places = {name: place for place, name in enumerate(order)}
     sorted_powers = sorted(powers.items(), key=lambda factor: places.get(factor[0], len(places)))

@@ -15,34 +15,6 @@ from typing import Any
 
 from bristle.core.kernel import on_activation
 
-__all__ = [
-    "chosen_by_fields",
-    "controller_step",
-    "everett",
-    "everett_slope",
-    "friction_arrival",
-    "friction_commit",
-    "friction_flow",
-    "friction_piece",
-    "friction_rate",
-    "friction_trial",
-    "friction_trial_sided",
-    "functions_of",
-    "implementation_of",
-    "is_dispatch",
-    "operator_commit",
-    "operator_measure",
-    "operator_trial",
-    "plant_port",
-    "plant_rate",
-    "plant_rest",
-    "plant_step",
-    "register",
-    "sensor_step",
-    "virgin_curve",
-    "virgin_slope",
-]
-
 _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
 _by_fields: dict[Callable[..., Any], Callable[[tuple[str, ...]], Callable[..., Any]]] = {}
 
@@ -206,6 +178,7 @@ def implementation_of(function: Callable[..., Any], parameters: type) -> Callabl
 
 
 def overload_all() -> None:
+    """Make every dispatching function of this module known to the compiler."""
     for function, key in _DISPATCHERS.items():
         _overload(function, partial(_by_type, key))
 

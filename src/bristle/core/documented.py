@@ -1,26 +1,98 @@
-"""What components and models tell of themselves at the prompt: docstring, signature, short names, completion.
-
-``help(friction.lugre)`` shows the equations of the docstring of its file and every parameter with unit and range;
-``friction.lugre(<tab>`` shows the parameters, ``model.F_C`` is the value of one.
-"""
+"""What a component is besides its functions: its data and conditions, what it tells of itself, how it travels."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import math
+import pickle
 import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from bristle.core.described import Described
-from bristle.core.errors import did_you_mean
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.lazy import cached_property
+from bristle.core.read_only import ReadOnly
 from bristle.core.typography import typed
-from bristle.core.variable import KINDS, Variable
+from bristle.core.variable import KINDS, Variable, is_array, is_integer, variables_of
 
 if TYPE_CHECKING:
-    from bristle.core.docstring import Paragraph
+    from bristle.core.formula import Paragraph
 
-__all__ = ["Documented", "WithParameters"]
+
+class Relation(NamedTuple):
+    """A condition between parameters, such as F_S >= F_C.
+
+    One that is `advisory` is warned of, not refused. One that is `structural`, such as arrays of one length, keeps
+    kernels within their arrays: it holds even where values are not validated.
+    """
+
+    condition: str
+    holds: Callable[[Any], bool]
+    mend: str
+    advisory: bool = False
+    structural: bool = False
+
+
+class Redundancy(NamedTuple):
+    """A parameter that only shows as a factor of others: no measurement tells it alone."""
+
+    name: str
+    factor_of: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Described:
+    """The data of a descriptor; `bristle.core.contracts.Component` says what each is."""
+
+    name: str
+    description: str
+    Parameters: type
+    State: type
+    reference: str = ""
+    relations: tuple[Relation, ...] = ()
+    redundancies: tuple[Redundancy, ...] = ()
+    example: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    module: str = field(default="", compare=False)
+
+    family: ClassVar[str] = "component"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "module", self.module or self.Parameters.__module__)
+        object.__setattr__(self, "example", ReadOnly(self.example))
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets, with its description, in order."""
+        return ReadOnly(variables_of(self.Parameters))
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self._written(getattr(self.Parameters, "_field_defaults", {}))
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return is_array(self.Parameters, name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return is_integer(self.Parameters, name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return the `Parameters` that kernels receive, from the values that a person sets."""
+        return self.Parameters(**values)
+
+    def values(self, parameters: Any) -> dict[str, Any]:
+        """Return the values that a person sets, from the `Parameters` that kernels receive."""
+        return self._written(parameters._asdict())
+
+    def _written(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        described = variables_of(self.Parameters)
+        return {name: described[name].written(value) for name, value in values.items()}
+
 
 KIND = "{'translational', 'rotational'}"
 
@@ -49,10 +121,20 @@ class Documented(Described):
         cls.__doc__ = _Special(_docstring_of, cls.__dict__.get("__doc__") or cls.__name__)  # type: ignore[assignment]
         cls.__signature__ = _Special(_signature_of)  # type: ignore[attr-defined]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # There is one of each, told by identity: it is found again in another process, never made anew.
+        return component_in, whereabouts(self)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
         """What the docstring of its file says; then that of each of its slots."""
-        from bristle.core.docstring import paragraphs_of  # which nobody waits for who only computes
+        from bristle.core.formula import paragraphs_of  # which nobody waits for who only computes
 
         inner = getattr(self, "inner", None)
         if inner is None:
@@ -63,8 +145,7 @@ class Documented(Described):
     @property
     def equations(self) -> tuple[str, ...]:
         """Its equations as text, line by line."""
-        from bristle.core.docstring import EQUATION
-        from bristle.core.formula import lines_of
+        from bristle.core.formula import EQUATION, lines_of
 
         formulas = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
         return tuple(line for formula in formulas for line in lines_of(formula))
@@ -103,7 +184,7 @@ def _signature_of(component: Documented) -> inspect.Signature:
 
 
 def _docstring_of(component: Documented) -> str:
-    from bristle.core.docstring import REFERENCE, TEXT, Paragraph, laid_out
+    from bristle.core.formula import REFERENCE, TEXT, Paragraph, laid_out
 
     explained = component.explanation or (Paragraph(TEXT, component.description),)
     named = [
@@ -163,3 +244,91 @@ class WithParameters:
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.component.variables]
+
+
+def relations_of(component: Documented) -> tuple[Relation, ...]:
+    """Return the relations of a component for the one around it, whose parameters hold those of the component."""
+    return tuple(_of_inner(relation) for relation in component.relations)
+
+
+def _of_inner(relation: Relation) -> Relation:
+    return relation._replace(holds=lambda p: relation.holds(p.inner))
+
+
+class Enclosing:
+    """What a component around another one, `inner`, has of it; kernels find the parameters of that as ``p.inner``."""
+
+    inner: Any
+
+    @property
+    def beside(self) -> Mapping[str, Variable]:
+        """Its parameters beside those of the component inside, of which there need be none."""
+        return {}
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets: those of the component inside, then those beside."""
+        return ReadOnly(self.inner.variables | dict(self.beside))
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults
+
+    def initial_state(self, parameters: Any) -> Any:
+        """Return the virgin state of the component inside."""
+        return self.inner.initial_state(parameters.inner)
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name in self.inner.variables and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name in self.inner.variables and self.inner.is_integer(name)
+
+    def inside(self, values: Mapping[str, Any]) -> Any:
+        """Return what kernels of the component inside receive, from the values that a person sets."""
+        return self.inner.assemble({name: values[name] for name in self.inner.variables})
+
+
+MAIN = ("__main__", "__mp_main__")
+MEND = "Put it into a file of its own, by a name at the left margin such as MODEL, and import it from there"
+
+
+class Source(Protocol):
+    """What a module is made from that cannot be imported; it travels itself."""
+
+    def module(self) -> ModuleType:
+        """Return the module, the same one whenever asked in one process."""
+        ...
+
+
+def whereabouts(component: Described) -> tuple[Source | str, str]:
+    """Return the module of a component, or its source, and its name there: the arguments of `component_in`."""
+    for home in _homes(component):
+        held = getattr(sys.modules.get(home), "__dict__", {})
+        for name, value in list(held.items()):
+            if value is component:
+                return held.get("__travels_as__", home), name
+    place = f"{component.family} {component.name}"
+    raise pickle.PicklingError(str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND)))
+
+
+def _homes(component: Described) -> tuple[str, ...]:
+    """Return the modules that a component may stand in, its own first: hardly ever is it in another.
+
+    Then come all others in the order in which they were imported, so that what defines it comes before what has it from
+    there, and the one that a person types last.
+    """
+    return component.module, *sorted(sys.modules, key=MAIN.__contains__)
+
+
+def component_in(source: Source | str, name: str) -> Described:
+    """Return the component of this name in a module."""
+    module = importlib.import_module(source) if isinstance(source, str) else source.module()
+    component = vars(module).get(name)
+    if component is None:
+        place = f"{module.__name__}.{name}"
+        raise pickle.UnpicklingError(str(InputError("is not to be found in this process", path=place, mend=MEND)))
+    return component

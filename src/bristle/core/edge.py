@@ -28,39 +28,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bristle.core.arrays import CURVE, array, is_finite, vector
 from bristle.core.contracts import Component, Model
 from bristle.core.dimensions import kind_called
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.units import quantity
-from bristle.core.values import Converter, looked_at, shown
+from bristle.core.values import LARGEST_COUNT, Converter, looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable
-
-__all__ = [
-    "CURVE",
-    "FLAG",
-    "FUNCTION",
-    "KIND",
-    "NAMES",
-    "PROGRESS",
-    "TEXT",
-    "Amount",
-    "Converter",
-    "among",
-    "amount",
-    "array",
-    "component",
-    "guarded",
-    "instance",
-    "is_finite",
-    "many",
-    "mapping",
-    "model",
-    "of_variables",
-    "optional",
-    "vector",
-    "whole",
-]
 
 Amount = Any
 """A number in SI, or text with a unit."""
@@ -157,10 +130,10 @@ def _number(value: Any, variable: Variable, path: str, kind: Kind | None, endles
         return quantity(value, variable, KINDS[1], path=path, infinite=endless)
 
 
-def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
+def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
     """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
-    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
-    allowed += " and more" if none and most >= 2**53 else ""
+    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < LARGEST_COUNT else f"{'0, or ' if none else '>= '}{least}"
+    allowed += " and more" if none and most >= LARGEST_COUNT else ""
 
     def convert(value: Any, path: str, kind: Kind | None) -> int:
         number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -205,22 +178,19 @@ def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: 
 
 def model(*families: str) -> Converter:
     """Return what takes a model with parameters, of one of these families."""
-    expected = " or ".join(_called(family) for family in families)
+    expected = " or ".join(map(_called, families))
 
     def convert(value: Any, path: str, kind: Kind | None) -> Model:
         if not isinstance(value, Model):
-            named = isinstance(value, Component)
-            raise InputError(
-                f"must be a model with parameters, a {expected}",
-                path=path,
-                value=value.name if named else shown(value),
-                mend=_call_of(value) if named else "Give one such as friction.coulomb(F_C=2.0)",
-            )
+            named, mend = value, "Give one such as friction.coulomb(F_C=2.0)"
+            if isinstance(value, Component):
+                named = value.name
+                mend = f"Call it with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
+            raise InputError(f"must be a model with parameters, a {expected}", path=path, value=shown(named), mend=mend)
         family = getattr(value.component, "family", None)
         if family not in families:
-            raise InputError(
-                f"must be a {expected}, and is a {_called(family)}", path=path, value=value.name, mend="Are the arguments in their order?"
-            )
+            reason = f"must be a {expected}, and is a {_called(family)}"
+            raise InputError(reason, path=path, value=value.name, mend="Are the arguments in their order?")
         return value
 
     return convert
@@ -228,10 +198,6 @@ def model(*families: str) -> Converter:
 
 def _called(family: Any) -> str:
     return f"{family} {'operator' if family == 'hysteresis' else 'model'}"
-
-
-def _call_of(value: Component) -> str:
-    return f"Call it with its parameters: {value.name}({', '.join(f'{name}=...' for name in value.variables)})"
 
 
 def component(family: str) -> Converter:
@@ -278,15 +244,7 @@ def mapping(converter: Converter) -> Converter:
 
 
 def _flag(value: Any, path: str, kind: Kind | None) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise InputError("must be True or False", path=path, value=shown(value))
-    return bool(value)
-
-
-def _text(value: Any, path: str, kind: Kind | None) -> str:
-    if not isinstance(value, str):
-        raise InputError("must be text", path=path, value=shown(value))
-    return value
+    return bool(instance((bool, np.bool_), "True or False")(value, path, kind))
 
 
 def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
@@ -298,24 +256,12 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
     return many(TEXT)(value, path, kind)
 
 
-def _function(value: Any, path: str, kind: Kind | None) -> Any:
-    if not callable(value):
-        raise InputError("must be a function", path=path, value=shown(value))
-    return value
-
-
-def _progress(value: Any, path: str, kind: Kind | None) -> Any:
-    if value is not None and not callable(value):
-        raise InputError("must be a function of the share done and a text", path=path, value=value)
-    return value
-
-
 FLAG: Converter = _flag
-TEXT: Converter = _text
+TEXT: Converter = instance(str, "text")
 NAMES: Converter = _names
 """Names, in a list or separated by commas."""
-FUNCTION: Converter = _function
-PROGRESS: Converter = _progress
+FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
+PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
 def _kind(value: Any, path: str, kind: Kind | None) -> str:
@@ -324,3 +270,55 @@ def _kind(value: Any, path: str, kind: Kind | None) -> str:
 
 
 KIND: Converter = _kind
+
+
+def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:
+    """Return what takes an array of numbers, of so many dimensions."""
+
+    def convert(value: Any, path: str, kind: Kind | None) -> np.ndarray:
+        numbers = vector(value, path)
+        if not (numbers.ndim == ndim or (single and numbers.ndim < ndim)):
+            raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=shown(numbers))
+        if numbers.ndim and numbers.shape[-1] < least:
+            raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
+        if finite and not is_finite(numbers):
+            place = int(np.flatnonzero(~np.isfinite(numbers))[0])
+            raise InputError(
+                "is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}", mend="Remove NaN and infinity first"
+            )
+        return numbers
+
+    return convert
+
+
+def is_finite(numbers: np.ndarray) -> bool:
+    """Return whether all numbers are finite."""
+    # A sum is finite only if every term is, and costs a fraction of a test of each; one that overflows decides nothing.
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = np.sum(numbers)
+    return bool(np.isfinite(total)) or bool(np.all(np.isfinite(numbers)))
+
+
+def vector(values: Any, name: str = "signal") -> np.ndarray:
+    """Return values as compiled entries take them: contiguous, writable, of floating point."""
+    if np.ma.is_masked(values):
+        raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
+    try:
+        numeric = np.asarray(values).dtype.kind in "fiub"
+    except ValueError:  # rows of different lengths
+        numeric = False
+    if not numeric:
+        raise InputError("must hold real numbers in SI", path=name, value=shown(values))
+    return np.require(values, dtype=float, requirements=("C", "W"))
+
+
+def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise InputError("must be the input and the output of a curve", path=path, value=shown(value))
+    u, f = (array(least=1)(sequence, path, kind) for sequence in value)
+    if u.shape != f.shape:
+        raise InputError(f"has {u.size} inputs and {f.size} outputs", path=path)
+    return u, f
+
+
+CURVE: Converter = _curve

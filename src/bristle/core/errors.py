@@ -8,22 +8,14 @@ computing is a status in the result (`bristle.core.status`), never an exception.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable
+import traceback
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import islice
+from pathlib import Path
+from typing import Any
 
 from bristle.core.typography import escaped
-
-__all__ = [
-    "BristleError",
-    "InputError",
-    "InputWarning",
-    "MissingExtraError",
-    "close_names",
-    "did_you_mean",
-    "in_one_line",
-    "shortened",
-    "told_by",
-]
 
 # A name in a file may be of any length, a message is to be read.
 PLACE, MESSAGE, ALLOWED = 400, 800, 1200
@@ -74,10 +66,19 @@ class InputError(BristleError, ValueError):
         text += f"; {', '.join(facts)}" if facts else ""
         return in_one_line(f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text)
 
-    def at(self, prefix: str) -> InputError:
-        """Return the same error with `prefix` put before its path."""
-        path = f"{prefix}: {self.path}" if self.path else prefix
-        return type(self)(self.message, path=path, value=self.value, allowed=self.allowed, mend=self.mend)
+    def at(self, prefix: str = "", **parts: Any) -> InputError:
+        """Return the same error with `prefix` put before its path, and with other `parts` where they are given."""
+        path = f"{prefix}: {self.path}" if prefix and self.path else prefix or self.path
+        return type(self)(self.message, **{"path": path, "value": self.value, "allowed": self.allowed, "mend": self.mend} | parts)
+
+
+@contextmanager
+def located(prefix: object = "", **parts: Any) -> Iterator[None]:
+    """Say of what is refused inside this block where it stands, as `InputError.at` does."""
+    try:
+        yield
+    except InputError as error:
+        raise error.at(str(prefix), **parts) from None
 
 
 class MissingExtraError(InputError):
@@ -172,3 +173,18 @@ def _short(value: object, width: int = 60) -> str:
         return f"an array of shape {shape}" if shape else shortened(text, width)
     except Exception:  # noqa: BLE001  (what a person handed in may refuse to describe itself)
         return f"a value of the kind {type(value).__name__}"
+
+
+OWN_CODE = "bristle_user_"
+"""What the name of a module begins with that was made of a file of a user's own."""
+
+
+def place_in_own_code(error: BaseException) -> str:
+    """Return the file and the last line of a user's own on the way to an error; nothing where there is none.
+
+    Files are told by name, for what is told may be mailed.
+    """
+    for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
+        if str(frame.f_globals.get("__name__", "")).startswith(OWN_CODE):
+            return f"{Path(frame.f_code.co_filename).name}, line {line}"
+    return ""

@@ -17,26 +17,6 @@ from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instanc
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 
-__all__ = [
-    "ALONG",
-    "FEEDFORWARD",
-    "LEARNING",
-    "LOOP_VARIANTS",
-    "RESTS",
-    "RUN",
-    "SAMPLES_MAX",
-    "SIDES",
-    "START",
-    "Effort",
-    "Experiment",
-    "Feedforward",
-    "Learning",
-    "Run",
-    "Start",
-    "Variant",
-    "substeps_for",
-]
-
 LOOP_VARIANTS = ("as_recorded", "feedforward", "compensated")
 """Names of the loop of a log: as it was recorded, with inertia fed forward, and with friction as well."""
 SAMPLES_MAX = 10_000_000

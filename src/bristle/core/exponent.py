@@ -13,8 +13,6 @@ from typing import Any
 
 from bristle.core.kernel import kernel
 
-__all__ = ["exponent", "mantissa", "power_of_two"]
-
 # Added to an integral k, the sum holds k + 1023 in its lowest bits: 1.5 * 2^52 keeps the last bit worth one.
 INTEGER_IN_LAST_BITS = 6755399441055744.0 + 1023.0
 MANTISSA_BITS, BIAS = 52, 1023

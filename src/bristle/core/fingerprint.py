@@ -15,9 +15,8 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
+from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
-
-__all__ = ["fingerprint"]
 
 
 def fingerprint(*functions: Callable[..., Any]) -> str:
@@ -120,3 +119,17 @@ def _globals_read(code: types.CodeType) -> frozenset[str]:
     # By what instructions are called, as a version of Python may have more of them: one too many costs time, one
     # too few returns an old number.
     return frozenset(one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME")
+
+
+LETTERS = 16
+CHANCE = ("seed",)  # what differs between two runs of one thing
+
+
+def digest(model: Model) -> str:
+    """Return the first letters of a checksum over name and values of a model; the seed of its scatter is left out."""
+    values = sorted((name, _plain(value)) for name, value in model.values.items() if name not in CHANCE)
+    return hashlib.sha256(repr((model.name, model.kind, values)).encode()).hexdigest()[:LETTERS]
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value

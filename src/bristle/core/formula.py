@@ -1,7 +1,8 @@
-r"""Formulas of docstrings as text: LaTeX becomes what a terminal shows, in Unicode and line by line.
+r"""Docstrings of modules as people read them: text, equations and references, formulas in Unicode and line by line.
 
-Known is what the docstrings of bristle use, and what a person's own model is likely to: fractions, roots, indices,
-accents, Greek letters, functions, cases. Of a command that is not known the name stays.
+A model is explained once, in the docstring of its file: `help`, the command line and the reference say it from there.
+Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use: fractions, roots,
+indices, accents, Greek letters, functions, cases. Of a command that is not known the name stays.
 
 Examples
 --------
@@ -13,153 +14,98 @@ Examples
 
 from __future__ import annotations
 
+import inspect
 import re
+import textwrap
 import unicodedata
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-__all__ = ["as_text", "lines_of", "spelt_out"]
+TEXT, EQUATION, REFERENCE = "text", "equation", "reference"
+DIRECTIVE = ".. math::"
+WIDTH = 88
+NO_BREAK = "\u00a0"
+LONGEST_WHOLE = 30
+DEEPEST = 40  # groups within groups; what nests deeper is none that a person wrote
+_MATH = re.compile(r":math:`([^`]*)`")
+_ROLE = re.compile(r"(?::\w+:)?`~?([^`]*)`")
 
 
-def _words(text: str) -> tuple[str, ...]:
-    """Words of a list that is written with blanks between."""
-    return tuple(text.split())
+def _pairs(text: str) -> dict[str, str]:
+    """Return a table that is written in a line: each name with what it stands for behind it."""
+    words = text.split()
+    return dict(zip(words[::2], words[1::2], strict=True))
 
 
-GREEK = {
-    **dict(
-        zip(
-            "αβγδεζηθικλμνξπρςστυφχψω",
-            _words(
-                "alpha beta gamma delta varepsilon zeta eta theta iota kappa lambda mu nu xi pi rho varsigma sigma tau upsilon varphi "
-                "chi psi omega"
-            ),
-            strict=True,
-        )
-    ),
-    **dict(
-        zip(
-            "ΓΔΘΛΞΠΣΥΦΨΩϕϑϵ",
-            ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega", "phi", "vartheta", "epsilon"),
-            strict=True,
-        )
-    ),
-}
-LETTERS = {command: letter for letter, command in GREEK.items()} | {
-    "ell": "ℓ",
-    "infty": "∞",
-    "dots": "…",
-    "ldots": "…",
-    "cdots": "…",
-    "sum": "∑",
-    "prod": "∏",
-    "int": "∫",
-    "iint": "∬",
-    "partial": "∂",
-    "nabla": "∇",
-    "prime": "′",
-}
-RELATIONS = {
-    "le": "≤",
-    "leq": "≤",
-    "ge": "≥",
-    "geq": "≥",
-    "ne": "≠",
-    "neq": "≠",
-    "in": "∈",
-    "to": "→",
-    "leftarrow": "←",
-    "rightarrow": "→",
-    "sim": "~",
-    "approx": "≈",
-    "equiv": "≡",
-    "propto": "∝",
-    "ll": "≪",
-    "gg": "≫",
-    "Rightarrow": "⇒",
-    "lt": "<",
-    "gt": ">",
-}
-SIGNS = {"pm": "±", "mp": "∓", "times": "×", "cdot": "·", "circ": "∘", "cup": "∪", "cap": "∩"}
-ACCENTS = {
-    "dot": "\u0307",
-    "ddot": "\u0308",
-    "hat": "\u0302",
-    "bar": "\u0304",
-    "tilde": "\u0303",
-    "vec": "\u20d7",
-    "overline": "\u0304",
-    "widehat": "\u0302",
-    "widetilde": "\u0303",
-}
-FUNCTIONS = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"}
-FRAMES = {
-    "lfloor": "⌊",
-    "rfloor": "⌋",
-    "lceil": "⌈",
-    "rceil": "⌉",
-    "langle": "⟨",
-    "rangle": "⟩",
-    "{": "{",
-    "}": "}",
-    "|": "‖",
-    "lvert": "|",
-    "rvert": "|",
-}
-OPENING, CLOSING = "([{⌊⌈⟨", ")]}⌋⌉⟩"
-BLANKS = {",", ";", ":", " ", "quad", "qquad", "~"}
-STYLES = {"displaystyle", "limits", "nolimits", "mathcal", "mathbb", "boldsymbol", "mathbf", "big", "Big", "bigl", "bigr"}
+LETTERS = _pairs(
+    "alpha α beta β gamma γ delta δ varepsilon ε zeta ζ eta η theta θ iota ι kappa κ lambda λ mu μ nu ν xi ξ pi π rho ρ varsigma ς "
+    "sigma σ tau τ upsilon υ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Xi Ξ Pi Π Sigma Σ Upsilon Υ Phi Φ Psi Ψ "
+    "Omega Ω phi ϕ vartheta ϑ epsilon ϵ ell ℓ infty ∞ dots … ldots … cdots … sum ∑ prod ∏ int ∫ iint ∬ partial ∂ nabla ∇ prime ′"
+)
+RELATIONS = _pairs(
+    "le ≤ leq ≤ ge ≥ geq ≥ ne ≠ neq ≠ in ∈ to → leftarrow ← rightarrow → sim ~ approx ≈ equiv ≡ propto ∝ ll ≪ gg ≫ Rightarrow ⇒ lt < gt >"
+)
+SIGNS = _pairs("pm ± mp ∓ times × cdot · circ ∘ cup ∪ cap ∩")
+FRAMES = _pairs("lfloor ⌊ rfloor ⌋ lceil ⌈ rceil ⌉ langle ⟨ rangle ⟩ { { } } | ‖ lvert | rvert |")
+FUNCTIONS = ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"]
+ACCENTS = {"dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303", "vec": "\u20d7"}
+ACCENTS |= {"overline": ACCENTS["bar"], "widehat": ACCENTS["hat"], "widetilde": ACCENTS["tilde"]}
 HALVES = {("1", "2"): "½", ("1", "4"): "¼", ("3", "4"): "¾"}
 RAISED = dict(zip("0123456789+−()ni", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾ⁿⁱ", strict=True))
 LOWERED = dict(zip("0123456789+−", "₀₁₂₃₄₅₆₇₈₉₊₋", strict=True))
-PLAIN = {
-    "≤": "<=",
-    "≥": ">=",
-    "≠": "!=",
-    "≈": "~",
-    "∈": "in",
-    "→": "->",
-    "←": "<-",
-    "√": "sqrt",
-    "½": "1/2",
-    "¼": "1/4",
-    "¾": "3/4",
-    "∬": "integral",
-    "∫": "integral",
-    "⌊": "floor(",
-    "⌋": ")",
-    "ℓ": "l",
-    "′": "'",
-    "∂": "d",
-    "µ": "u",
-    "·": "*",
-    "×": "*",
-    "±": "+-",
-    "−": "-",
-    "–": "-",
-    "∞": "inf",
-    "…": "...",
-    "°": "deg",
-}
-DEEPEST = 40  # groups within groups; what nests deeper is none that a person wrote
-
-_TOKEN = re.compile(r"\\(?:[A-Za-z]+|.)|\s+|.", re.DOTALL)
-_CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
-_ENVIRONMENT = re.compile(r"\\(?:begin|end)\{(?:aligned|align\*?|split|gathered)\}")
-_FIRST = re.compile(r".[\u0300-\u036f]*")
-_SUM = re.compile(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]")
+PLAIN = _pairs(
+    "≤ <= ≥ >= ≠ != ≈ ~ ∈ in → -> ← <- √ sqrt ½ 1/2 ¼ 1/4 ¾ 3/4 ∬ integral ∫ integral ⌊ floor( ⌋ ) ℓ l ′ ' ∂ d µ u · * × * ± +- "
+    "− - – - ∞ inf … ... ° deg"
+)
+SPELT = (
+    {letter: command for command, letter in LETTERS.items()}
+    | {"φ": "phi"}
+    | {accent: f"_{name}" for name, accent in reversed(ACCENTS.items())}
+    | {low: f"_{sign}".replace("−", "-") for sign, low in LOWERED.items()}
+    | {high: f"^{sign}".replace("−", "-") for sign, high in RAISED.items()}
+    | PLAIN
+)
 
 
 class Piece(NamedTuple):
-    """Some text, and what it is to its neighbours."""
+    """Some text, and by a letter what it is to its neighbours."""
 
     text: str
     role: str
 
 
-ATOM, FUNCTION, FRACTION, OPEN, CLOSE, SIGN, RELATION, COMMA, SLASH, BLANK, TIGHT = _words(
-    "atom function fraction open close sign relation comma slash blank tight"
+# Atom, function, quotient, opening, opening of a bracket that is a factor, closing, sign, relation, blank, tight.
+ATOM, FUNCTION, QUOTIENT, OPENS, FACTOR, CLOSES, SIGN, RELATION, BLANK, TIGHT = "afqoFcsrbt"
+COMMANDS = {
+    name: Piece(text, role)
+    for role, table in (
+        (ATOM, LETTERS),
+        (RELATION, RELATIONS),
+        (SIGN, SIGNS),
+        (FUNCTION, dict(zip(FUNCTIONS, FUNCTIONS, strict=True))),
+        (BLANK, dict.fromkeys((",", ";", ":", " ", "quad", "qquad", "~", "\\"), " ")),
+        (TIGHT, {"!": ""}),
+    )
+    for name, text in table.items()
+}
+SHOWN = {"-": "−", "*": "·", "'": "′", "~": " "}
+ROLES = {
+    sign: role
+    for role, signs in ((SIGN, "+-*"), (",", ",;"), ("/", "/"), (RELATION, "=<>"), (OPENS, "([{⌊⌈⟨"), (CLOSES, ")]}⌋⌉⟩'"), (BLANK, "~"))
+    for sign in signs
+}
+
+_TOKEN = re.compile(r"\\(?:[A-Za-z]+|.)|\s+|.", re.DOTALL)
+_UNSEEN = re.compile(
+    r"\\(?:displaystyle|limits|nolimits|mathcal|mathbb|boldsymbol|mathbf|big|Big|bigl|bigr)(?![A-Za-z])\s*|(?<!\\)\s+(?=[_^])"
 )
+_CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
+_ENVIRONMENT = re.compile(r"\\(?:begin|end)\{(?:aligned|align\*?|split|gathered)\}")
+_FIRST = re.compile(r".[\u0300-\u036f]*")
+_SUM = re.compile(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]")
+_TOGETHER = re.compile(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]")  # by the roles of two pieces
+_APART = re.compile(r".[rsfFq]|[rsfq,].")
 
 
 def as_text(latex: str) -> str:
@@ -171,13 +117,12 @@ def as_text(latex: str) -> str:
     ('exp(−(v/v_S)²)', '½ h + √|ς|', '|z|^(ν−1)')
     """
     flat = _ENVIRONMENT.sub(" ", latex).replace("&", " ")
-    return unicodedata.normalize("NFC", _joined(list(_Reader(flat).pieces())))
+    return unicodedata.normalize("NFC", _Reader(_UNSEEN.sub("", flat)).line())
 
 
 def lines_of(latex: str) -> tuple[str, ...]:
     """Return a displayed formula as lines of text: one for each equation in it, and for each case."""
-    bare = _ENVIRONMENT.sub(" ", latex)
-    return tuple(line for equation in _split(bare) for line in _with_cases(equation) if line)
+    return tuple(line for equation in _split(_ENVIRONMENT.sub(" ", latex)) for line in _with_cases(equation) if line)
 
 
 def spelt_out(sign: str) -> str:
@@ -188,31 +133,21 @@ def spelt_out(sign: str) -> str:
     >>> "".join(map(spelt_out, "σ₀ ż ≤ v²"))
     'sigma_0 z_dot <= v^2'
     """
-    if sign.isascii() or sign in PLAIN:
-        return PLAIN.get(sign, sign)
-    for table, before in ((RAISED, "^"), (LOWERED, "_")):
-        for plain, set_ in table.items():
-            if sign == set_:
-                return before + plain.replace("−", "-")
-    for name, accent in ACCENTS.items():
-        if sign == accent:
-            return f"_{name}"
-    command = next((command for command, letter in LETTERS.items() if letter == sign), "")
+    if sign in SPELT or sign.isascii():
+        return SPELT.get(sign, sign)
     apart = unicodedata.normalize("NFD", sign)
-    if command or apart == sign:
-        mark = unicodedata.combining(sign) != 0
-        return command.removeprefix("var" if sign == "φ" else "") or "?" * (not mark)
+    if apart == sign:
+        return "" if unicodedata.combining(sign) else "?"
     return "".join(map(spelt_out, apart))
 
 
 def _split(latex: str) -> Iterator[str]:
     """Yield the equations of a display, which end at a new line or a wide blank outside of braces and cases."""
-    depth, start, cases = 0, 0, 0
+    depth, start = 0, 0
     for match in _TOKEN.finditer(latex):
         token = match[0]
-        depth += (token == "{") - (token == "}")
-        cases += (token == "\\begin") - (token == "\\end")
-        if depth <= 0 and not cases and token in ("\\\\", "\\qquad", "\\quad"):
+        depth += (token in ("{", "\\begin")) - (token in ("}", "\\end"))
+        if depth <= 0 and token in ("\\\\", "\\qquad", "\\quad"):
             yield latex[start : match.start()]
             start = match.end()
     yield latex[start:]
@@ -232,198 +167,215 @@ class _Reader:
     """Reads the tokens of a formula, one after the other."""
 
     def __init__(self, latex: str, depth: int = 0) -> None:
-        self.tokens = _TOKEN.findall(latex)
-        self.place, self.depth, self.bars = 0, depth, 0
+        self.tokens, self.depth, self.bars = deque(_TOKEN.findall(latex)), depth, 0
 
-    def pieces(self) -> Iterator[Piece]:
-        """Yield what there is, with indices and exponents at what they belong to."""
-        waiting: Piece | None = None
-        while self.place < len(self.tokens):
-            token = self._next()
+    def line(self) -> str:
+        """Return what there is as a line, with indices and exponents at what they belong to."""
+        pieces: list[Piece] = []
+        while token := self._next():
             if token in "_^":
-                waiting = _with_index(waiting, token, self._argument())
-                continue
-            if token.isspace() and self._peek() in ("_", "^"):
-                continue
-            if token[:1] == "\\" and token[1:] in STYLES:
-                self._skip_blanks()
-                continue
-            if waiting is not None:
-                yield waiting
-            waiting = self._piece(token)
-        if waiting is not None:
-            yield waiting
+                base = pieces.pop() if pieces else Piece("", ATOM)
+                pieces.append(_with_index(base, token, self._argument()))
+            else:
+                pieces.append(self._piece(token))
+        return _joined(pieces)
 
     def _next(self) -> str:
-        self.place += 1
-        return self.tokens[self.place - 1]
+        return self.tokens.popleft() if self.tokens else ""
 
-    def _peek(self) -> str:
-        return self.tokens[self.place] if self.place < len(self.tokens) else ""
+    def _source(self) -> str:
+        """Return the source of the next group, or the next token where none begins."""
+        while (token := self._next()).isspace():
+            continue
+        depth, group = int(token == "{"), [token]
+        while depth and self.tokens:
+            group.append(self._next())
+            depth += (group[-1] == "{") - (group[-1] == "}")
+        return "".join(group[1 : None if depth else -1] if token == "{" else group)
 
-    def _skip_blanks(self) -> None:
-        while self._peek().isspace():
-            self.place += 1
-
-    def _argument(self, depth: int = 0) -> str:
-        """Return the source of what a command takes: a group, or one token, with what that takes in turn."""
-        self._skip_blanks()
-        if self._peek() != "{":
-            token = self._next() if self._peek() else ""
-            name = token[1:]
-            takes = 2 if name in ("frac", "tfrac", "dfrac") else name in ACCENTS or name in ("text", "mathrm", "sqrt")
-            return token + "".join(f"{{{self._argument(depth + 1)}}}" for _ in range(int(takes)) if depth < DEEPEST)
-        start, depth = self.place + 1, 0
-        while self.place < len(self.tokens):
-            token = self._next()
-            depth += (token == "{") - (token == "}")
-            if not depth:
-                return "".join(self.tokens[start : self.place - 1])
-        return "".join(self.tokens[start:])
-
-    def _text(self) -> str:
-        """Return the next argument as text."""
-        return self._read(self._argument())
-
-    def _read(self, latex: str) -> str:
-        return latex if self.depth > DEEPEST else _joined(list(_Reader(latex, self.depth + 1).pieces()))
+    def _argument(self) -> str:
+        """Return what a command takes as text: a group, or one token with what that takes in turn."""
+        while self.tokens and self.tokens[0].isspace():
+            self._next()
+        if self.depth > DEEPEST or not self.tokens:
+            return self._source()
+        if self.tokens[0] == "{":
+            return _Reader(self._source(), self.depth + 1).line()
+        self.depth += 1
+        text = self._piece(self._next()).text
+        self.depth -= 1
+        return text
 
     def _piece(self, token: str) -> Piece:
         if token.startswith("\\") and len(token) > 1:
             return self._command(token[1:])
         if token == "{":
-            self.place -= 1
-            return Piece(self._text(), ATOM)
+            self.tokens.appendleft(token)
+            return Piece(self._argument(), ATOM)
         return self._sign(token)
 
     def _sign(self, sign: str) -> Piece:
-        if sign.isspace() or sign == "~":
-            return Piece(" ", BLANK)
         if sign == "|":
             self.bars += 1
-            return Piece("|", OPEN if self.bars % 2 else CLOSE)
-        if sign in "+-*":
-            return Piece({"-": "−", "*": "·"}.get(sign, sign), SIGN)
-        role = {",": COMMA, ";": COMMA, "/": SLASH, "'": CLOSE, "=": RELATION, "<": RELATION, ">": RELATION}.get(sign)
-        if role is None:
-            role = OPEN if sign in OPENING else CLOSE if sign in CLOSING else ATOM
-        return Piece("′" if sign == "'" else sign, role)
+            return Piece("|", OPENS if self.bars % 2 else CLOSES)
+        return Piece(" ", BLANK) if sign.isspace() else Piece(SHOWN.get(sign, sign), ROLES.get(sign, ATOM))
 
     def _command(self, name: str) -> Piece:
-        for table, role in ((LETTERS, ATOM), (RELATIONS, RELATION), (SIGNS, SIGN)):
-            if name in table:
-                return Piece(table[name], role)
-        if name in FUNCTIONS:
-            return Piece(name, FUNCTION)
+        if name in COMMANDS:
+            return COMMANDS[name]
         if name in FRAMES:
             return self._sign(FRAMES[name])
-        if name in BLANKS or name == "\\":
-            return Piece(" ", BLANK)
-        special: dict[str, Callable[[], Piece]] = {
-            **dict.fromkeys(("left", "right"), lambda: self._frame(name == "left")),
-            **dict.fromkeys(("frac", "tfrac", "dfrac"), self._fraction),
-            **dict.fromkeys(("operatorname", "mathrm"), lambda: Piece(self._argument(), FUNCTION)),
-            **dict.fromkeys(("text", "textrm"), lambda: Piece(self._argument(), ATOM)),
-            "sqrt": self._root,
-            "!": lambda: Piece("", TIGHT),
-        }
-        if name in special:
-            return special[name]()
+        if name in ("left", "right"):
+            # What is in a bracket that grows is a factor of its own: a blank before it shows that it is no argument.
+            token = self._source()
+            sign = FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token.removeprefix(".")
+            return Piece(sign, FACTOR if name == "left" else CLOSES)
+        if name in ("frac", "tfrac", "dfrac"):
+            return _fraction(self._argument(), self._argument())
+        if name in ("operatorname", "mathrm", "text", "textrm"):
+            return Piece(self._source(), ATOM if name.startswith("text") else FUNCTION)
+        if name == "sqrt":
+            inner = self._argument()
+            return Piece(f"√{inner}" if re.fullmatch(r"\w+|\|[^|]*\|", inner) else f"√({inner})", ATOM)
         if name in ACCENTS:
-            return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._text(), count=1), ATOM)
+            return Piece(_FIRST.sub(rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
         return Piece(name, ATOM)
 
-    def _frame(self, opens: bool) -> Piece:
-        self._skip_blanks()
-        token = self._next() if self._peek() else ""
-        sign = "" if token == "." else FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token
-        # What is in a bracket that grows is a factor of its own: a blank before it shows that it is no argument.
-        return Piece(sign, f"{OPEN} factor" if opens else CLOSE)
 
-    def _fraction(self) -> Piece:
-        above, below = self._text(), self._text()
-        if (above, below) in HALVES:
-            return Piece(HALVES[above, below], ATOM)
-        # A sum in brackets, and what a function without them would take the fraction bar into.
-        product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
-        above = above if product else f"({above})"
-        simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
-        return Piece(f"{above}/{below if simple else f'({below})'}", FRACTION)
-
-    def _root(self) -> Piece:
-        inner = self._text()
-        bare = re.fullmatch(r"\w+|\|[^|]*\|", inner)
-        return Piece(f"√{inner}" if bare else f"√({inner})", ATOM)
+def _fraction(above: str, below: str) -> Piece:
+    if (above, below) in HALVES:
+        return Piece(HALVES[above, below], ATOM)
+    # A sum in brackets, and what a function without them would take the fraction bar into.
+    product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+    simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
+    return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
 
 
 def _without_brackets(text: str) -> str:
     """Return text without what stands in brackets, brackets included; an argument leaves nothing behind."""
-    before = None
-    while before != text:
-        before, text = text, re.sub(r"\([^()]*\)|\[[^\[\]]*\]|\|[^|]*\|", "", text)
+    count = 1
+    while count:
+        text, count = re.subn(r"\([^()]*\)|\[[^\[\]]*\]|\|[^|]*\|", "", text)
     return text
 
 
-def _with_index(base: Piece | None, side: str, latex: str) -> Piece:
+def _with_index(base: Piece, side: str, index: str) -> Piece:
     """Return a piece with an index or an exponent."""
-    index = _joined(list(_Reader(latex).pieces()))
-    piece = base or Piece("", ATOM)
-    if side == "^" and piece == ("e", ATOM) and not index.isdigit():
+    if side == "^" and base == ("e", ATOM) and not index.isdigit():
         return Piece(f"exp({index})", ATOM)
     tight = re.sub(r"(?<!,) ", "", index)
-    table = RAISED if side == "^" else LOWERED
+    table = RAISED if side == "^" else LOWERED | {"±": "±", "∓": "∓"}
     if tight and all(sign in table for sign in tight):
-        return piece._replace(text=piece.text + "".join(table[sign] for sign in tight))
-    if side == "_" and tight in ("±", "∓"):
-        return piece._replace(text=piece.text + tight)
+        return Piece(base.text + "".join(table[sign] for sign in tight), base.role)
     plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (side == "^" or "_" not in tight)
-    return piece._replace(text=f"{piece.text}{side}{tight if plain else f'({tight})'}")
+    return Piece(f"{base.text}{side}{tight if plain else f'({tight})'}", base.role)
 
 
 def _joined(pieces: Sequence[Piece]) -> str:
     """Return pieces as a line: blanks around signs between two things, around relations, and behind commas."""
-    line = ""
-    before: Piece | None = None
-    blank = False
+    line, left, before = "", TIGHT, ""
     visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
-    for i, piece in enumerate(visible):
-        if piece.role == BLANK:
-            blank = True
+    for place, (text, role) in enumerate(visible):
+        if role == BLANK:
             continue
-        after = next((later for later in visible[i + 1 :] if later.role != BLANK), None)
-        text = piece.text
-        goes_on = after is not None and after.role.split()[0] in (ATOM, FUNCTION, FRACTION, OPEN)
-        if piece.role == FRACTION and (goes_on or (before is not None and before.role == SLASH)):
-            text = f"({text})"
-        line += (" " if _apart(before, piece, blank) else "") + text
-        before, blank = _unless_first(piece, before), False
+        after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
+        shown = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+        together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
+        blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
+        line += f" {shown}" if blank and not together else shown
+        # A sign with nothing before it belongs to what follows.
+        left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
     return re.sub(r" +", " ", line).strip()
 
 
-def _unless_first(piece: Piece, before: Piece | None) -> Piece:
-    """Return a piece as the next piece sees it: a sign with nothing before it belongs to what follows."""
-    return Piece(piece.text, TIGHT) if piece.role == SIGN and _begins(before) else piece
+class Paragraph(NamedTuple):
+    """A paragraph, a displayed equation in LaTeX, or an entry of the references, as it stands in the source."""
+
+    kind: str
+    text: str
 
 
-def _begins(before: Piece | None) -> bool:
-    return before is None or before.role.split()[0] in (OPEN, SIGN, RELATION, COMMA, SLASH, TIGHT)
+def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
+    r"""Return the paragraphs of a docstring, in order; of its sections only that of the references is known.
+
+    Examples
+    --------
+    >>> [kind for kind, _ in paragraphs_of(".. math:: F = F_v v\n\nOpposes :math:`v`.")]
+    ['equation', 'text']
+    """
+    paragraphs: list[Paragraph] = []
+    kind = TEXT
+    for block in re.split(r"\n(?:[ \t]*\n)+", inspect.cleandoc(docstring)):
+        lines = block.splitlines()
+        if len(lines) > 1 and set(lines[1].strip()) == {"-"}:
+            kind = REFERENCE if lines[0].strip() == "References" else TEXT
+            lines = lines[2:] if kind == REFERENCE else lines
+        if kind == REFERENCE:
+            paragraphs += [Paragraph(kind, entry) for entry in _entries(lines, r"\.\. (?=\[)")]
+        elif block.startswith(DIRECTIVE):
+            paragraphs.append(Paragraph(EQUATION, block.removeprefix(DIRECTIVE).strip()))
+        elif paragraphs and paragraphs[-1].kind == EQUATION and block.startswith("    "):
+            paragraphs[-1] = Paragraph(EQUATION, f"{paragraphs[-1].text}\n{block}")
+        else:
+            paragraphs += [Paragraph(TEXT, entry) for entry in _entries(lines, r"(?=\* )")]
+    return tuple(entry for entry in paragraphs if entry.text)
 
 
-def _apart(before: Piece | None, piece: Piece, blank: bool) -> bool:
-    """Return whether a blank stands between two pieces; `blank` tells whether the source has one there."""
-    if before is None or before.role == TIGHT:
-        return False
-    left, right = before.role.split()[0], piece.role.split()[0]
-    if RELATION in (left, right) or left in (COMMA, SIGN):
-        return True
-    if right == SIGN:
-        return not _begins(before)
-    if left == OPEN or SLASH in (left, right) or right in (CLOSE, COMMA, TIGHT):
-        return False
-    if right == FUNCTION or "factor" in piece.role:
-        return left != FUNCTION or right == FUNCTION
-    if left == FUNCTION:
-        return right != OPEN
-    if left == ATOM and before.text == "Δ" and right == ATOM:
-        return False
-    return blank or FRACTION in (left, right)
+def _entries(lines: Iterable[str], begin: str) -> list[str]:
+    """Return lines joined to paragraphs, of which each line that begins so starts a new entry."""
+    entries = [""]
+    for line in lines:
+        if re.match(begin, line):
+            entries.append("")
+        entries[-1] = f"{entries[-1]} {re.sub(rf'^{begin}', '', line).strip()}".strip()
+    return [entry for entry in entries if entry]
+
+
+def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
+    """Return paragraphs as text, formulas in Unicode, with an empty line between them."""
+    return "\n\n".join(_laid_out(paragraph, max(width, 20)) for paragraph in paragraphs)
+
+
+def _laid_out(paragraph: Paragraph, width: int) -> str:
+    if paragraph.kind == EQUATION:
+        return "\n".join(_filled(_whole_terms(line), width, "    ", "        ") for line in lines_of(paragraph.text))
+    plain = _ROLE.sub(r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
+    plain = re.sub(r"(?<!\w)\*(\w[^*]*)\*", r"\1", plain)
+    return _filled(re.sub(r"(?<=\])_", "", plain), width, "", "  " if plain.startswith(("* ", "[")) else "")
+
+
+def _filled(text: str, width: int, first: str, further: str) -> str:
+    """Return text in lines, which end at a blank."""
+    filled = textwrap.fill(text, width, initial_indent=first, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
+    return filled.replace(NO_BREAK, " ")
+
+
+def _kept_whole(formula: re.Match[str]) -> str:
+    """Return a formula within a sentence; a short one is not broken."""
+    text = as_text(formula[1])
+    return text.replace(" ", NO_BREAK) if len(text) <= LONGEST_WHOLE else text
+
+
+def _whole_terms(line: str) -> str:
+    """Return an equation that can be broken before the signs between its terms only."""
+    depth, marked = 0, ""
+    for i, sign in enumerate(line):
+        depth += (sign in "([{") - (sign in ")]}")
+        breaks = sign == " " and depth <= 0 and line[i + 1 : i + 2] in ("+", "−", "=", "≤", "<")
+        marked += NO_BREAK if sign == " " and not breaks else sign
+    return marked
+
+
+def as_markdown(paragraph: Paragraph) -> str:
+    r"""Return a paragraph as Markdown, with its formulas in LaTeX, and without numbers of references.
+
+    Examples
+    --------
+    >>> as_markdown(Paragraph("text", r"The slope is :math:`\sigma_0`, as in ``dahl`` [1]_."))
+    'The slope is $\\sigma_0$, as in `dahl`.'
+    """
+    if paragraph.kind == EQUATION:
+        aligned = "&" in paragraph.text and "cases" not in paragraph.text
+        formula = " ".join(paragraph.text.split())
+        return f"$$\\begin{{aligned}}{formula}\\end{{aligned}}$$" if aligned else f"$${formula}$$"
+    return re.sub(r" ?\[\d+\]_", "", _MATH.sub(r"$\1$", paragraph.text).replace("``", "`"))

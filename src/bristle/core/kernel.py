@@ -13,8 +13,6 @@ from typing import Any, TypeVar, overload
 
 from bristle.core.errors import InputError, told_by
 
-__all__ = ["activate", "compiler", "is_absorbed", "kernel", "kernel_options", "kernels", "on_activation"]
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 _kernels: list[tuple[Callable[..., Any], bool]] = []

@@ -1,11 +1,13 @@
-"""Properties that are computed when they are first asked for."""
+"""What is computed once, when it is first asked for: properties, and what factories make."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
+from functools import wraps
 from typing import Any, TypeVar
 
-__all__ = ["cached_property"]
+from bristle.core.locks import MAKING
 
 T = TypeVar("T")
 
@@ -22,3 +24,25 @@ class cached_property(functools.cached_property[T]):  # noqa: N801, TID251  (sta
         if instance is None or self.attrname is None:
             return self
         return instance.__dict__.setdefault(self.attrname, self.func(instance))
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def once(factory: F) -> F:
+    """Let a factory be called once for the same positional arguments, and return what it made then ever after.
+
+    Components are told apart by identity. A cache of the standard library calls a slow factory twice where two threads
+    ask at once, and hands out two of them.
+    """
+    values: dict[tuple[Any, ...], Any] = {}
+
+    @wraps(factory)
+    def only(*arguments: Any) -> Any:
+        if arguments not in values:
+            with MAKING:
+                if arguments not in values:
+                    values[arguments] = factory(*arguments)
+        return values[arguments]
+
+    return only  # type: ignore[return-value]

@@ -13,8 +13,6 @@ import numpy as np
 
 from bristle.core.errors import InputError
 
-__all__ = ["bounded", "non_negative", "unbounded"]
-
 REACH = 1e100  # largest number, and the inverse of the smallest, that is left as it is
 
 

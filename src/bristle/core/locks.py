@@ -12,8 +12,6 @@ import logging  # noqa: F401  (its own locks come last of all: what is brought f
 import os
 import threading
 
-__all__ = ["COMPILING", "LOADING", "MAKING", "SHARING"]
-
 LOADING = threading.RLock()  # a file of a user's is run
 MAKING = threading.RLock()  # a component is made by a factory
 COMPILING = threading.RLock()  # an entry is compiled

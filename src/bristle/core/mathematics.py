@@ -18,29 +18,6 @@ from typing import NamedTuple
 from bristle.core.exponent import exponent, mantissa, power_of_two
 from bristle.core.kernel import kernel
 
-__all__ = [
-    "Bracket",
-    "bracket_guess",
-    "bracket_update",
-    "cos",
-    "decay",
-    "direction",
-    "exp",
-    "expm1",
-    "fitted_weight",
-    "hyperbolic_mean",
-    "log",
-    "log1p",
-    "newton_from",
-    "newton_next",
-    "power",
-    "relaxation",
-    "sin",
-    "smooth_step",
-    "smooth_step_point",
-    "tanh",
-]
-
 EXP_MAX, EXP_OF_MAX = 709.0, 8.218407461554972e307
 EXP_MIN = -708.0
 LOG2_E = 1.4426950408889634

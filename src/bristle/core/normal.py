@@ -1,6 +1,4 @@
 """Two numbers of the normal distribution."""
 
-__all__ = ["DEVIATION_OVER_MEDIAN", "NORMAL_95"]
-
 NORMAL_95 = 1.96  # standard deviations to either side, between which 95 % lie
 DEVIATION_OVER_MEDIAN = 1.4826  # standard deviation over the median of the absolute deviations

@@ -21,24 +21,33 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.kernel import kernel
-from bristle.core.unowned import unowned
 
-__all__ = [
-    "LANES",
-    "LaneConstants",
-    "Structure",
-    "flattener",
-    "is_scalar",
-    "lane_constants",
-    "lane_packer",
-    "lane_unpacker",
-    "motion_reader",
-    "number_count",
-    "pack",
-    "packer",
-    "structure_of",
-    "unpacker",
-]
+
+def without_holder() -> Any:
+    """Return `unowned` for the compiler."""
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def disowned(context: Any, array: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            lent = context.make_array(signature.args[0])(context, builder, arguments[0])
+            lent.meminfo = cgutils.get_null_value(lent.meminfo.type)
+            return lent._getvalue()
+
+        return array(array), generate
+
+    def implementation(array: Any) -> Any:
+        return lambda array: disowned(array)  # noqa: PLW0108  # pyright: ignore[reportCallIssue]
+
+    return implementation
+
+
+@kernel(compiled_as=without_holder)
+def unowned(array):
+    """Return the array itself; compiled, without the count of its holders."""
+    return array
+
 
 LANES = 32
 
@@ -173,7 +182,7 @@ def _unpacker(
     names: dict[str, Any] = {"INFINITY": float("inf"), "unowned": unowned}
     lines = [f"at = {first}"]
     expression = _unpack_expression(structure, names, lines, number, array, constants)
-    return _define(head, [*lines, f"return {expression}"], names)
+    return kernel_of(head, [*lines, f"return {expression}"], names)
 
 
 def _unpack_expression(
@@ -207,7 +216,7 @@ def _unpack_expression(
 def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
     """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
     lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
-    return _define("store(value, vector)", lines or ["return"], {})
+    return kernel_of("store(value, vector)", lines or ["return"], {})
 
 
 def _places(structure: Structure) -> list[str]:
@@ -222,7 +231,7 @@ def _places(structure: Structure) -> list[str]:
 def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
     """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
     lines = [f"block[(row + {i}) * {LANES} + lane] = value{place}" for i, place in enumerate(_places(structure))]
-    return _define("store(value, block, row, lane)", lines or ["return"], {})
+    return kernel_of("store(value, block, row, lane)", lines or ["return"], {})
 
 
 @cache
@@ -232,10 +241,11 @@ def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
     `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
     """
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
-    return _define("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
+    return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 
 
-def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+def kernel_of(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+    """Return the kernel of this head and these lines, which knows these names."""
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope: dict[str, Any] = {"__name__": __name__} | names
     exec(compile(text, f"<{head}>", "exec"), scope)

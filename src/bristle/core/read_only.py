@@ -7,8 +7,6 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-__all__ = ["ReadOnly"]
-
 K = TypeVar("K")
 V = TypeVar("V")
 

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-__all__ = ["SENTENCES", "Status"]
-
 
 class Status(IntEnum):
     """Outcome of a computation; codes other than `OK` rank by severity."""

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple, Self
 
 from bristle.core.errors import InputError
 
-__all__ = ["Threshold", "Thresholds", "threshold", "thresholds_of"]
-
 
 class Threshold(NamedTuple):
     """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""

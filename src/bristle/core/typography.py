@@ -6,37 +6,14 @@ import math
 import re
 from typing import Any, NamedTuple
 
-__all__ = [
-    "Scale",
-    "escaped",
-    "interval_text",
-    "number",
-    "printable",
-    "scale_of",
-    "stiffness_text",
-    "typed",
-    "typeset",
-    "typeset_sentence",
-    "with_unit",
-]
-
-# For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
-_METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
-_NEWTON = ((1e4, "k{}", 1e-3), (1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6))
-_MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
-    "m": _METRE,
-    "rad": _METRE,
-    "s": _METRE,
-    "N": _NEWTON,
-    "V": _NEWTON,
-    "A": _NEWTON,
-    "Hz": _NEWTON[:2],
-}
+# Multiples in use: symbol, the power of ten that it stands for, and the magnitude [SI] from which it is read best.
+_METRE = (("{}", 0, 1.0), ("m{}", -3, 1e-3), ("µ{}", -6, 1e-6), ("n{}", -9, 1e-9))
+_NEWTON = (("k{}", 3, 1e4), *_METRE[:3])
+_MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V", "A"), _NEWTON) | {"Hz": _NEWTON[:2]}
+_WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
 _UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
 _BYTE = re.compile("[\udc80-\udcff]")  # of a name, as `os.fsdecode` has it
-_INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
-_MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
 
 
 class Scale(NamedTuple):
@@ -108,15 +85,11 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     magnitude = abs(magnitude)
     if magnitude == 0.0 or not math.isfinite(magnitude):
         return Scale(1.0, typeset(unit))
-    if unit in ("kg", "kg*m^2"):
-        steps = _MASS if unit == "kg" else _INERTIA
-        _, name, factor = next(step for step in steps if magnitude >= step[0])
-        return Scale(factor, typeset(name))
     # A prefix before a power would be raised with it.
     symbol = re.match(r"(?:[A-Za-z]+(?![A-Za-z^]))?", unit)[0]  # type: ignore[index]
-    steps = _MULTIPLES.get(symbol, ((0.0, "{}", 1.0),))
-    _, pattern, factor = next((step for step in steps if magnitude >= step[0] * (1 - 1e-12)), steps[-1])
-    return Scale(factor, typeset(pattern.format(unit)))
+    steps = _WHOLE_UNITS.get(unit) or _MULTIPLES.get(symbol, _METRE[:1])
+    pattern, power, _ = next((step for step in steps if magnitude >= step[2] * (1 - 1e-12)), steps[-1])
+    return Scale(float(f"1e{-power}"), typeset(pattern.format(unit)))
 
 
 def interval_text(low: str, high: str) -> str:

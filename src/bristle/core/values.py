@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.described import Described
+from bristle.core.documented import Described
 from bristle.core.errors import BristleError, InputError, InputWarning, told_by
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
-
-__all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "numbers_of", "shown"]
 
 Converter = Callable[[Any, str, Any], Any]
 """What takes a value, the name of its argument and the kind of axis where it is known, and returns what it is."""

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-from bristle.core.dimensions import KINDS, AxisKind, Kind, canonical, unit_of
+from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (asked for here)
 from bristle.core.errors import InputError, did_you_mean
-
-__all__ = ["EXCITATIONS", "KINDS", "OF_SLOTS", "AxisKind", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
 
 OF_SLOTS = ("place", "load", "temperature", "channel")
 """What a log must contain for what only a slot has; the last of one's own."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core.content import content_of
 from bristle.demo import axis_simulated
-from bristle.files.log import read_log
+from bristle.files.arguments import read_log
 from bristle.files.results import Results
 from bristle.prediction import predict
 from bristle.prediction.following import following_of

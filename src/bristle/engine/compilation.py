@@ -30,9 +30,8 @@ from bristle.core.exponent import exponent_in_bits, mantissa_in_bits, power_in_b
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
-from bristle.core.unowned import without_holder
-from bristle.engine.linked import linked_into
-from bristle.engine.signature import compiled_signature, flat, handed_over, signature_of, type_of
+from bristle.core.packing import without_holder
+from bristle.engine.signature import compiled_signature, flat, handed_over, linked_into, signature_of, type_of
 
 __all__ = ["cache_folder", "compiled", "driver", "interpreted", "is_interpreted"]
 

@@ -139,17 +139,9 @@ class _Mechanism:
 
     def signals(self, rows: np.ndarray, reached: int, dt: float) -> dict[str, Any]:
         """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
-        x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:reached] for row in rows)
         return {
             "time": dt * np.arange(reached),
-            "position": x,
-            "velocity": v,
-            "effort": effort,
-            "friction": friction,
-            "measured": measured,
-            "command": command,
-            "motor_position": motor_x,
-            "motor_velocity": motor_v,
+            **dict(zip(SIGNALS, rows[:, :reached], strict=False)),
             "status": self.status(reached, rows.shape[1]),
             "state": self.friction.state_now,
             "memory": self.memory,
@@ -164,6 +156,7 @@ class _Mechanism:
         return Status.SOLVE_INACCURATE if self.out[entry_points.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
+SIGNALS = ("position", "velocity", "measured", "command", "effort", "friction", "motor_position", "motor_velocity")
 INTEGRATORS = {"efim": entry_points.make_substeps, "semi_implicit": entry_points.make_semi_implicit_substeps}
 INTEGRATOR = among(*INTEGRATORS)
 
@@ -338,7 +331,7 @@ def run_closed_loop(
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)
-    started, _ = _sensed(sensor, x, dt)
+    started = sensor.component.step(sensor.component.initial_state(sensor.parameters), x, dt, sensor.parameters)[0]
     control.state = pack(begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt))
     extra, unseen = (np.zeros(count) if signal is None else signal for signal in (injected, disturbance))
     check_run(count, injected=extra, disturbance=unseen)
@@ -398,8 +391,3 @@ def sensed(sensor: Model, x: np.ndarray, dt: float) -> np.ndarray:
     entry = Sensor(_entry("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
     driver(drivers.readings)(entry, float(dt), readings)
     return readings
-
-
-def _sensed(sensor: Model, x: float, dt: float) -> tuple[float, Any]:
-    component = sensor.component
-    return component.step(component.initial_state(sensor.parameters), x, dt, sensor.parameters)

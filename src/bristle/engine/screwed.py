@@ -29,8 +29,8 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
+from bristle.core.lazy import once
 from bristle.core.motion import Motion
-from bristle.core.once import once
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,18 +16,18 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
-from bristle.excitation import break_away, damping, presliding, stribeck
 from bristle.excitation.limits import MotionLimits, limits_of
 from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of
 from bristle.excitation.prior import Prior, prior_of
+from bristle.excitation.purposes import PURPOSES
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.files.arguments import AXIS
 
-__all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
+__all__ = ["Excitation", "excite"]
 
-DURATION, LEAST = 60.0, 2.0  # [s]
+DURATION, SHORTEST = 60.0, 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
-DRAWS, FEWEST_DRAWS, MOST_DRAWS = 100, 20, 100_000
+DRAWS = 100
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
 LATE = 1.001  # of the duration asked for, that a motion may take
@@ -38,22 +37,6 @@ TRAVEL = Variable("length", "distance within which the motion stays")
 START = Variable("length", "where the motion begins")
 
 Progress = Callable[[float, str], None]
-
-
-class Purpose(NamedTuple):
-    """One kind of experiment: what it tells, the share of the time that it gets, and the module that makes it."""
-
-    tells: str
-    share: float
-    made_by: ModuleType
-
-
-PURPOSES: dict[str, Purpose] = {
-    "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, presliding),
-    "break-away": Purpose("break-away force and distance, and how they depend on the rate", 0.12, break_away),
-    "damping": Purpose("micro-damping and the resonance on the contact", 0.08, damping),
-    "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, stribeck),
-}
 
 
 @dataclass(frozen=True)
@@ -84,14 +67,7 @@ class Excitation:
     rehearsal: Rehearsal | None = None
 
 
-@guarded(
-    axis=AXIS,
-    purposes=optional(NAMES),
-    rehearsed=FLAG,
-    draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    allow_code=FLAG,
-    progress=PROGRESS,
-)
+@guarded(axis=AXIS, purposes=optional(NAMES), rehearsed=FLAG, draws=whole(20, 100_000, none=True), allow_code=FLAG, progress=PROGRESS)
 def excite(
     axis: Any,
     *,
@@ -144,8 +120,8 @@ def excite(
     True
     """
     seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
-    if not LEAST <= seconds < math.inf:
-        raise InputError("out of range", path="duration", value=duration, allowed=f"at least {LEAST:g} s")
+    if not SHORTEST <= seconds < math.inf:
+        raise InputError("out of range", path="duration", value=duration, allowed=f"at least {SHORTEST:g} s")
     mechanism = _mechanism(model, axis, allow_code)
     try:
         prior = prior_of(axis, *mechanism)
@@ -166,7 +142,10 @@ def excite(
             mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}",
         )
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
-    limits = limits_of(axis, prior, sample_time, _travel(travel, axis), begin)
+    distance = None if travel is None else quantity(travel, TRAVEL, axis.kind, path="travel")
+    if distance is not None and not 0.0 < distance < math.inf:
+        raise InputError("must be positive and finite", path="travel", value=travel)
+    limits = limits_of(axis, prior, sample_time, distance, begin)
     excitation = _planned(axis, prior, limits, seconds, purposes, begin)
     if not rehearsed:
         return excitation
@@ -174,8 +153,7 @@ def excite(
         rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
         followed = _for_the_loop(excitation, rehearsal, seconds, purposes, begin)
         if followed is not None:
-            excitation = followed
-            rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+            excitation, rehearsal = followed, rehearse(followed.motion, axis, prior, draws=draws, progress=progress)
         return replace(excitation, rehearsal=rehearsal)
     except InputError as reason:
         return replace(excitation, notes=(*excitation.notes, f"it could not be rehearsed: {reason}"))
@@ -227,19 +205,10 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     return plant, friction
 
 
-def _travel(raw: Any, axis: Axis) -> float | None:
-    if raw is None:
-        return None
-    travel = quantity(raw, TRAVEL, axis.kind, path="travel")
-    if not 0.0 < travel < math.inf:
-        raise InputError("must be positive and finite", path="travel", value=raw)
-    return travel
-
-
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
     """Return what can be done of what is asked, and why the rest cannot."""
     names = list(PURPOSES) if purposes is None else _names(purposes)
-    reasons = {name: PURPOSES[name].made_by.missing(limits) for name in names}
+    reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
         raise InputError(
             "tells too little for a motion to be planned",
@@ -311,12 +280,12 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
     for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]
         try:
-            added = purpose.made_by.pieces(limits, left * purpose.share / share_left)
+            added = purpose.pieces(limits, left * purpose.share / share_left)
         except InputError as error:
             raise error.at(f"the motion for {name} that the limits allow") from None
         left -= sum(piece.rest + piece.duration for piece in added)
         share_left -= purpose.share
-        left = max(left, LEAST)
+        left = max(left, SHORTEST)
         pieces += added
     return sorted(pieces, key=lambda piece: chosen.index(piece.purpose))
 

@@ -15,7 +15,6 @@ __all__ = ["MotionLimits", "limits_of"]
 
 LEAST = 1e-9  # m, rad, and their derivatives: no axis moves by less
 MARGIN = 0.9  # of a limit that is used: the loop overshoots
-EFFORT_SHARE = 0.5  # of the largest effort that may accelerate, where no limit of the acceleration is given
 CORNER = 0.1  # of a slow leg, that its corners take: a jump of the velocity would shake the axis
 
 
@@ -105,7 +104,7 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         )
     acceleration, most = axis.acceleration_limit, effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
-        acceleration = EFFORT_SHARE * most / prior.plant.values["M"]
+        acceleration = 0.5 * most / prior.plant.values["M"]
     return MotionLimits(
         kind=axis.kind,
         sample_time=sample_time,

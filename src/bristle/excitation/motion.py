@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
-__all__ = ["ExcitationMotion", "ExcitationPiece", "in_time", "length_of"]
+__all__ = ["ExcitationMotion", "ExcitationPiece", "Move", "in_time", "length_of", "moves_of"]
 
 ROUNDS = 12
 
@@ -136,3 +138,60 @@ def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace
     for _ in range(ROUNDS):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
     return make(pace)
+
+
+FINER = 8  # times the rate of the samples, for turning points between them
+RESTS = 1e-6  # of the largest velocity: standstill
+CONTINUOUS = ("chirp",)
+"""Pieces that no list of moves is: a sine is not made of legs of one velocity."""
+
+
+class Move(NamedTuple):
+    """To a position at a velocity, in SI of the kind of axis."""
+
+    purpose: str
+    dwell: float
+    target: float
+    velocity: float
+    acceleration: float
+
+
+def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...]]:
+    """Return the moves of a motion, and the purposes that are none."""
+    moves: list[Move] = []
+    left_out: list[str] = []
+    origin = motion.start
+    for piece in motion.pieces:
+        if piece.name in CONTINUOUS:
+            left_out.append(piece.purpose)
+        else:
+            moves += _legs(piece, origin, piece.rest, motion.sample_time)
+        origin += piece.end
+    return tuple(moves), tuple(dict.fromkeys(left_out))
+
+
+def _legs(piece: ExcitationPiece, origin: float, dwell: float, sample_time: float) -> list[Move]:
+    """Return the legs of a piece, from one turning point or standstill to the next."""
+    time = np.linspace(0.0, piece.duration, max(int(np.ceil(FINER * piece.duration / sample_time)), 2) + 1)
+    position, velocity, acceleration = piece.sample(time)
+    side = np.sign(velocity)
+    side[np.abs(velocity) < RESTS * np.max(np.abs(velocity))] = 0.0
+    bounds = np.flatnonzero(np.diff(side, prepend=0.0, append=0.0))
+    moves: list[Move] = []
+    for first, last in pairwise(bounds.tolist()):
+        if side[first] == 0.0:
+            dwell += float(time[last] - time[first])
+            continue
+        leg = slice(first, last)
+        end = float(side[first] * np.max(side[first] * position[first : last + 1]))
+        moves.append(
+            Move(
+                piece.purpose,
+                dwell if dwell > 2.0 * sample_time else 0.0,
+                origin + end,
+                float(np.max(np.abs(velocity[leg]))),
+                float(np.max(np.abs(acceleration[leg]))),
+            )
+        )
+        dwell = 0.0
+    return moves

@@ -19,7 +19,6 @@ __all__ = ["Prior", "effort_limit", "prior_of", "turning_distance"]
 
 FRICTION_SHARE = 0.1  # of the largest effort, where no model says what friction takes
 STATIC_OVER_COULOMB = 1.25
-VISCOUS_SHARE = 0.5  # of the Coulomb friction, at the largest speed
 STRIBECK_SHARE = 0.01  # of the largest speed
 DAMPING_RATIO = 0.2  # of the contact, by its micro-damping
 TURNED = 0.98  # share of the change of force by which a reversal counts as over
@@ -58,54 +57,38 @@ class Prior:
 
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
     """Return what is believed of an axis: a model of it, or one made of its limits and its pre-sliding distance."""
-    if friction is None:
-        return _from_limits(axis, plant)
-    mass, assumed = _mass(axis, plant, 1.0)
-    if is_static(friction) and axis.presliding:
-        simulated = with_presliding(friction, axis.presliding / LENGTHS)
-        distance = axis.presliding
-    else:
-        simulated, distance = friction, turning_distance(friction)
-    stiffness = _stiffness(simulated, distance) if distance else 0.0
+    kind, most, distance = axis.kind, effort_limit(axis), axis.presliding
+    force = 1.0 if friction is not None or most is None else FRICTION_SHARE * most
+    mass, assumed = _mass(axis, plant, force)
     mass_known = plant is not None or axis.mass is not None
+    if friction is None:
+        static, length = STATIC_OVER_COULOMB * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
+        fastest, stiffness = axis.velocity_limit or 1e4 * length, static / length
+        values = {
+            "F_C": force,
+            "F_S": static,
+            "v_S": STRIBECK_SHARE * fastest,
+            "sigma_0": stiffness,
+            "sigma_1": 2.0 * DAMPING_RATIO * math.sqrt(stiffness * mass),
+            "sigma_2": 0.5 * force / fastest,  # half of the Coulomb friction at the largest speed
+        }
+        simulated = make_model(find("lugre"), values, kind=kind, validate=True)
+        assumed += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}", "lugre with the usual proportions")
+        stiffness, stribeck_velocity = stiffness if most is not None and distance else 0.0, None
+    else:
+        simulated, stribeck_velocity = friction, friction.values.get("v_S")
+        if is_static(friction) and distance:
+            simulated = with_presliding(friction, distance / LENGTHS)
+        else:
+            distance = turning_distance(friction)
+        stiffness = _stiffness(simulated, distance) if distance else 0.0
     return Prior(
-        plant or make_model(inertia, {"M": mass}, kind=axis.kind, validate=True),
+        plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
         simulated,
         distance,
         math.sqrt(stiffness / mass) / (2.0 * math.pi) if stiffness and mass_known else None,
-        friction.values.get("v_S"),
+        stribeck_velocity,
         assumed,
-        mass_known,
-    )
-
-
-def _from_limits(axis: Axis, plant: Model | None) -> Prior:
-    kind = axis.kind
-    most = effort_limit(axis)
-    force = FRICTION_SHARE * most if most is not None else 1.0
-    static = STATIC_OVER_COULOMB * force
-    mass, assumed = _mass(axis, plant, force)
-    assumed += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}",)
-    distance = axis.presliding
-    length = (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
-    fastest = axis.velocity_limit or 1e4 * length
-    stiffness = static / length
-    values = {
-        "F_C": force,
-        "F_S": static,
-        "v_S": STRIBECK_SHARE * fastest,
-        "sigma_0": stiffness,
-        "sigma_1": 2.0 * DAMPING_RATIO * math.sqrt(stiffness * mass),
-        "sigma_2": VISCOUS_SHARE * force / fastest,
-    }
-    mass_known = plant is not None or axis.mass is not None
-    return Prior(
-        plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
-        make_model(find("lugre"), values, kind=kind, validate=True),
-        distance,
-        math.sqrt(stiffness / mass) / (2.0 * math.pi) if mass_known and most is not None and distance else None,
-        None,
-        (*assumed, "lugre with the usual proportions"),
         mass_known,
     )
 

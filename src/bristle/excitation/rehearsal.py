@@ -17,14 +17,13 @@ from bristle.excitation.motion import ExcitationMotion
 from bristle.excitation.prior import Prior
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
-from bristle.logs.segmentation import numbered, reversals
+from bristle.logs.turns import numbered, reversals
 from bristle.sensors import encoder
 
 __all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]
 
 NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
 SCATTER = 0.05  # of the friction force, from one reversal to the next
-SEED = 1
 SUBSTEPS = 8
 ASTRAY = 10.0  # times the whole motion, that no stable loop errs by
 FITTED = "lugre"  # where the prior is a model that is not identified
@@ -108,9 +107,11 @@ def model_to_fit(friction: Model) -> str:
 
 def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
     """Return the log of a motion run on the prior, the friction force along it [N or N*m], and whether in the loop."""
-    expected = _friction(motion, prior.friction)
+    # The velocity at a sample is the mean over the step around it.
+    dt, v = motion.sample_time, motion.velocity
+    expected = force_along(prior.friction, v, dt, motion.position + 0.5 * dt * v)
     disturbance = (_scattered(motion) - 1.0) * expected
-    generator = np.random.default_rng(SEED)
+    generator = np.random.default_rng(1)
     size = float(np.sqrt(np.mean(expected**2)))
     noise = NOISE * size * generator.standard_normal(expected.size)
     trace = _in_loop(motion, axis, prior, disturbance)
@@ -150,17 +151,10 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     return None if astray > ASTRAY * float(np.ptp(motion.position)) else trace
 
 
-def _friction(motion: ExcitationMotion, friction: Model) -> np.ndarray:
-    """Return the friction force along the motion [N or N*m]."""
-    # The velocity at a sample is the mean over the step around it.
-    dt, v = motion.sample_time, motion.velocity
-    return force_along(friction, v, dt, motion.position + 0.5 * dt * v)
-
-
 def _scattered(motion: ExcitationMotion) -> np.ndarray:
     """Return a factor for the friction force at each sample, drawn anew after every reversal."""
     turns = reversals(motion.velocity)
-    factors = 1.0 + SCATTER * np.random.default_rng(SEED + 1).standard_normal(turns.size + 1)
+    factors = 1.0 + SCATTER * np.random.default_rng(2).standard_normal(turns.size + 1)
     return factors[numbered(turns, motion.velocity.size)]
 
 

@@ -25,8 +25,7 @@ from bristle.core.variable import Kind, unit_of
 from bristle.exports.described import plain
 from bristle.exports.drive import last_direction
 from bristle.exports.effect import Drive
-from bristle.prediction.drive_table import LevelValues
-from bristle.prediction.reversal import SETTLED_SHARE, reversal_distance
+from bristle.prediction.drive_table import SETTLED_SHARE, LevelValues, reversal_distance
 
 __all__ = ["Friction", "ax8000_text", "drive_of_objects", "friction_of", "sides_lost"]
 

@@ -22,10 +22,8 @@ from bristle.exports.described import plain
 from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import LevelValues
+from bristle.prediction.drive_table import LevelValues, placed, resolved_side, reversal_distance
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, units_of
-from bristle.prediction.reversal import reversal_distance
-from bristle.prediction.steady_side import placed, resolved_side
 
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive

@@ -23,10 +23,10 @@ from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import force_along, interpreted
-from bristle.engine.steady import steady_force
+from bristle.engine.contact import steady_force
 from bristle.friction import with_presliding
 from bristle.identification.parameters import offset_of
-from bristle.prediction.reversal import reversal_distance
+from bristle.prediction.drive_table import reversal_distance
 from bristle.references import recorded
 from bristle.references.legs import legs_through
 from bristle.simulation.compensation import settling

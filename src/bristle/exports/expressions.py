@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.dispatch import is_dispatch
 from bristle.core.exponent import exponent, mantissa, power_of_two
-from bristle.core.unowned import unowned
+from bristle.core.packing import unowned
 from bristle.exports.scope import NotExportableError, global_value, is_kernel, is_named_tuple
 from bristle.exports.tree import (
     Binary,

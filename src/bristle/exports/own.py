@@ -7,8 +7,8 @@ from bristle.core.errors import InputError
 from bristle.exports.target import Target
 from bristle.exports.targets import TARGETS
 from bristle.exports.writing import NAME
-from bristle.files.declared import declared_in
 from bristle.files.permission import code_at
+from bristle.files.user_model import declared_in
 
 __all__ = ["load_target_file"]
 

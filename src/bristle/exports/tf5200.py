@@ -22,8 +22,8 @@ from bristle.core.errors import InputError
 from bristle.core.variable import KINDS
 from bristle.exports.drive import Side, last_direction
 from bristle.exports.effect import Drive
+from bristle.prediction.drive_table import reversal_distance
 from bristle.prediction.drive_units import DriveUnit
-from bristle.prediction.reversal import reversal_distance
 
 __all__ = ["ROUNDED", "as_written", "current_unit", "delay_lost", "drive_of_list", "merged", "tf5200_text"]
 

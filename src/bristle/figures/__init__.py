@@ -18,7 +18,6 @@ from bristle.figures.files import figure_file, fits_as_png, inline_svg
 from bristle.figures.first_page import first_page
 from bristle.figures.fitted import fitted
 from bristle.figures.fleet_parameters import fleet_parameters
-from bristle.figures.fleet_tracks import fleet_tracks
 from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import break_away, loop_family, ripple
@@ -69,7 +68,6 @@ __all__ = [
     "fits_as_png",
     "fitted",
     "fleet_parameters",
-    "fleet_tracks",
     "following_error",
     "friction_over_velocity",
     "has_completed",

@@ -17,7 +17,7 @@ from bristle.figures.lettering import label, shortened_apart
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
-    from bristle.loop_design import Circle
+    from bristle.loop import Circle
 
 __all__ = ["circles"]
 

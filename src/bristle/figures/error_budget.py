@@ -12,7 +12,7 @@ from bristle.figures.labels import scale_for
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
-    from bristle.loop_design import Budget
+    from bristle.loop import Budget
 
 __all__ = ["error_budget"]
 

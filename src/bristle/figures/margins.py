@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 from bristle.figures import style
 
 if TYPE_CHECKING:
-    from bristle.stability import Assessment, WorkingPoint
+    from bristle.loop import Assessment, WorkingPoint
 
 __all__ = ["margins"]
 

@@ -17,8 +17,8 @@ from bristle.core.errors import InputError
 from bristle.figures import style
 from bristle.figures.on_reports import names_on_reports
 from bristle.figures.report_figure import FACTS, Facts, ReportFigure
-from bristle.files.declared import declared_in
 from bristle.files.permission import code_at
+from bristle.files.user_model import declared_in
 
 __all__ = ["draw_own", "figures_named", "load_figure_file", "refuse_unfit"]
 

@@ -14,7 +14,7 @@ from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
-    from bristle.logs.passage import Passage
+    from bristle.logs.passages import Passage
 
 __all__ = ["FIGURE", "passages"]
 

@@ -6,10 +6,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bristle.files.arguments import read_log
     from bristle.files.axis import read_axis
     from bristle.files.curves import read_curves
     from bristle.files.experiment import read_experiment
-    from bristle.files.log import read_log
     from bristle.files.model import read_model, write_model
     from bristle.files.proposal import Proposal, propose_axis
     from bristle.files.user_model import load_code, load_slot_file
@@ -36,7 +36,7 @@ _FROM = {
     "read_axis": "axis",
     "read_curves": "curves",
     "read_experiment": "experiment",
-    "read_log": "log",
+    "read_log": "arguments",
     "read_model": "model",
     "write_model": "model",
 }

@@ -1,4 +1,4 @@
-"""What a call from Python may hand in as an axis, a log or an experiment: the thing, or the file that describes it."""
+"""What a call may hand in as an axis, a log or an experiment: the thing, or the file that describes it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import Converter, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
+from bristle.logs import readers
 from bristle.logs.columns import is_table
 from bristle.logs.log import Log
-
-__all__ = ["AXIS", "EXPERIMENT", "LOG", "axes_for", "log_and_axis", "logs_and_axes"]
 
 
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
@@ -37,8 +37,6 @@ LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     """Return a log and what is known of its axis; a path of either is read, and so is a table of columns."""
-    from bristle.files.log import read_log
-
     axis = looked_at(optional(AXIS), axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
@@ -68,3 +66,33 @@ def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
         raise InputError("names no log", path="log", mend="Give at least one")
     axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
     return [log_and_axis(log, axis) for log, axis in zip(logs, axes, strict=True)]
+
+
+def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:
+    """Return the log in a file, in SI of the axis, on a uniform grid of time.
+
+    Parameters
+    ----------
+    path : path-like, bytes or file object
+        A file of any format that ``bristle log --help`` names; ``FILE::TABLE`` names a table in it.
+    axis : Axis, path-like or dict, optional
+        The axis, or the file that describes it, or the tables that one would hold. Without it columns called as usual
+        are taken, in the units that the log says.
+    size_limit : int or str
+        Largest file, and largest content that a file announces [byte], or text such as ``"2 GB"``.
+
+    Returns
+    -------
+    Log
+        All channels, each with unit and source column.
+
+    Raises
+    ------
+    InputError
+        If the axis file or the log cannot be used; the message names file, key or column, and the mend.
+    """
+    if axis is not None and not isinstance(axis, Axis):
+        from bristle.files.axis import read_axis
+
+        axis = read_axis(axis)
+    return readers.read_log(path, axis, size_limit=size_of(size_limit))

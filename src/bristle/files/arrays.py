@@ -13,8 +13,6 @@ from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.tabular import library
 from bristle.files.results import Results
 
-__all__ = ["read_arrays", "write_arrays"]
-
 WANTED_BY = "the columns of a Parquet file"
 
 

@@ -13,8 +13,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 
-__all__ = ["axis_text"]
-
 HEAD = "# The axis that these results were made with, in SI.\n"
 
 

@@ -14,7 +14,6 @@ from bristle.files.components import check_keys, key_of, table_at
 if TYPE_CHECKING:
     from tomlkit.items import Table
 
-__all__ = ["NUMBERS", "bands_at", "bands_table"]
 
 NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
 MEMBERS = 40

@@ -1,17 +1,15 @@
-"""Tables that name a component and give its parameters: ``model = "cascade"``, ``k_p = "160 1/s"``, ..."""
+"""Tables of files: what must stand in them, what is still to be filled in, and the components that they name."""
 
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from bristle.core import units
 from bristle.core.contracts import Component, Model, make_model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Kind, Variable
-
-__all__ = ["check_keys", "check_schema", "component_named", "key_of", "model_from", "number_at", "parameters_in", "table_at"]
 
 
 def key_of(name: str) -> str:
@@ -93,3 +91,23 @@ def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
     value = units.quantity(raw, variable, kind, path=path)
     variable.validate(value, path, kind)
     return value
+
+
+FILL_IN = "?"
+
+
+def _open_in(tables: Any, path: str) -> Iterator[str]:
+    if isinstance(tables, Mapping):
+        for key, value in tables.items():
+            yield from _open_in(value, f"{path}.{key}" if path else str(key))
+    elif tables == FILL_IN:
+        yield path
+
+
+def refuse_open(tables: Mapping[str, Any]) -> None:
+    """Refuse a file in which something is still to be filled in."""
+    keys = list(_open_in(tables, ""))
+    if not keys:
+        return
+    more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
+    raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")

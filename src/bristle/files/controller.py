@@ -15,8 +15,6 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 from bristle.files.components import component_named, parameters_in, table_at
 
-__all__ = ["controller_from", "controller_of", "in_effort"]
-
 INTEGRAL_TIME = "T_n"
 
 

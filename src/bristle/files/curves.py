@@ -13,11 +13,8 @@ from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
 from bristle.files.schema import ColumnName, Strict, validated
 from bristle.files.toml import read_toml
-from bristle.logs.curves import Curves
-from bristle.logs.read_curves import CurveColumns, SignalColumn
-from bristle.logs.read_curves import read_curves as curves_in
-
-__all__ = ["describes_curves", "read_curve_columns", "read_curves"]
+from bristle.logs.curves import CurveColumns, Curves, SignalColumn
+from bristle.logs.curves import read_curves as curves_in
 
 
 class SignalEntry(Strict):

@@ -1,19 +1,21 @@
-"""From what a drive reports to SI of the axis: constants, percent of rated, counts, gear and lead."""
+"""From what the columns of a log count in to SI of the axis: units, constants of the drive, counts, gear and lead."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bristle.core import units
-from bristle.core.errors import InputError
-from bristle.core.transmission import Side, Transmission
-from bristle.core.variable import KINDS, Kind
+from bristle.core.axis import COLUMNS, Column
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.motion import Side, Transmission
+from bristle.core.variable import KINDS, Kind, Variable
+from bristle.files.schema import AxisFile, ColumnEntry
 
-__all__ = ["Constant", "Drive", "Scale"]
-
-# Unit of what is measured -> which kind of movement or effort it is.
 MOVEMENTS: dict[str, Kind] = {"m": KINDS[0], "rad": KINDS[1]}
+"""Unit of a movement -> the kind of axis that it speaks of."""
 EFFORTS: dict[str, Kind] = {"N": KINDS[0], "N*m": KINDS[1]}
 DRIVE_UNITS = ("V", "A", "rated", "count")
 
@@ -39,35 +41,20 @@ class Constant:
     value: float
 
     @classmethod
-    def of(cls, text: str, effort: str, path: str) -> Constant:
-        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; `effort` is ``"N"`` or ``"N*m"``."""
+    def of(cls, text: str, effort: str | None, path: str) -> Constant:
+        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
         _, unit = units.split(text, path)
-        for drive in DRIVE_UNITS:
-            if unit and units.compatible(unit, f"{effort}/{drive}", path=path):
-                value = units.convert(text, f"{effort}/{drive}", path=path)
-                if value == 0 or not math.isfinite(value):
-                    raise InputError("must be finite and not zero", path=path, value=text)
-                return cls(drive, effort, value)
-        raise InputError(
-            "is not the constant of a drive",
-            path=path,
-            value=text,
-            allowed=f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count",
-        )
-
-    @classmethod
-    def whichever(cls, text: str, path: str) -> Constant:
-        """Return the constant that a text tells, of a force or of a torque: its unit says which."""
-        _, unit = units.split(text, path)
-        turns = any(unit and units.compatible(unit, f"N*m/{drive}", path=path) for drive in DRIVE_UNITS)
-        if not turns and not any(unit and units.compatible(unit, f"N/{drive}", path=path) for drive in DRIVE_UNITS):
-            raise InputError(
-                "is not the constant of a drive",
-                path=path,
-                value=text,
-                allowed='a force or a torque for one unit of the drive, such as "61.2 N/A"',
-            )
-        return cls.of(text, "N*m" if turns else "N", path)
+        for spoken_of in EFFORTS if effort is None else (effort,):
+            for drive in DRIVE_UNITS:
+                if unit and units.compatible(unit, f"{spoken_of}/{drive}", path=path):
+                    value = units.convert(text, f"{spoken_of}/{drive}", path=path)
+                    if value == 0 or not math.isfinite(value):
+                        raise InputError("must be finite and not zero", path=path, value=text)
+                    return cls(drive, spoken_of, value)
+        allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
+        if effort is not None:
+            allowed = f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
+        raise InputError("is not the constant of a drive", path=path, value=text, allowed=allowed)
 
 
 @dataclass(frozen=True)
@@ -161,3 +148,117 @@ class Drive:
         except InputError as error:
             message = error.message.replace("an angle", "a torque").replace("a travel", "a force") if effort else error.message
             raise InputError(message, path=path, mend=error.mend) from None
+
+
+def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of an axis file with the kind of axis that its units speak of, where it names none."""
+    if "kind" in data:
+        return dict(data)
+    kind = (
+        _of_movement(_entry_at(data, "columns", "position", "unit"))
+        or _of_movement(_unit_of(_entry_at(data, "encoder", "resolution")))
+        or _of_movement(_entry_at(data, "columns", "velocity", "unit"), per="/s")
+    )
+    if kind is None and _entry_at(data, "encoder", "counts_per_rev") is not None:
+        kind = KINDS[0] if _entry_at(data, "transmission", "lead") is not None else KINDS[1]
+    return dict(data) if kind is None else {**data, "kind": kind}
+
+
+def _entry_at(data: Any, *path: str) -> Any:
+    for key in path:
+        data = data.get(key) if isinstance(data, Mapping) else None
+    return data
+
+
+def _unit_of(quantity: Any) -> str | None:
+    try:
+        return units.split(quantity.removesuffix("/count"))[1] if isinstance(quantity, str) else None
+    except ValueError:
+        return None
+
+
+def _of_movement(unit: Any, per: str = "") -> Kind | None:
+    if not isinstance(unit, str) or not units.is_unit(unit):
+        return None
+    for base, kind in MOVEMENTS.items():
+        if units.compatible(unit, base + per):
+            return kind
+    return None
+
+
+LOAD = Variable("force", "nominal load")
+CELSIUS = ("degC", "°C", "celsius")
+ZERO_CELSIUS = 273.15  # [K]
+
+
+def surroundings_of(file: AxisFile) -> dict[str, Column]:
+    """Return the columns of load and temperature that an axis file names, and those of further channels."""
+    return {
+        name: OF_BRISTLE[name](entry, file) if name in OF_BRISTLE else _further(name, entry)
+        for name, entry in (file.columns.model_extra or {}).items()
+    }
+
+
+def refuse_misspelt(columns: object) -> None:
+    """Refuse a column whose name is nearly one of those that bristle knows, before one of those is told to be missing."""
+    for name in columns if isinstance(columns, Mapping) else ():
+        if name not in COLUMNS and _is_misspelt(name):
+            raise InputError("unknown key", path=f"columns.{name}", allowed=", ".join(COLUMNS), mend=did_you_mean(name, COLUMNS))
+
+
+def _is_misspelt(name: str) -> bool:
+    return bool(did_you_mean(name, COLUMNS)) and not any(channel in name for channel in COLUMNS)
+
+
+def _further(name: str, entry: ColumnEntry) -> Column:
+    """Return the column of a channel that bristle knows nothing of; a misspelt one is told from it by its unit."""
+    path, close = f"columns.{name}", did_you_mean(name, COLUMNS)
+    if entry.unit is None or _is_misspelt(name) or not name.isidentifier():
+        raise InputError(
+            "unknown key",
+            path=path,
+            allowed=", ".join(COLUMNS),
+            mend=close
+            or f'A further channel, for a slot that depends on it, has its unit: {name} = {{ column = "{entry.column}", unit = "%" }}',
+        )
+    if entry.unit in CELSIUS:
+        return _in_kelvin(entry, f"{path}.unit")
+    base = units.si_of(entry.unit, path=f"{path}.unit")
+    _refuse_zero_elsewhere(entry.unit, base, f"{path}.unit")
+    return Column(entry.column, entry.unit, base, float(entry.sign), entry.optional)
+
+
+def _refuse_zero_elsewhere(unit: str, base: str, path: str) -> None:
+    """Refuse a unit whose zero is not that of its SI unit: no factor makes one of the other."""
+    if units.convert(f"0 {unit}", base, path=path) != 0.0:
+        raise InputError("has a zero of its own", path=path, value=unit, allowed=f"degC, or a multiple of {base}")
+
+
+def _load(entry: ColumnEntry, file: AxisFile) -> Column:
+    raw, path = file.plant.nominal_load, "plant.nominal_load"
+    if raw is None:
+        raise InputError("is missing: a load counts as a multiple of it", path=path, mend='Write nominal_load = "500 N" under [plant]')
+    # A load is a force on a rotational axis too.
+    nominal = units.quantity(raw, LOAD, "translational", path=path)
+    if not 0.0 < nominal < math.inf:
+        raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0 N")
+    if entry.unit is not None:
+        units.factor(entry.unit, "N", path="columns.load.unit")
+    return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)
+
+
+def _temperature(entry: ColumnEntry, file: AxisFile) -> Column:
+    return _in_kelvin(entry, "columns.temperature.unit")
+
+
+OF_BRISTLE: dict[str, Callable[[ColumnEntry, AxisFile], Column]] = {"load": _load, "temperature": _temperature}
+"""Channels whose numbers count otherwise than in their unit."""
+
+
+def _in_kelvin(entry: ColumnEntry, path: str) -> Column:
+    if entry.unit in CELSIUS:
+        return Column(entry.column, "", "", 1.0, entry.optional, ZERO_CELSIUS)
+    if entry.unit is not None:
+        units.factor(entry.unit, "K", path=path)
+        _refuse_zero_elsewhere(entry.unit, "K", path)
+    return Column(entry.column, entry.unit or "", "K", 1.0, entry.optional)

@@ -12,14 +12,11 @@ from typing import Any
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
-from bristle.files.components import check_keys, check_schema, table_at
-from bristle.files.fill_in import refuse_open
+from bristle.files.components import check_keys, check_schema, refuse_open, table_at
 from bristle.files.pipeline import with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import read_toml
 from bristle.files.variant import SECTIONS, Tables, merged, variant_from
-
-__all__ = ["experiment_from", "merged", "read_experiment"]
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.

@@ -35,8 +35,6 @@ from bristle.files.owned import (
     write_line,
 )
 
-__all__ = ["DAMAGED", "Growing", "growing_folder", "verified"]
-
 DAMAGED = ".damaged"
 """What stands behind the name of a file whose content is not the one that was written: it is kept."""
 _NO_FOLDER = {errno.ENOTDIR, errno.ELOOP}

@@ -17,7 +17,7 @@ from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.bands import bands_at, bands_table
 from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, parameters_in, table_at
-from bristle.files.kernel import OperatorRead, operator_beside, with_operator
+from bristle.files.operator import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
 from bristle.files.single import write_whole
 from bristle.files.toml import read_toml
@@ -28,7 +28,6 @@ from bristle.plants import find as find_plant
 if TYPE_CHECKING:
     from tomlkit.items import Table
 
-__all__ = ["FITTED_TO", "TREATMENT", "ModelFile", "friction_from", "read_model", "write_model"]
 
 # Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
 FITTED_TO = "fitted to"

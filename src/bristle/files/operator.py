@@ -1,21 +1,21 @@
-"""Model files of hysteresis operators: ``[operator]`` with its values, and the constant output beside it."""
+"""Hysteresis operators in files: ``[operator]`` with its values, and one in place of the kernel of a friction model."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from bristle.core.content import Readable
+from bristle.core.content import Readable, content_of
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Variable
+from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, table_at
 from bristle.files.single import write_whole
-from bristle.files.toml import read_toml
+from bristle.files.toml import TOML_LIMIT, read_toml
+from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
-
-__all__ = ["OperatorFile", "holds_operator", "read_operator", "write_operator"]
 
 KEYS = ("schema", "kind", "provenance", "operator", "output")
 OFFSET = Variable("force", "constant output beside the operator")
@@ -82,3 +82,47 @@ def _operator_from(data: dict[str, Any]) -> OperatorFile:
     check_keys(output, ("offset",), "output")
     offset = number_at(output.get("offset", 0.0), OFFSET, kind, "output.offset")
     return OperatorFile(operator, offset, table_at(data.get("provenance", {}), "provenance"))
+
+
+OperatorRead = Callable[[Any, str], OperatorFile]
+"""What reads the operator in a file, by its name as it is written and the key that it stands under."""
+
+
+def operator_beside(folder: Path) -> OperatorRead:
+    """Return what reads operators from files beside the one that names them."""
+
+    def read(file: Any, path: str) -> OperatorFile:
+        if not isinstance(file, str) or not file:
+            raise InputError("must be the name of a file", path=path, value=file)
+        try:
+            return read_operator(content_of(folder / file, limit=TOML_LIMIT))
+        except InputError as error:
+            raise error.at(path) from None
+
+    return read
+
+
+def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
+    """Return the keys of a friction model, an operator that they name for the kernel being there itself.
+
+    The constant output beside an operator in a file is the offset of the friction, unless that is given.
+    """
+    kernel = entries.get("kernel")
+    if isinstance(kernel, dict) and "file" not in kernel:
+        return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=f"{path}.kernel")}
+    if isinstance(kernel, dict):
+        check_keys(kernel, ("file",), f"{path}.kernel")
+        file, at = kernel["file"], f"{path}.kernel.file"
+    elif isinstance(kernel, str) and kernel.endswith(".toml"):
+        file, at = kernel, f"{path}.kernel"
+    else:
+        return entries
+    described = read(file, at)
+    offset = {"offset": described.offset} if described.offset else {}
+    return offset | entries | {"kernel": described.operator}
+
+
+def contact_over(described: OperatorFile) -> dict[str, Any]:
+    """Return the table of a contact that is an operator on the position: what a file of one is as friction."""
+    contact = {"model": MODELS["preisach_contact"].name, "kernel": described.operator}
+    return contact | ({"offset": described.offset} if described.offset else {})

@@ -21,26 +21,6 @@ from pathlib import Path
 
 from bristle.files.folder import Folder
 
-__all__ = [
-    "NOTE",
-    "UNFINISHED",
-    "Folder",
-    "Note",
-    "complete",
-    "is_own_name",
-    "is_plain",
-    "line_of",
-    "listed",
-    "lock",
-    "new_note",
-    "note_aside",
-    "note_in",
-    "remove_own",
-    "strangers_in",
-    "sync_folder",
-    "write_line",
-]
-
 NOTE = ".bristle-results"
 UNFINISHED = re.compile(r"(?:[^/]+/)?bristle-[0-9a-f]{32}\.partial")
 """The names of files that are being written, which are renamed once they are whole."""

@@ -8,6 +8,7 @@ was allowed is kept in the state folder of the person, never in a file that trav
 
 from __future__ import annotations
 
+import os
 import time
 import warnings
 from collections.abc import Callable
@@ -17,9 +18,21 @@ from pathlib import Path
 from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
-from bristle.files.state import state_folder
 
-__all__ = ["CODE_LIMIT", "CodeRead", "allow", "code_at", "code_beside", "code_named", "is_allowed"]
+
+def state_folder(name: str) -> Path:
+    """Return a folder to remember something in, made where there is none; nobody else can look into it.
+
+    ``BRISTLE_STATE_DIR`` overrides the place.
+    """
+    import platformdirs
+
+    chosen = os.environ.get("BRISTLE_STATE_DIR")
+    root = Path(chosen) if chosen else Path(platformdirs.user_state_dir("bristle", appauthor=False))
+    folder = root / name
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
+
 
 CODE_LIMIT = FixedLimit(2**20)
 NAMELESS = ("<bytes>", "<file>", "<stdin>")

@@ -24,8 +24,6 @@ from bristle.files.toml import TOML_LIMIT
 from bristle.files.variant import SECTIONS, Tables, merged, variant_from
 from bristle.logs.tables import content_of_log
 
-__all__ = ["DEPENDS_ON", "MODEL", "OPTIONS", "Planned", "planned_in", "with_models"]
-
 DEPENDS_ON, MODEL = "depends_on.json", "model.toml"
 OPTIONS = ("model", "cutoff", "decimation", "blocks", "offset", "mass", "free", "draws", "method")
 """What a table hands on to `bristle.identify`."""

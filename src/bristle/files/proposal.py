@@ -13,19 +13,17 @@ from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind
 from bristle.files.axis import axis_from
-from bristle.files.fill_in import FILL_IN
-from bristle.files.kind import OF_UNIT
+from bristle.files.components import FILL_IN
+from bristle.files.drive import MOVEMENTS
 from bristle.files.proposal_text import missing_of, text_of
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
-from bristle.logs.likeness import pulls_as_a_link
+from bristle.logs.candidates import pulls_as_a_link
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
 from bristle.logs.stamped_text import amount_in
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
-
-__all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {
     "time": dict.fromkeys(KINDS, "s"),
@@ -143,7 +141,7 @@ def _kind(roles: Roles) -> Kind | None:
     """Return the kind of axis that the units speak of; None where they speak of none."""
     position, effort = roles.channels.get("position"), roles.channels.get("effort")
     moves, per = (position, "") if position else (roles.channels["velocity"], "/s")
-    for base, kind in OF_UNIT.items():
+    for base, kind in MOVEMENTS.items():
         if moves.unit and units.compatible(moves.unit, base + per):
             return kind
     if moves.unit or effort is None or not effort.unit:

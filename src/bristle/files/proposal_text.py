@@ -8,12 +8,10 @@ from typing import Any
 
 from bristle.core import units
 from bristle.core.variable import KINDS, Kind, unit_of
-from bristle.files.fill_in import FILL_IN
+from bristle.files.components import FILL_IN
 from bristle.logs.channel import clear_step
 from bristle.logs.roles import Roles
 from bristle.logs.table import Table, some_of
-
-__all__ = ["missing_of", "text_of"]
 
 _SCREW = 'with lead = "10 mm", travel for one turn of the motor, under [transmission] where a screw turns'
 HINTS = {

@@ -25,6 +25,7 @@ from typing import Literal
 
 from bristle.core.content import Readable, noting_what_is_read, read_in
 from bristle.core.errors import InputError, InputWarning
+from bristle.files.folder import exchange, extended, rename_new
 from bristle.files.owned import (
     NOTE,
     Folder,
@@ -40,9 +41,6 @@ from bristle.files.owned import (
     sync_folder,
     write_line,
 )
-from bristle.files.renaming import exchange, extended, rename_new
-
-__all__ = ["SUMMARY", "Results", "remove_unfinished", "results_folder"]
 
 SUMMARY = "summary.json"
 """The file that every folder of results of a command holds."""

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from bristle.core.errors import InputError
 
-__all__ = ["is_sealed", "sealed", "write_whole"]
-
 _SEAL = "<!-- sha256 of all above: {} -->\n"
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 

@@ -18,11 +18,10 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
-from bristle.files.kernel import contact_over
-from bristle.files.loop_record import LoopRecord, holds_loop, read_loop
+from bristle.files.experiment_text import LoopRecord, holds_loop, read_loop
 from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
-from bristle.files.operator import OperatorFile, holds_operator, read_operator
+from bristle.files.operator import OperatorFile, contact_over, holds_operator, read_operator
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Described, component_in, origins_of_code
@@ -30,8 +29,6 @@ from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
 from bristle.references import recorded
-
-__all__ = ["Sources"]
 
 
 @dataclass

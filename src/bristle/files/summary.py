@@ -1,15 +1,15 @@
-"""Results as JSON: one object, in which what is not a number is null."""
+"""Results as JSON, and where they come from: version, files with their checksums, the command that repeats it."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import Any, Protocol
 
-from bristle.core.typography import escaped
-
-__all__ = ["as_json", "plain"]
+from bristle.core.content import Origin
+from bristle.core.typography import escaped, printable
 
 
 def as_json(data: Mapping[str, Any]) -> str:
@@ -37,3 +37,26 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value if isinstance(value, (int, bool)) or value is None else escaped(str(value))
+
+
+class Traced(Protocol):
+    """What knows the file that it comes from."""
+
+    @property
+    def origin(self) -> Origin:
+        """Name and checksum of the file."""
+        ...
+
+
+def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None) -> dict[str, str]:
+    """Return where results come from."""
+    record = {"bristle": version("bristle")}
+    for kind, sources in files.items():
+        listed = () if sources is None else sources if isinstance(sources, Sequence) else (sources,)
+        for number, source in enumerate(listed, 1):
+            key = kind if number == 1 else f"{kind}_{number}"
+            origin = source if isinstance(source, Origin) else source.origin
+            record |= {key: printable(origin.name), f"{key}_sha256": origin.checksum}
+            if part := getattr(source, "part", ""):
+                record[f"{key}_part"] = printable(part)
+    return record | {"command": command}

@@ -13,8 +13,6 @@ from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.errors import InputError
 from bristle.core.units import LARGEST
 
-__all__ = ["TOML_LIMIT", "Described", "read_toml"]
-
 TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 

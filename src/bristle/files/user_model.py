@@ -1,4 +1,4 @@
-"""What a user has of his own: a friction model, slot, control law, sensor, plant or reference, in one Python file."""
+"""What a user has of his own in one Python file: a model, slot, control law, sensor, plant, reference, reader or target."""
 
 from __future__ import annotations
 
@@ -17,30 +17,15 @@ from typing import Any, TypeVar
 from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
-from bristle.core.errors import BristleError, InputError, told_by
+from bristle.core.errors import OWN_CODE, BristleError, InputError, told_by
 from bristle.core.locks import LOADING
-from bristle.core.own_code import OWN_CODE
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
 from bristle.files.permission import CodeRead, code_at
 from bristle.friction import base_of, channel_slots_of
 from bristle.friction.operator_kernel import REACHES
 from bristle.friction.slots import SLOTS
-
-__all__ = [
-    "SourceText",
-    "code_of",
-    "codes_of",
-    "component_in",
-    "load_checked",
-    "load_code",
-    "load_component_file",
-    "load_model_file",
-    "load_slot_file",
-    "origins_of_code",
-    "slots_in",
-    "word_of",
-]
+from bristle.logs.formats import LogFormat
 
 WORDS: dict[type[Documented], str] = {
     FrictionModel: "friction model",
@@ -332,3 +317,29 @@ def _line_of(error: BaseException, source: Path) -> int:
             line = frame.tb_lineno
         frame = frame.tb_next
     return line
+
+
+Declared = TypeVar("Declared")
+
+
+def declared_in(path: Readable, name: str, family: type[Declared], *, title: str, mend: str) -> Declared:
+    """Return what a Python file defines under a name."""
+    content = code_at(path)
+    declared = getattr(SourceText(content).module(), name, None)
+    if not isinstance(declared, family):
+        raise InputError(
+            f"defines no {title}", path=str(content.source), mend=mend, value=None if declared is None else type(declared).__name__
+        )
+    return declared
+
+
+MEND = "End the file with FORMAT = LogFormat(name=..., title=..., recognises=recognises, read=read)"
+
+
+def load_reader_file(path: Readable) -> LogFormat:
+    """Return the format that a Python file defines as ``FORMAT``."""
+    content = code_at(path)
+    log_format = declared_in(content, "FORMAT", LogFormat, title="reader of logs", mend=MEND)
+    if not callable(log_format.recognises) or not callable(log_format.read):
+        raise InputError("defines no reader of logs", path=str(content.source), mend=MEND)
+    return log_format

@@ -17,9 +17,8 @@ from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, 
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
-from bristle.files.effort import BETWEEN, at_rest, effort_from, recorded_in
 from bristle.files.model import kind_at
-from bristle.files.run import run_from
+from bristle.files.run import BETWEEN, at_rest, effort_from, recorded_in, run_from
 from bristle.files.sources import Sources
 from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
@@ -27,8 +26,6 @@ from bristle.plants import PLANTS
 from bristle.plants import find as find_plant
 from bristle.references import REFERENCES
 from bristle.sensors import SENSORS
-
-__all__ = ["SECTIONS", "Tables", "merged", "variant_from"]
 
 SECTIONS = (
     "axis",

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_rate, friction_trial
-from bristle.core.enclosing import relations_of
+from bristle.core.documented import relations_of
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.once import once
+from bristle.core.lazy import once
 from bristle.core.slot import LEVEL, Slot
 from bristle.core.surroundings import Surrounding, motion_with, reader_of
 from bristle.core.variable import Variable
@@ -26,7 +26,7 @@ from bristle.friction.level import viscous_of
 from bristle.friction.variation import SMALLEST_FACTOR
 
 if TYPE_CHECKING:
-    from bristle.core.docstring import Paragraph
+    from bristle.core.formula import Paragraph
 
 __all__ = ["ChannelSlotModel", "channel_slots_of", "with_channel_slot"]
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, TypeVar
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_commit
-from bristle.core.enclosing import Enclosing, relations_of
+from bristle.core.documented import Enclosing, relations_of
 from bristle.core.kernel import kernel
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, variables_of

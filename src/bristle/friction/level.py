@@ -21,8 +21,8 @@ from typing import Annotated, Any, NamedTuple
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
+from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
-from bristle.core.once import once
 from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import CoefficientsModel, enclosed

@@ -19,8 +19,7 @@ from bristle.core.contracts import FrictionModel, HysteresisOperator, Model, Rel
 from bristle.core.dispatch import operator_commit, operator_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
-from bristle.core.once import once
+from bristle.core.lazy import cached_property, once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import KINDS, Variable, variables_of
 from bristle.hysteresis import everett_table, prandtl_ishlinskii, preisach, preisach_grid, reversal_table

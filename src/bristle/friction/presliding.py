@@ -27,8 +27,8 @@ from bristle.core.dispatch import friction_trial
 from bristle.core.edge import Amount, amount, guarded
 from bristle.core.edge import model as of_family
 from bristle.core.kernel import kernel
+from bristle.core.lazy import once
 from bristle.core.mathematics import direction, relaxation
-from bristle.core.once import once
 from bristle.core.surroundings import at_rest
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed

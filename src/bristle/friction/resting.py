@@ -23,7 +23,7 @@ from bristle.core.dimensions import canonical
 from bristle.core.dispatch import friction_trial
 from bristle.core.experiment import RESTS
 from bristle.core.kernel import kernel
-from bristle.core.once import once
+from bristle.core.lazy import once
 from bristle.core.surroundings import on_side
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed

@@ -31,9 +31,8 @@ from bristle.core.dispatch import (
 from bristle.core.edge import FLAG, component, guarded, model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
+from bristle.core.lazy import cached_property, once
 from bristle.core.mathematics import direction
-from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction.channel_slot import ChannelSlotModel, channel_slots_of

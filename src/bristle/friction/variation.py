@@ -20,10 +20,10 @@ from typing import Annotated, Any, NamedTuple
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Motion, Relation
 from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import friction_rate, friction_trial
-from bristle.core.enclosing import relations_of
+from bristle.core.documented import relations_of
 from bristle.core.kernel import kernel
+from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
-from bristle.core.once import once
 from bristle.core.surroundings import OF_MOTION
 from bristle.core.variable import Variable
 from bristle.friction.enclosing import CoefficientsModel, enclosed

@@ -14,9 +14,9 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import HysteresisOperator, Model
 from bristle.core.dispatch import operator_commit, operator_trial
-from bristle.core.enclosing import Enclosing, relations_of
+from bristle.core.documented import Enclosing, relations_of
 from bristle.core.kernel import kernel
-from bristle.core.once import once
+from bristle.core.lazy import once
 from bristle.core.variable import Variable
 
 __all__ = ["with_constant"]

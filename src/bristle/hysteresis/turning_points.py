@@ -87,7 +87,8 @@ class StackMove(NamedTuple):
 def branch_at(stack, memory, u):
     """Return the branch that the input `u` lies on, reached from ``stack.z`` in one move."""
     change = u - stack.z
-    side = 1.0 if change > 0.0 else (-1.0 if change < 0.0 else stack.side)
+    # By its sign bit: which way the input goes is a branch that no processor can predict.
+    side = math.copysign(1.0, change) if change != 0.0 else stack.side
     # The point that a reversal would store stands ready above the last one.
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
@@ -112,8 +113,7 @@ def branch_output(branch, u, q):
     """Return the output on a branch at the input `u`; `q` is the measure, by its Everett function."""
     if branch.depth == 0:
         return virgin_curve(u, q)
-    alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
-    return branch.f + 2.0 * branch.side * everett(alpha, beta, q)
+    return branch.f + 2.0 * branch.side * everett(max(u, branch.z), min(u, branch.z), q)
 
 
 @kernel

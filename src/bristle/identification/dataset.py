@@ -13,13 +13,13 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.engine.initial_contact import place_of, state_at
+from bristle.engine.contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.identification.alignment import Alignment
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import low_passed
-from bristle.logs.segmentation import reversals
+from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 __all__ = ["Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]

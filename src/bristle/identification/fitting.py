@@ -7,10 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import UNFINISHED, Diagnostic, HeldOut
 from bristle.core.errors import InputError
-from bristle.core.held_out import HeldOut
-from bristle.core.interruption import UNFINISHED
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
 from bristle.friction import base_of, channel_slots_of

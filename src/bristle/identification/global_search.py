@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.interruption import BestSoFar
+from bristle.core.diagnostic import BestSoFar
 from bristle.identification.parameter_space import Transform
 
 __all__ = ["EVOLUTION_SEED", "Side", "box_of", "evolved"]

@@ -32,7 +32,7 @@ import numpy as np
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
 from bristle.identification.settings import Settings
-from bristle.logs.segmentation import half_cycle_numbers, turns_apart
+from bristle.logs.turns import half_cycle_numbers, turning_points
 
 __all__ = [
     "BLOCKS",
@@ -104,7 +104,7 @@ def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
     """
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
-        (0, *turns_apart(segment.position, turns, least)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
+        (0, *turning_points(segment.position, least, turns)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
     )
 
 

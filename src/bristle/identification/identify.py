@@ -13,10 +13,9 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import Diagnostic, to_the_end
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
-from bristle.core.interruption import to_the_end
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification.alignment import Alignment

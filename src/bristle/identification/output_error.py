@@ -18,9 +18,8 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.contrast import Away
@@ -37,7 +36,7 @@ from bristle.identification.problem import Fold
 from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
-from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
+from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["OutputError", "SignalReplicates", "Simulation", "loop_of"]
@@ -161,7 +160,7 @@ class OutputError:
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
         # The step from a sample to the next one has the number of the first: there the motion turns.
-        turns = [turns_apart(position, reversals(np.diff(position)).tolist(), least) for position in positions]
+        turns = [turning_points(position, least) for position in positions]
         return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
 
     @cached_property

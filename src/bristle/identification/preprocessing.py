@@ -35,7 +35,7 @@ from bristle.identification.dataset import Dataset, Segment
 from bristle.logs.channel import Channel
 from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log
-from bristle.logs.segmentation import rests, whole_cycle, with_sides
+from bristle.logs.turns import rests, whole_cycle, with_sides
 
 __all__ = ["CUTOFF_SHARE", "aligned", "calmed", "differentiated", "segment_of", "shifted", "smallest_step", "treat", "treat_all"]
 

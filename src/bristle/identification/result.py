@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core.held_out import HeldOut
+from bristle.core.diagnostic import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import with_unit
 from bristle.identification.parameters import Role, constant_of, names_of

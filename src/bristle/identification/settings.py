@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from bristle.core.threshold import Threshold, thresholds_of
 from bristle.core.threshold import threshold as _set
-from bristle.logs.check.thresholds import CheckThresholds
+from bristle.logs.look import CheckThresholds
 
 __all__ = ["DEFAULT", "Settings", "Threshold", "thresholds"]
 

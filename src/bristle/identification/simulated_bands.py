@@ -43,9 +43,8 @@ from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, wit
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
-from bristle.logs.segmentation import numbered, reversals, turns_apart
-from bristle.simulation.recorded.closed_loop import START_SAMPLES
-from bristle.simulation.recorded.course import Course, Stretch, can_be_simulated
+from bristle.logs.turns import numbered, reversals, turning_points
+from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
 __all__ = ["Widths", "simulated_widths", "with_loops"]
 
@@ -150,7 +149,7 @@ def _along(plant: Model, friction: Model, stretch: Stretch) -> tuple[np.ndarray,
     log, resolution = stretch.log, stretch.axis.resolution or 0.0
     segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / log.sample_time, resolution)
     changes = reversals(segment.velocity, sided=True).tolist()
-    turns = turns_apart(segment.position, changes, least_way(resolution, noise))
+    turns = turning_points(segment.position, least_way(resolution, noise), changes)
     cycle = numbered(turns, segment.position.size)
     signals = segment.signals(log.sample_time, transmitted_by(friction, plant, segment))
     return cycle, along(friction, dt=log.sample_time, **signals)

@@ -23,8 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.held_out import HeldOut
+from bristle.core.diagnostic import Diagnostic, HeldOut
 from bristle.friction.slots import variations_of
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import independent_rows

@@ -17,6 +17,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.check import parted
 from bristle.logs.log import Log
+from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 
 __all__ = ["MOST", "Replay", "decimated", "replay_of_log", "replay_of_traces", "turns_of"]
@@ -95,23 +96,4 @@ def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most:
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
     """Return both ends, and where a motion turns by more than a depth, as indices."""
-    turns, way, last = [0], 0, 0
-    # Between two changes of direction nothing can turn: the rest of the motion need not be looked at.
-    candidates = _extremes(x)
-    for i, value in zip(candidates.tolist(), x[candidates].tolist(), strict=True):
-        if way == 0:
-            if abs(value - x[0]) > depth:
-                way, last = (1 if value > x[0] else -1), i
-        elif way * (value - x[last]) >= 0.0:
-            last = i
-        elif way * (x[last] - value) > depth:
-            turns.append(last)
-            way, last = -way, i
-    return np.array(sorted({*turns, last, x.size - 1}))
-
-
-def _extremes(x: np.ndarray) -> np.ndarray:
-    """Return the last sample of each way in one direction, with the rest behind it, and the last one of all."""
-    moves = np.flatnonzero(np.diff(x))
-    changes = np.flatnonzero(np.diff(np.sign(np.diff(x)[moves])))
-    return np.append(moves[changes + 1], x.size - 1)
+    return np.unique([0, *turning_points(x, depth), x.size - 1])

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.engine.initial_contact import state_at
+from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.result import Fit

@@ -15,7 +15,7 @@ from typing import Annotated, Any, NamedTuple
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, FrictionModel, Motion
 from bristle.core.dispatch import friction_trial
 from bristle.core.kernel import kernel
-from bristle.core.once import once
+from bristle.core.lazy import once
 from bristle.core.surroundings import Surrounding, motion_with
 from bristle.core.variable import Variable
 from bristle.exports.scope import defined

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.logs.channel import CHANNELS, Channel
-from bristle.logs.checks import limits_exceeded, problems_of
+from bristle.logs.channel import CHANNELS, Channel, LogData
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
-from bristle.logs.integral import integral_of, remark_on
-from bristle.logs.log_data import LogData
-from bristle.logs.span import within
+from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
-from bristle.logs.velocity import doubts_about_velocity
 
-__all__ = ["assembled", "clock_for", "record_of"]
+__all__ = ["assembled", "clock_for", "doubts_about_velocity", "integral_of", "record_of", "remark_on", "within"]
 
 NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note, not as a warning
 
@@ -133,3 +131,74 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         findings=(*gathered.findings, *_of_clock(clock, gathered, axis), *limits_exceeded(gathered, axis)),
     )
     return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))
+
+
+def integral_of(velocity: Channel, unit: str, sample_time: float, segments: Sequence[slice], start: float) -> Channel:
+    """Return the integral of a velocity by trapezoids; each segment goes on where the one before it ended."""
+    speed = velocity.values
+    steps = 0.5 * sample_time * (speed[1:] + speed[:-1])
+    for segment in segments[1:]:
+        steps[segment.start - 1] = 0.0
+    way = start + np.concatenate([[0.0], np.cumsum(steps)])
+    return Channel(way, unit, velocity.column, velocity.step * sample_time)
+
+
+def remark_on(column: str, axis: Axis, *, follows: bool) -> str:
+    """Return what is to be said of a position that is the integral of a column."""
+    begin = "it begins at the reference" if follows else "it begins at 0"
+    terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging)) if stated]
+    named = f", here {' and '.join(terms)}," if terms else ""
+    return (
+        f"the log has no position: it is the integral of column {column}; {begin}, where the axis stood nobody knows, "
+        f"and an offset of the speed makes it drift. What depends on the place{named} means nothing"
+    )
+
+
+STRIDE = 20  # samples over which the position is differentiated, against quantisation
+BEYOND = 0.02  # of the limit: what noise may add to a velocity
+
+
+def doubts_about_velocity(log: LogData, axis: Axis) -> Iterator[str]:
+    """Yield in words where the axis exceeds its limit."""
+    if axis.velocity_limit is None:
+        return
+    steps = [np.abs(np.diff(log.position.values[segment][::STRIDE])) for segment in log.segments]
+    fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * log.sample_time)
+    if fastest > (1.0 + BEYOND) * axis.velocity_limit:
+        unit = unit_of("length/time", log.kind)
+        yield (
+            f"the axis moves at up to {with_unit(fastest, unit)}, faster than its limit of "
+            f"{with_unit(axis.velocity_limit, unit)} in the axis file: is the unit of the position right?"
+        )
+
+
+R = TypeVar("R", bound=LogData)
+
+FEWEST = 10
+
+
+def within(log: R, span: tuple[float, float]) -> R:
+    """Return the part of a log between two times [s] of its own clock."""
+    time = log.time.values
+    first, last = (int(index) for index in np.searchsorted(time, span))
+    if last - first < FEWEST:
+        raise InputError(
+            "holds next to nothing of the log",
+            path="log.span",
+            value=f"{span[0]:g} to {span[1]:g} s",
+            allowed=f"within {time[0]:g} to {time[-1]:g} s",
+        )
+
+    def part(channel: Channel | None) -> Channel | None:
+        return None if channel is None else replace(channel, values=channel.values[first:last])
+
+    segments = [(max(segment.start, first) - first, min(segment.stop, last) - first) for segment in log.segments]
+    return replace(
+        log,
+        **{name: part(getattr(log, name)) for name in CHANNELS},
+        further={name: part(channel) for name, channel in log.further.items()},
+        injected=tuple(replace(channel, values=channel.values[first:last]) for channel in log.injected),
+        regressors=tuple(replace(channel, values=channel.values[first:last]) for channel in log.regressors),
+        segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
+        notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
+    )

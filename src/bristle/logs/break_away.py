@@ -20,7 +20,7 @@ import numpy as np
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
 from bristle.logs.legs import Leg
-from bristle.logs.stretch import Stretch
+from bristle.logs.passages import Stretch
 
 __all__ = ["BreakAway", "Recording", "break_aways"]
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.typography import number
-from bristle.logs.lost import UNIFORM, bridge_notes, samples_between
-from bristle.logs.order import Order, median_step, order_of, without_repeats
+from bristle.logs.order import UNIFORM, Order, bridge_notes, median_step, order_of, samples_between, without_repeats
 
 __all__ = ["GAP", "Clock", "Jitter", "clock_of"]
 

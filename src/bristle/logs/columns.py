@@ -19,9 +19,8 @@ from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.logs.assembly import record_of
-from bristle.logs.choice import USUAL_NAMES
-from bristle.logs.log_data import LogData
-from bristle.logs.table import Table, some_of
+from bristle.logs.channel import LogData
+from bristle.logs.table import USUAL_NAMES, Table, some_of
 
 __all__ = ["is_table", "record_of_columns", "table_of"]
 

@@ -13,15 +13,9 @@ import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.archived import is_archived
-from bristle.logs.archived import read as read_archive
-from bristle.logs.buses import refuse_frames
 from bristle.logs.cells import COMMENTS, cells_of, is_number, why_no_number, without_comments
-from bristle.logs.choice import Choice
 from bristle.logs.layout import PREAMBLE_LINES, SAMPLE_ROWS, Layout, layout_of
-from bristle.logs.request import Request
-from bristle.logs.scope import head_of
-from bristle.logs.scope import read as read_scope
+from bristle.logs.scope import head_of, is_archived, read_archive, read_scope
 from bristle.logs.stamped_text import (
     dates_in,
     facts_above,
@@ -32,10 +26,10 @@ from bristle.logs.stamped_text import (
     units_of_labview,
     with_own_times,
 )
-from bristle.logs.table import Table
+from bristle.logs.table import Choice, Request, Table
 from bristle.logs.words import is_time
 
-__all__ = ["read"]
+__all__ = ["read", "refuse_frames"]
 
 TAIL_ROWS = 1000
 HEAD_BYTES = 2**17
@@ -326,3 +320,24 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
                     mend=mend or "Repair the sample or delete its row: a gap in time is understood",
                 )
     return None
+
+
+_STAMP = r"(?:\((?:\d{4}-\d\d-\d\d[ T])?[\d:.]+\)\s+)?"
+# ``(1436509052.249713) vcan0 044#2A366C2BBA``, as -L writes it, and ``vcan0  123   [8]  11 22 ...`` for the eye.
+_FRAME = re.compile(
+    rf"\s*{_STAMP}\w+\s+(?:(?:RX|TX)\s+(?:[-\w]+\s+)*)?"
+    r"[0-9A-Fa-f]{3,8}(?:#[0-9A-Fa-fR]*|##[0-9A-Fa-f]+|\s+\[\d+\](?:\s+[0-9A-Fa-f]{2})*.*)(?:\s+[RT])?\s*"
+)
+LOOKED_AT = 20
+ENOUGH = 0.8  # of the lines looked at
+
+
+def refuse_frames(lines: Sequence[str], source: Path) -> None:
+    """Refuse a log of a CAN bus: what its bytes mean stands in another file."""
+    filled = [line for line in lines if line.strip()][:LOOKED_AT]
+    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
+        raise InputError(
+            "is a log of a CAN bus (candump): frames of bytes, and no signals",
+            path=str(source),
+            mend="Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, as cantools or asammdf do",
+        )

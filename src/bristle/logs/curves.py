@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import fnmatch
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import NOWHERE, Origin
+from bristle.core import units
+from bristle.core.content import NOWHERE, SIZE_LIMIT, Origin, Readable
 from bristle.core.edge import CURVE, TEXT, among, guarded, instance, many
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
-from bristle.core.variable import KINDS, Kind
+from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.problems import LARGEST, SMALLEST
+from bristle.logs.readers import read_table
+from bristle.logs.table import Table
 
-__all__ = ["STARTS", "Curve", "Curves"]
+__all__ = ["STARTS", "Curve", "CurveColumns", "Curves", "SignalColumn", "read_curves"]
 
 STARTS = ("virgin", "saturated")
 SATURATED = 10.0  # times the largest input of the record
@@ -93,3 +99,113 @@ class Curves:
             return np.empty(0)
         far = SATURATED * max(abs(self.low), abs(self.high))
         return np.array([far if curve.u[-1] >= curve.u[0] else -far])
+
+
+@dataclass(frozen=True)
+class SignalColumn:
+    """Which column holds a signal, in what unit (empty: what the file says, else SI), and with what sign."""
+
+    name: str
+    unit: str = ""
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
+class CurveColumns:
+    """Where the curves of a hysteresis are in a file."""
+
+    input: SignalColumn
+    output: SignalColumn
+    kind: Kind = "translational"
+    start: str = "virgin"
+    tables: str = ""
+    curve: str = ""
+    shortest: int = 2
+    name: str = "hysteresis"
+
+
+def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZE_LIMIT) -> Curves:
+    """Return the curves in a file.
+
+    Parameters
+    ----------
+    given : path-like, bytes, file object or Content
+        Any file that a log can be in.
+    columns : CurveColumns
+        Where they are in it.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
+
+    Raises
+    ------
+    InputError
+        If a table or column is missing, of the wrong unit or not finite, or no curve is long enough.
+    """
+    table = read_table(given, size_limit=size_limit)
+    notes = list(table.notes)
+    candidates = [curve for part in _parts(table, columns) for curve in _curves(table, part, columns)]
+    chosen = [curve for curve in candidates if curve.u.size >= columns.shortest]
+    if not chosen:
+        raise InputError(
+            "holds no curve that is long enough",
+            path=str(table.source),
+            value=f"{len(candidates)} curves",
+            allowed=f"at least {columns.shortest} samples",
+        )
+    if len(chosen) < len(candidates):
+        notes.append(f"{len(candidates) - len(chosen)} curves of less than {columns.shortest} samples were left out")
+    if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
+        raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
+    return Curves(tuple(chosen), columns.start, columns.kind, table.source, table.origin, tuple(notes))
+
+
+def _parts(table: Table, columns: CurveColumns) -> list[str]:
+    """Return what goes before the names of the columns, table by table."""
+    if not columns.tables:
+        return [""]
+    names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
+    if not names:
+        allowed = ", ".join(table.tables[:5]) or "one table only"
+        raise InputError(
+            "fits the name of no table of the log",
+            path="log.tables",
+            value=columns.tables,
+            allowed=allowed + (" and more" if len(table.tables) > 5 else ""),
+        )
+    return [f"{name}/" for name in names]
+
+
+def _curves(table: Table, part: str, columns: CurveColumns) -> list[Curve]:
+    u = _signal(table, part, columns.input, "input", "length", columns.kind)
+    f = _signal(table, part, columns.output, "output", "force", columns.kind)
+    if u.size != f.size:
+        raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=str(table.source))
+    if not columns.curve:
+        return [Curve(u, f)]
+    number = _column(table, part, columns.curve, "curve")
+    if number.size != u.size:
+        raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{table.source}: curve")
+    starts = np.flatnonzero(np.diff(number)) + 1
+    return [Curve(inputs, outputs) for inputs, outputs in zip(np.split(u, starts), np.split(f, starts), strict=True)]
+
+
+def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: str, kind: Kind) -> np.ndarray:
+    values = _column(table, part, column.name, key)
+    place = f"{table.source}: column {part}{column.name}"
+    unit = column.unit or table.units.get(table.name_of(part + column.name) or "", "")
+    scale = units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0
+    values = column.sign * scale * values
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
+    if bad.size:
+        is_what = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        raise InputError(
+            is_what, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend="Cut the curve before that sample, or repair it"
+        )
+    return values
+
+
+def _column(table: Table, part: str, name: str, key: str) -> np.ndarray:
+    stored_name = table.name_of(part + name)
+    if stored_name is None:
+        raise table.missing(part + name, key)
+    return np.asarray(table.columns[stored_name], dtype=float)

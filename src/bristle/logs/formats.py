@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 from bristle.logs.json_records import looks_like_json
-from bristle.logs.request import Request
+from bristle.logs.table import Request
 
 __all__ = ["FORMATS", "LogFormat", "format_of", "is_archive_of_arrays", "reading"]
 

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.choice import Choice
 from bristle.logs.names import names_and_units
-from bristle.logs.own_times import Series, table_of_series
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.table import Choice, Request, Table
+from bristle.logs.tables import Series, table_of_series
 from bristle.logs.words import is_time, unit_of_time
 
 __all__ = ["looks_like_json", "read"]

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
-from bristle.logs.segmentation import turning_points
+from bristle.logs.turns import turning_points
 
 __all__ = ["Leg", "graininess", "legs_of", "rests_of"]
 

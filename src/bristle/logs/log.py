@@ -11,9 +11,8 @@ from bristle.core.content import Origin
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, mapping, optional
 from bristle.core.variable import Variable
-from bristle.logs.channel import CHANNELS, Channel, channel
+from bristle.logs.channel import CHANNELS, Channel, LogData, channel
 from bristle.logs.columns import record_of_columns
-from bristle.logs.log_data import LogData
 
 __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
 

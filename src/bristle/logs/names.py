@@ -1,4 +1,4 @@
-"""Names of columns that can be printed and told apart, and a note where a file has others."""
+"""Names and units of columns as this package writes them: printed, told apart, with a note where a file has others."""
 
 from __future__ import annotations
 
@@ -9,12 +9,99 @@ from unicodedata import normalize
 
 from bristle.core.typography import printable
 from bristle.logs.table import Table, split_unit
-from bristle.logs.words import plain_unit
 
-__all__ = ["distinct", "names_and_units", "with_plain_names"]
+__all__ = ["distinct", "listed", "names_and_units", "plain_unit", "spelt", "with_plain_names"]
 
 T = TypeVar("T")
 LONGEST_UNIT_SHOWN = 80
+
+
+def listed(text: str) -> tuple[str, ...]:
+    """Entries of a list that is written with strokes between, or with blanks where there is none."""
+    return tuple(text.split(" | " if " | " in text else None))
+
+
+def spelt(units: Mapping[str, str]) -> dict[str, str]:
+    """Spelling -> unit, of spellings that stand behind their unit."""
+    return {spelling: unit for unit, spellings in units.items() for spelling in spellings.split(" | ")}
+
+
+# How units are written on screens and in exports -> how this package writes them.
+WRITTEN = spelt(
+    {
+        "rpm": "u/min | upm | 1/min | min-1 | min^-1 | min⁻¹ | r/min | rev/min | umdr/min | umin",
+        "rev/s": "u/s | rps",
+        "rev": "u | umdr | umdr. | umdrehungen | umdrehung | revs | revolutions | turns | r",
+        "deg": "grad | degree | degrees | deg. | ° | º",
+        "deg/s": "grad/s | degree/s | °/s | º/s | deg/sec | dps",
+        "rad": "radian | radians",
+        "rad/s": "rad/sec",
+        "count": "inc | incr | inkr | inkr. | inkremente | increments | increment | counts | cnt | cnts | count | ticks | tick | pulse | "
+        "pulses | lsb | digit | digits | digit(s) | lu | cts",
+        "count/s": "inc/s | counts/s | cnt/s | cts/s | inc/sec",
+        "‰": "%o | permille | per mille | promille | 0.1% | 0,1% | 0.1 % | 0,1 % | ‰ rated | 1/1000 | o/oo",
+        "%": "percent | prozent | % rated | %rated | % mn | %mn | pct | % nenn",
+        "N*m": "nm | n m | n.m | n-m | newtonmeter",
+        "N": "newton | newtons",
+        "mN*m": "mnm",
+        "kN*m": "knm",
+        "N*cm": "ncm | cnm",
+        "N*mm": "nmm",
+        "A": "arms | a_rms | a rms | aeff | a_eff | a eff | apk | amp | amps | ampere | a(rms)",
+        "mA": "marms",
+        "V": "volt | volts",
+        "s": "sek | sec | secs | second | seconds | sekunde | sekunden | sec.",
+        "ms": "msec | millisec | milliseconds | millisekunden",
+        "us": "usec | microseconds",
+        "m": "meter | metre | meters",
+        "mm": "millimeter",
+        "mm/s": "mm/sec",
+        "m/s": "m/sec",
+        "um": "micron | microns | mikrometer",
+        "inch": "inch | in",
+        "degC": "celsius | °c | deg c | degc",
+        "mm/min": "mm/min.",
+        "kg*m^2": "kgm²",
+        "s^2": "s²",
+        "m/s^2": "m/s²",
+        "mm/s^2": "mm/s²",
+    }
+)
+NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
+CASED = spelt(
+    {
+        "N*m": "Nm",
+        "nm": "nm",
+        "mN*m": "mNm",
+        "MN*m": "MNm",
+        "rev": "U | r | R",
+        "": "u | a | v | n | k",
+        "A": "A",
+        "s": "s | S",
+        "m": "m",
+        "V": "V",
+        "N": "N",
+        "inch": "IN",
+        "K": "K",
+    }
+)
+
+
+def plain_unit(written: str) -> str:
+    """Return a unit as this package writes it; empty where it is none that is known to be another's spelling.
+
+    Examples
+    --------
+    >>> plain_unit("U/min"), plain_unit("Nm"), plain_unit("(None)"), plain_unit("0,1 %"), plain_unit("mm/s")
+    ('rpm', 'N*m', '', '‰', 'mm/s')
+    """
+    text = normalize("NFC", written).strip().strip("[]").strip()
+    text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
+    if text.lower() in NO_UNIT:
+        return ""
+    if text in CASED:
+        return CASED[text]
+    return WRITTEN.get(text.lower(), text)
 
 
 def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:

@@ -10,19 +10,21 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.errors import InputError, MissingExtraError, said_by_library
+from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.typography import escaped
-from bristle.logs.choice import ALL, Choice
+from bristle.logs.assembly import record_of
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
+from bristle.logs.gather import axis_of
+from bristle.logs.log import Log, log_of
 from bristle.logs.names import names_and_units, with_plain_names
-from bristle.logs.request import Request
 from bristle.logs.stamped_text import period_told
-from bristle.logs.table import Table
+from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
-__all__ = ["read_table"]
+__all__ = ["read_log", "read_table"]
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -88,17 +90,10 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
         return read_apart(log_format.name, content.data, request)
     read: Callable[..., Table] = log_format.read or import_module(f"bristle.logs.{log_format.name}").read
     try:
-        return _as_table(read(content.data, request), log_format, content)
-    except InputError:
-        raise
+        with damage_refused(content.source):
+            return _as_table(read(content.data, request), log_format, content)
     except MemoryError:
         raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
-    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
-        raise InputError(
-            f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}",
-            path=str(content.source),
-            mend="Copy or save it again",
-        ) from None
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
@@ -133,3 +128,26 @@ def _refuse_what_is_no_log(content: Content, log_format: LogFormat) -> None:
     for magic, mend in REFUSED.items():
         if content.data.startswith(magic):
             raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
+
+
+def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
+    """Return the log in a file, in SI of the axis, on a uniform grid of time.
+
+    Parameters
+    ----------
+    given : path-like, bytes, file object or Content
+        A file of any format that ``bristle log --help`` names; ``FILE::TABLE`` names a table in it.
+    axis : Axis, optional
+        Which columns are which, in what units and signs. Without it columns called as usual (``t``,
+        ``position``, ``force``) are taken, in the units that the file says.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
+
+    Raises
+    ------
+    InputError
+        If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
+        or time makes no order; it names the column and the sample.
+    """
+    table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
+    return log_of(record_of(table, axis or axis_of(table)))

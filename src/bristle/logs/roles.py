@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bristle.core import units
-from bristle.logs.candidates import Candidate, candidate_of, time_among
-from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
+from bristle.logs.candidates import Candidate, candidate_of, correlation, explained, rate_of, roughness, slope, time_among
 from bristle.logs.table import Table, without_index
 from bristle.logs.words import unit_of_time, without_part, words_of
 

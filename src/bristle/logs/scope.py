@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import zip_longest
 from pathlib import Path
 
@@ -12,34 +14,19 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.cells import cells_of, numbers_in, why_no_number
-from bristle.logs.names import distinct
-from bristle.logs.own_times import Series, table_of_series
-from bristle.logs.request import Request
-from bristle.logs.table import Table
+from bristle.logs.names import distinct, listed
+from bristle.logs.table import Request, Table
+from bristle.logs.tables import Series, table_of_series
 
-__all__ = ["Head", "head_of", "read"]
+__all__ = ["Head", "head_of", "is_archived", "read_archive", "read_scope"]
 
 NAME = "name"
 # What stands in the first column of the rows below the names, as far as the export was asked for them.
 KEYS = frozenset(
-    {
-        "symbolcomment",
-        "data-type",
-        "sampletime[ms]",
-        "variablesize",
-        "symbolbased",
-        "indexgroup",
-        "indexoffset",
-        "symbolname",
-        "netid",
-        "port",
-        "offset",
-        "scalefactor",
-        "bitmask",
-        "unit",
-        "unit scalefactor",
-        "unit offset",
-    }
+    listed(
+        "bitmask | data-type | indexgroup | indexoffset | netid | offset | port | sampletime[ms] | scalefactor | symbolbased | "
+        "symbolcomment | symbolname | unit | unit offset | unit scalefactor | variablesize"
+    )
 )
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
@@ -97,7 +84,7 @@ def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], a
     return Head(delimiter, first, names, described, facts)
 
 
-def read(lines: Sequence[str], head: Head, request: Request) -> Table:
+def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
     """Return the channels of a trace, each with its time."""
     body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
     cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
@@ -176,3 +163,68 @@ def _unit(head: Head, place: int) -> str:
 def _about(head: Head, place: int) -> str:
     parts = (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type"))
     return " ".join(part for part in parts if part)
+
+
+_DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
+_SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
+# Name first, or time first; what follows the value is its state.
+_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+_TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+LOOKED_AT = 60  # lines
+FEWEST = 10
+ENOUGH = 0.8  # of the lines looked at
+MOST_SIGNALS = 1000
+
+
+def _pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
+    filled = [line for line in lines[:LOOKED_AT] if line.strip() and not line.lstrip().startswith("#")]
+    for pattern in (_NAMED, _TIMED):
+        if len(filled) >= FEWEST and sum(bool(pattern.fullmatch(line)) for line in filled) >= ENOUGH * len(filled):
+            return pattern
+    return None
+
+
+def is_archived(lines: Sequence[str]) -> bool:
+    """Return whether these lines are values of named signals, one each."""
+    return _pattern_of(lines) is not None
+
+
+def read_archive(lines: Sequence[str], request: Request) -> Table:
+    """Return the signals of an archive, each with its own times."""
+    refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
+    pattern = _pattern_of(lines)
+    assert pattern is not None
+    name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
+    signals: dict[str, tuple[list[str], list[float]]] = {}
+    unreadable = 0
+    for line in lines:
+        match = pattern.fullmatch(line)
+        if match is None:
+            unreadable += bool(line.strip()) and not line.lstrip().startswith("#")
+            continue
+        times, values = signals.setdefault(match[name_at], ([], []))
+        times.append(match[time_at])
+        values.append(float(match[3].replace(",", ".")))
+    if len(signals) > MOST_SIGNALS:
+        raise InputError(
+            f"names {len(signals)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}", mend="Export one column a signal"
+        )
+    origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
+    series = [
+        Series(name, np.array(values) if request.choice(name) else None, _seconds(times, origin) if request.choice(name) else None)
+        for name, (times, values) in signals.items()
+    ]
+    notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
+    return table_of_series(series, request.source, "archive", notes=notes)
+
+
+def _seconds(times: list[str], origin: datetime | None) -> np.ndarray:
+    if origin is None:
+        return np.array(times, dtype=float)
+    return np.array([(_date(time) - origin).total_seconds() for time in times])
+
+
+def _date(text: str) -> datetime:
+    parts = re.split(r"[T ,;\t]+", text, maxsplit=1)
+    return datetime.fromisoformat(f"{parts[0].replace('/', '-')}T{parts[1].replace(',', '.')}")

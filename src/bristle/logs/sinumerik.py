@@ -10,9 +10,8 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.logs.names import distinct
-from bristle.logs.own_times import Series, table_of_series
-from bristle.logs.request import Request
-from bristle.logs.table import Table, without_index
+from bristle.logs.table import Request, Table, without_index
+from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["read"]
 

@@ -12,9 +12,10 @@ import numpy as np
 from bristle.core import units
 from bristle.logs.cells import CLOCK, cells_of, without_comments
 from bristle.logs.layout import Layout
-from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.names import listed, plain_unit
 from bristle.logs.table import Table, split_unit
-from bristle.logs.words import is_time, plain_unit, unit_in_name, unit_of_time
+from bristle.logs.tables import Series, table_of_series
+from bristle.logs.words import is_time, unit_in_name, unit_of_time
 
 __all__ = [
     "amount_in",
@@ -32,33 +33,12 @@ LONG = 10  # digits of a time that counts from long ago
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
 LONGEST_FACT = 200
-PERIOD_NAMES = (
-    "sampletime",
-    "sample time",
-    "sampling time",
-    "sampling period",
-    "sampling interval",
-    "abtastzeit",
-    "abtastintervall",
-    "abtasttakt",
-    "takt",
-    "sample period",
-    "sample interval",
-    "sampleinterval",
-    "samplingtime",
-    "samplingperiod",
-    "tsample",
-    "t sample",
-    "delta x",
-    "cycle time",
-    "zykluszeit",
-    "trace cycle",
-    "aufzeichnungstakt",
-    "interval",
-    "dt",
-    "ts",
+PERIOD_NAMES = listed(
+    "sampletime | sample time | sampling time | sampling period | sampling interval | abtastzeit | abtastintervall | abtasttakt | "
+    "takt | sample period | sample interval | sampleinterval | samplingtime | samplingperiod | tsample | t sample | delta x | "
+    "cycle time | zykluszeit | trace cycle | aufzeichnungstakt | interval | dt | ts"
 )
-RATE_NAMES = ("sample rate", "samplerate", "sampling rate", "abtastrate", "abtastfrequenz", "sampling frequency", "sample frequency", "fs")
+RATE_NAMES = listed("sample rate | samplerate | sampling rate | abtastrate | abtastfrequenz | sampling frequency | sample frequency | fs")
 _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(.+?)\s*\"?[;,\t]*\s*")
 
 

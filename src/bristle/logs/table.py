@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 from unicodedata import normalize
 
 import numpy as np
 
 from bristle.core import units
+from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, close_names, shortened
+from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
-__all__ = ["Table", "axis_in", "some_of", "spellings", "split_unit", "without_index"]
+__all__ = [
+    "ALL",
+    "NONE",
+    "USUAL_NAMES",
+    "Choice",
+    "Request",
+    "Table",
+    "axis_in",
+    "columns_named",
+    "columns_of",
+    "damage_refused",
+    "some_of",
+    "spellings",
+    "split_unit",
+    "without_index",
+]
 
 LONGEST_SHOWN = 60
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
@@ -179,3 +197,77 @@ def axis_in(address: str) -> tuple[str, str] | None:
     """
     match = _INDEX.fullmatch(address.strip())
     return (match["unit"], match["axis"]) if match and match["axis"] else None
+
+
+# What a column may be called where no axis file says which channel it is.
+USUAL_NAMES = {
+    "time": ("time", "t"),
+    "position": ("position", "pos", "q", "x"),
+    "velocity": ("velocity", "vel", "v"),
+    "effort": ("effort", "force", "torque"),
+    "reference": ("reference", "position_ref", "setpoint"),
+}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Names of columns; None for all. Where they are `usual` ones, their case does not matter."""
+
+    names: frozenset[str] | None = None
+    usual: bool = False
+
+    def __call__(self, name: str) -> bool:
+        """Return whether this column is chosen."""
+        if self.names is None:
+            return True
+        return name.lower() in self.names if self.usual else name in self.names or without_index(name) in self.names
+
+
+ALL, NONE = Choice(), Choice(frozenset())
+
+
+def columns_named(names: Iterable[str]) -> Choice:
+    """Return the choice of columns of these names, each with or without the unit behind it."""
+    return Choice(frozenset(spelt for name in names for spelt in spellings(name)))
+
+
+def columns_of(axis: Axis | None) -> Choice:
+    """Return the choice of the columns that an axis names; without one, of those that are called as usual."""
+    if axis is None:
+        return Choice(frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True)
+    return columns_named(
+        [*(column.name for column in axis.columns.values()), *(channel.column for channel in (*axis.injected, *axis.regressors))]
+    )
+
+
+@contextmanager
+def damage_refused(source: Path) -> Iterator[None]:
+    """Refuse a file whose reader raises what it does not foresee: that is damage of the file."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
+        message = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}"
+        raise InputError(message, path=str(source), mend="Copy or save it again") from None
+
+
+class Request(NamedTuple):
+    """What is read of a file; its reader takes it beside the bytes, ``read(data, request)``.
+
+    Parameters
+    ----------
+    source : Path
+        The file.
+    table : str or None
+        A table in it. Files of most kinds are one table, and do not use it.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of what is read, unpacked [byte].
+    """
+
+    source: Path
+    table: str | None
+    choice: Choice
+    limit: int

@@ -5,47 +5,43 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 from unicodedata import normalize
 
 import numpy as np
 
 from bristle.core import units
+from bristle.logs.names import listed, plain_unit, spelt
 from bristle.logs.table import without_index
 
-__all__ = ["Meaning", "is_time", "meaning_of", "plain_unit", "unit_in_name", "unit_of_time", "without_part", "words_of"]
-
-
-def _words(text: str) -> tuple[str, ...]:
-    """Words of a list that is written with blanks between."""
-    return tuple(text.split())
+__all__ = ["Meaning", "is_time", "meaning_of", "unit_in_name", "unit_of_time", "without_part", "words_of"]
 
 
 # Words that mean a role. A long one counts within a compound as well: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
-    "time": _words("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
-    "error": _words(
+    "time": listed("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
+    "error": listed(
         "followingerror schlepp poserr positionerror lageabweichung regelabweichung regeldifferenz contouringerror trackingerror poslag "
         "posdiff ctrldev schleppabstand schleppfehler perr pe positioningerror lagefehler following fehler error err deviation"
     ),
-    "effort": _words(
+    "effort": listed(
         "torque trq tau moment drehmoment momentenistwert nm force kraft effort current actcurr strom iq isq icmd ist_strom motorstrom "
         "amps ampere motorcurrent load thrust stellgroesse stellgrosse control voltage spannung u pwm vorschubkraft m f i couple "
         "stromsoll last auslastung duty"
     ),
-    "velocity": _words("velocity vel speed geschwindigkeit geschw drehzahl rpm omega v qd dq nist nsoll rate spd n w vitesse xdot qdot"),
+    "velocity": listed("velocity vel speed geschwindigkeit geschw drehzahl rpm omega v qd dq nist nsoll rate spd n w vitesse xdot qdot"),
     "acceleration": ("acceleration", "accel", "acc", "beschleunigung", "beschl", "a", "qdd"),
     "temperature": ("temperature", "temperatur", "temp", "celsius"),
-    "position": _words(
+    "position": listed(
         "position pos lage weg ort winkel angle encoder enc hub travel displacement x q s y z phi theta strecke drehwinkel schlitten "
         "counts stroke pfb linearscale massstab lagegeber actpos xact location"
     ),
 }
-REFERENCE = _words(
+REFERENCE = listed(
     "set soll sollwert ref reference referenz cmd command commanded demand target desired goal setpoint sp setpos fuehrungsgroesse "
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
-ACTUAL = _words("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
+ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
 SHORTEST_PART = 3  # letters of a word for a reference that begins or ends a name
 WITHIN = 4  # letters from which on a word counts within another one
 # Parts of longer words that mean something else than they say.
@@ -55,7 +51,7 @@ NOT_WITHIN = {
     "load": ("download", "upload"),
     "temp": ("tempo", "attempt"),
 }
-STATUS = _words(
+STATUS = listed(
     "status enable enabled trigger mode state modus freigabe flag index counter id error_code digital bit sample row number nr seq fault"
 )
 
@@ -100,7 +96,7 @@ def meaning_of(name: str, about: str = "") -> Meaning:
         return Meaning("time", sure=1.0)
     name = without_index(name)
     head, stroke, unit = name.rpartition("/")
-    if stroke and head and plain_unit(unit) in units.DECIMAL_UNITS:
+    if stroke and head and units.is_decimal(plain_unit(unit)):
         name = head
     last = re.split(r"::|[./\\\\|]", name.strip())[-1] or name
     best = _meaning(words_of(last))
@@ -192,235 +188,39 @@ def is_time(name: str) -> bool:
     return meaning.role == "time" and meaning.sure >= 0.4 and not meaning.reference
 
 
-# How units are written on screens and in exports -> how this package writes them.
-WRITTEN = {
-    "u/min": "rpm",
-    "upm": "rpm",
-    "1/min": "rpm",
-    "min-1": "rpm",
-    "min^-1": "rpm",
-    "min⁻¹": "rpm",
-    "r/min": "rpm",
-    "rev/min": "rpm",
-    "umdr/min": "rpm",
-    "umin": "rpm",
-    "u/s": "rev/s",
-    "rps": "rev/s",
-    "u": "rev",
-    "umdr": "rev",
-    "umdr.": "rev",
-    "umdrehungen": "rev",
-    "umdrehung": "rev",
-    "revs": "rev",
-    "revolutions": "rev",
-    "turns": "rev",
-    "r": "rev",
-    "grad": "deg",
-    "degree": "deg",
-    "degrees": "deg",
-    "grad/s": "deg/s",
-    "degree/s": "deg/s",
-    "deg.": "deg",
-    "°": "deg",
-    "º": "deg",
-    "°/s": "deg/s",
-    "º/s": "deg/s",
-    "deg/sec": "deg/s",
-    "dps": "deg/s",
-    "radian": "rad",
-    "radians": "rad",
-    "rad/sec": "rad/s",
-    "inc": "count",
-    "incr": "count",
-    "inkr": "count",
-    "inkr.": "count",
-    "inkremente": "count",
-    "increments": "count",
-    "increment": "count",
-    "counts": "count",
-    "cnt": "count",
-    "cnts": "count",
-    "count": "count",
-    "ticks": "count",
-    "tick": "count",
-    "pulse": "count",
-    "pulses": "count",
-    "lsb": "count",
-    "digit": "count",
-    "digits": "count",
-    "digit(s)": "count",
-    "lu": "count",
-    "inc/s": "count/s",
-    "counts/s": "count/s",
-    "cnt/s": "count/s",
-    "cts": "count",
-    "cts/s": "count/s",
-    "inc/sec": "count/s",
-    "%o": "‰",
-    "permille": "‰",
-    "per mille": "‰",
-    "promille": "‰",
-    "0.1%": "‰",
-    "0,1%": "‰",
-    "0.1 %": "‰",
-    "0,1 %": "‰",
-    "‰ rated": "‰",
-    "1/1000": "‰",
-    "o/oo": "‰",
-    "percent": "%",
-    "prozent": "%",
-    "% rated": "%",
-    "%rated": "%",
-    "% mn": "%",
-    "%mn": "%",
-    "pct": "%",
-    "% nenn": "%",
-    "nm": "N*m",
-    "n m": "N*m",
-    "n.m": "N*m",
-    "n-m": "N*m",
-    "newtonmeter": "N*m",
-    "newton": "N",
-    "newtons": "N",
-    "mnm": "mN*m",
-    "knm": "kN*m",
-    "ncm": "N*cm",
-    "cnm": "N*cm",
-    "nmm": "N*mm",
-    "arms": "A",
-    "a_rms": "A",
-    "a rms": "A",
-    "aeff": "A",
-    "a_eff": "A",
-    "a eff": "A",
-    "apk": "A",
-    "amp": "A",
-    "amps": "A",
-    "ampere": "A",
-    "a(rms)": "A",
-    "marms": "mA",
-    "volt": "V",
-    "volts": "V",
-    "sek": "s",
-    "sec": "s",
-    "secs": "s",
-    "second": "s",
-    "seconds": "s",
-    "sekunde": "s",
-    "sekunden": "s",
-    "msec": "ms",
-    "millisec": "ms",
-    "milliseconds": "ms",
-    "millisekunden": "ms",
-    "usec": "us",
-    "microseconds": "us",
-    "sec.": "s",
-    "meter": "m",
-    "metre": "m",
-    "meters": "m",
-    "millimeter": "mm",
-    "mm/sec": "mm/s",
-    "m/sec": "m/s",
-    "micron": "um",
-    "microns": "um",
-    "mikrometer": "um",
-    "inch": "inch",
-    "in": "inch",
-    "celsius": "degC",
-    "°c": "degC",
-    "deg c": "degC",
-    "degc": "degC",
-    "mm/min.": "mm/min",
-    "kgm²": "kg*m^2",
-    "s²": "s^2",
-    "m/s²": "m/s^2",
-    "mm/s²": "mm/s^2",
-}
-NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
-CASED = {
-    "Nm": "N*m",
-    "nm": "nm",
-    "mNm": "mN*m",
-    "MNm": "MN*m",
-    "U": "rev",
-    "u": "",
-    "A": "A",
-    "a": "",
-    "s": "s",
-    "S": "s",
-    "m": "m",
-    "V": "V",
-    "v": "",
-    "N": "N",
-    "n": "",
-    "r": "rev",
-    "R": "rev",
-    "IN": "inch",
-    "K": "K",
-    "k": "",
-}
-
-
-def plain_unit(written: str) -> str:
-    """Return a unit as this package writes it; empty where it is none that is known to be another's spelling.
-
-    Examples
-    --------
-    >>> plain_unit("U/min"), plain_unit("Nm"), plain_unit("(None)"), plain_unit("0,1 %"), plain_unit("mm/s")
-    ('rpm', 'N*m', '', '‰', 'mm/s')
-    """
-    text = normalize("NFC", written).strip().strip("[]").strip()
-    text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
-    if text.lower() in NO_UNIT:
-        return ""
-    if text in CASED:
-        return CASED[text]
-    return WRITTEN.get(text.lower(), text)
-
-
 NANOMETERS, LENGTHS = "nm", ("position", "error")  # or newton meters; roles that are lengths
 SLOWEST = 0.05  # s between samples of an axis
 LONG_AGO = 1e8  # s
-ENDINGS = {
-    "s": "s",
-    "sec": "s",
-    "ms": "ms",
-    "msec": "ms",
-    "us": "us",
-    "usec": "us",
-    "ns": "ns",
-    "m": "m",
-    "mm": "mm",
-    "um": "um",
-    "nm": "N*m",
-    "rad": "rad",
-    "mrad": "mrad",
-    "deg": "deg",
-    "grad": "deg",
-    "rev": "rev",
-    "mms": "mm/s",
-    "rpm": "rpm",
-    "rads": "rad/s",
-    "degs": "deg/s",
-    "n": "N",
-    "kn": "kN",
-    "a": "A",
-    "ma": "mA",
-    "v": "V",
-    "percent": "%",
-    "pct": "%",
-    "permille": "‰",
-    "inc": "count",
-    "counts": "count",
-    "cnt": "count",
-    "mps": "m/s",
-    "dps": "deg/s",
-    "mnm": "mN*m",
-    "amps": "A",
-    "umin": "rpm",
-    "seconds": "s",
-    "nanosec": "ns",
-}
+ENDINGS = spelt(
+    {
+        "s": "s | sec | seconds",
+        "ms": "ms | msec",
+        "us": "us | usec",
+        "ns": "ns | nanosec",
+        "m": "m",
+        "mm": "mm",
+        "um": "um",
+        "N*m": "nm",
+        "rad": "rad",
+        "mrad": "mrad",
+        "deg": "deg | grad",
+        "rev": "rev",
+        "mm/s": "mms",
+        "rpm": "rpm | umin",
+        "rad/s": "rads",
+        "deg/s": "degs | dps",
+        "N": "n",
+        "kN": "kn",
+        "A": "a | amps",
+        "mA": "ma",
+        "V": "v",
+        "%": "percent | pct",
+        "‰": "permille",
+        "count": "inc | counts | cnt",
+        "m/s": "mps",
+        "mN*m": "mnm",
+    }
+)
 
 
 def unit_in_name(name: str) -> str:
@@ -461,3 +261,7 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
             return unit
     step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
     return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
+
+
+T = TypeVar("T")
+LONGEST_UNIT_SHOWN = 80

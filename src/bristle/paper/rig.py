@@ -27,8 +27,8 @@ import numpy as np
 from bristle import friction
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.digest import digest
 from bristle.core.experiment import Experiment
+from bristle.core.fingerprint import digest
 from bristle.core.variable import unit_of
 from bristle.files.experiment import read_experiment
 from bristle.files.model import FITTED_TO, write_model

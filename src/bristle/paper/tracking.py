@@ -18,13 +18,13 @@ from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
 from bristle.figures import Mechanics, error_over, rig_layout, tracking_error
 from bristle.files.experiment import read_experiment
+from bristle.loop import assess
 from bristle.paper.bench import bench_of
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.rig import SETS
 from bristle.paper.setting import Setting
 from bristle.report.table import Table
 from bristle.simulation import SimulationResult, VariantResult, simulate
-from bristle.stability import assess
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -27,9 +27,8 @@ from bristle.core.contracts import Model, Plant
 from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
+from bristle.core.lazy import cached_property, once
 from bristle.core.mathematics import cos, sin
-from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 

@@ -9,8 +9,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.logs.check import RECORDED, checked
-from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.log import Log
+from bristle.logs.look import CheckThresholds
 from bristle.simulation.result import Prediction
 
 __all__ = ["with_doubts"]
@@ -25,23 +25,15 @@ def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_ma
     """Return a prediction with what speaks against it."""
     settings = CheckThresholds.among(axis.settings if axis else {})
     wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
-    doubts = (*_about_error(prediction), *_about_speed(log, velocity_max), *wrong)
-    return replace(prediction, diagnostics=(*doubts, *prediction.diagnostics))
-
-
-def _about_error(prediction: Prediction) -> tuple[Diagnostic, ...]:
-    for signal in ("position", "force"):
+    doubts: list[Diagnostic] = []
+    for signal, code in WORSE.items():
         percent = prediction.metrics.get(f"{signal}_error_percent")
-        if isinstance(percent, float) and percent > NOTHING_PERCENT:
-            return (Diagnostic(WORSE[signal], numbers={"percent": percent}),)
-    return ()
-
-
-def _about_speed(log: Log, velocity_max: float | None) -> tuple[Diagnostic, ...]:
+        if not doubts and isinstance(percent, float) and percent > NOTHING_PERCENT:
+            doubts.append(Diagnostic(code, numbers={"percent": percent}))
     top = _largest_speed(log)
-    if velocity_max is None or top <= FAR * velocity_max:
-        return ()
-    return (Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind),)
+    if velocity_max is not None and top > FAR * velocity_max:
+        doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
+    return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
 
 
 def _largest_speed(log: Log) -> float:

@@ -3,19 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, Motion
 from bristle.core.edge import guarded, instance, whole
+from bristle.engine.contact import steady_force
+from bristle.friction import unvaried
 from bristle.identification.parameters import Role, acts_in_sliding, name_of, offset_of
 from bristle.identification.result import Fit
-from bristle.prediction.steady_side import placed, steady_side
 
-__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "levels_of", "never_slid", "steady_curve"]
+__all__ = [
+    "SETTLED_SHARE",
+    "LevelValues",
+    "drive_table",
+    "largest_deviation",
+    "level_values",
+    "levels_of",
+    "never_slid",
+    "placed",
+    "resolved_side",
+    "reversal_distance",
+    "steady_curve",
+    "steady_side",
+]
 
-FINE = 300  # points of the steady curve on each side
+FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: drawn, before any is put between, and at most
+NEAREST = 1e-6  # of the largest speed: the first of the points after rest
+SLOWEST = 1e-9  # of the largest speed: what stands for rest
+REMEMBERED = 16  # curves and distances: a report asks for the same ones again and again
+HALVINGS = 40
+STRAIGHT = 1e-6  # of the largest force: a deviation that is none
+RESOLVED = 2e-5  # of the largest force: so far a point between two others may be off the line through them
+BETWEEN = 0.4  # of the way: the middle of an S lies on its chord
+SETTLED_SHARE = 0.95
+"""Of the change after a reversal: friction has turned."""
+WAY = np.geomspace(1e-9, 1e-1, 160)  # after a reversal [m or rad]
+SLOW = 1e-3  # of the largest speed
 
 
 @guarded(fit=instance(Fit, "a model that was identified"), entries=whole(4, 1000))
@@ -134,12 +161,12 @@ def steady_curve(fit: Fit) -> list[tuple[float, float]]:
 def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
     """Return how far a table, joined by straight lines, is from the steady friction at most [N or N*m]."""
     entries = np.array(list(table), dtype=float)
-    deviations = [0.0]
+    deviation = 0.0
     for side in _sides(fit):
         own = entries[np.signbit(entries[:, 0]) == np.signbit(side[0, 0])]
         if own.size:
-            deviations.append(float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
-    return max(deviations)
+            deviation = max(deviation, float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
+    return deviation
 
 
 def _sides(fit: Fit) -> list[np.ndarray]:
@@ -155,3 +182,89 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
     tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
     sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
     return [(direction, side, side if direction > 0.0 else -side[::-1]) for direction, side in sides]
+
+
+@lru_cache(maxsize=REMEMBERED)
+def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
+    """Return speed, ascending from 0, and the force along the motion at each, dense near rest; shape (point, 2)."""
+    speeds = np.union1d(fastest * np.geomspace(NEAREST, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
+    forces = [direction * steady_force(model, direction * max(v, SLOWEST * fastest)) for v in speeds.tolist()]
+    curve = np.column_stack([speeds, forces])
+    curve.setflags(write=False)
+    return curve
+
+
+@lru_cache(maxsize=REMEMBERED)
+def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
+    """Return `steady_side` with points between its own until straight lines follow, and how far those are off at most."""
+    forces = dict(steady_side(model, direction, fastest, COARSE).tolist())
+    allowed = RESOLVED * max(map(abs, forces.values()))
+    speeds = sorted(forces)
+    apart = list(pairwise(speeds))
+    off = 0.0
+    while apart:
+        low, high = apart.pop(0)
+        v = low + BETWEEN * (high - low)
+        forces[v] = direction * steady_force(model, direction * max(v, SLOWEST * fastest))
+        deviation = abs(forces[v] - forces[low] - BETWEEN * (forces[high] - forces[low]))
+        if deviation > allowed and len(forces) < FINEST:
+            apart += [(low, v), (v, high)]
+        else:
+            off = max(off, deviation)
+    curve = np.array(sorted(forces.items()))
+    curve.setflags(write=False)
+    return curve, off
+
+
+def placed(curve: np.ndarray, count: int) -> list[int]:
+    """Return the points of a curve between which straight lines deviate least, at most `count`, both ends among them.
+
+    Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
+    """
+    low, high = STRAIGHT * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))
+    best = _reached(curve, low, count)
+    if best is not None:
+        return best
+    best = [0, len(curve) - 1]
+    for _ in range(HALVINGS):
+        allowed = 0.5 * (low + high)
+        corners = _reached(curve, allowed, count)
+        low, high, best = (allowed, high, best) if corners is None else (low, allowed, corners)
+    return best
+
+
+def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
+    """Return the points, each the last that a straight line reaches within a deviation; None if it takes more."""
+    corners = [0]
+    while corners[-1] < len(curve) - 1:
+        if len(corners) == count:
+            return None
+        run, rise = (curve[corners[-1] + 1 :] - curve[corners[-1]]).T
+        # Each point leaves a cone of slopes for all lines that go beyond it.
+        upper = np.minimum.accumulate((rise + allowed) / run)
+        lower = np.maximum.accumulate((rise - allowed) / run)
+        slope = rise / run
+        corners.append(corners[-1] + 1 + int(np.flatnonzero((slope <= upper) & (slope >= lower))[-1]))
+    return corners
+
+
+@lru_cache(maxsize=REMEMBERED)
+def reversal_distance(model: Model, fastest: float) -> float:
+    """Return over which distance after a reversal the force changes by 95 % of the change [m or rad]."""
+    component, p, speed = model.component, unvaried(model).parameters, SLOW * fastest
+    state, memory = component.initial_state(p), component.new_memory(p)
+    way = np.diff(WAY, prepend=0.0).tolist()
+    x, before = 0.0, 0.0
+    forces: list[float] = []
+    for direction in (-1.0, 1.0):
+        before = forces[-1] if forces else 0.0
+        forces = []
+        for pace in way:
+            x += direction * pace
+            force, move = component.trial(state, memory, Motion(direction * speed, x), pace / speed, p)
+            state = component.commit(state, memory, move, p)
+            forces.append(force)
+    change = np.array(forces) - before
+    enough = SETTLED_SHARE * change[-1]
+    first = int(np.argmax(change >= enough))
+    return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0

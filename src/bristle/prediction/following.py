@@ -2,22 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.limits import within_drive
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.experiment import Variant
+from bristle.core.dimensions import exponents_of
+from bristle.core.errors import InputError
+from bristle.core.experiment import Experiment, Start, Variant
 from bristle.core.status import Status
+from bristle.friction import with_presliding
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.log import Log
-from bristle.prediction.loop import longest_of
-from bristle.prediction.suspects import apart, explanations
-from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, settling
+from bristle.plants.terms import effort_of_columns
+from bristle.prediction.predict import unexplained_force
+from bristle.simulation import simulate
+from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensation_experiment, settling
+from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
 from bristle.simulation.result import SimulationResult, Statistics, statistics_of
 
-__all__ = ["Following", "following_of"]
+__all__ = ["Following", "Suspect", "apart", "explanations", "following_of", "longest_of", "loop_of"]
+
+
+FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
+HALVINGS = 5  # of the step between two factors
+DELAYS = range(1, 9)  # samples
+ROUNDS = 3  # of Newton's method for a time
+MOST = 30_000  # samples that are simulated for each factor
+ALIKE = 1.1  # ratio of two differences that tell nothing apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +97,214 @@ def _contradiction(
     sides = {"measured": measured, "simulated": simulated} if simulated is not None else {"measured": measured}
     errors = {name: side.peak_to_peak for name, side in sides.items()}
     errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
-    causes = {
-        "suspects": tuple(_side(cause.value) if cause.name == "reference" else cause.name for cause in suspects),
-        "factors": tuple(abs(cause.value) for cause in suspects),
-    }
+    directions = {True: "reference_later", False: "reference_earlier"}
+    names = tuple(directions[cause.value > 0.0] if cause.name == "reference" else cause.name for cause in suspects)
+    causes = {"suspects": names, "factors": tuple(abs(cause.value) for cause in suspects)}
     return Diagnostic("loop_contradicts", numbers=errors | causes, kind=variant.plant.kind)
 
 
-def _side(time: float) -> str:
-    return "reference_later" if time > 0.0 else "reference_earlier"
+def loop_of(
+    plant: Model, friction: Model, log: Log, axis: Axis, *, lag: float | None = None, **treatment: float | None
+) -> Experiment | None:
+    """Return the loop of an axis without and with compensation, on the reference that a log holds.
+
+    What the model does not explain of the log, by the `treatment` of its identification, is replayed as a disturbance, so
+    that the compensator is not judged on its own model. The loops begin where the log does, with the effort that acted.
+    """
+    if axis.controller is None or log.reference is None or log.effort is None:
+        return None
+    longest, limit = longest_of(log), axis.effort_limit or math.inf
+    injected = log.injected_effort[longest] if np.any(log.injected_effort) else None
+    left = unexplained_force(plant, friction, log, axis, **treatment)
+    beside = effort_of_columns(plant, [column.values for column in log.regressors])
+    left = left if beside is None else left + beside
+    return compensation_experiment(
+        plant,
+        with_presliding(friction, axis.presliding or 0.0),
+        friction,
+        axis.controller,
+        log.reference.values[longest],
+        log.sample_time,
+        resolution=axis.resolution or 0.0,
+        effort_limit=limit,
+        lag=axis.lag if lag is None else lag,
+        disturbance=left[longest],
+        injected=injected,
+        start=_start(within_drive(axis.controller, limit, injected), log, axis, longest),
+        name=axis.name,
+    )
+
+
+def longest_of(log: Log) -> slice:
+    """Return the longest stretch of a log without a gap, which is followed again."""
+    return max(log.segments, key=lambda part: part.stop - part.start)
+
+
+def _start(law: Model, log: Log, axis: Axis, part: slice) -> Start:
+    """Return the motion and the effort that a stretch of a log begins with."""
+    assert log.reference is not None
+    beginning = beginning_of(log, part.start, axis.resolution)
+    desired = desired_of(log.reference.values[part], log.sample_time)
+    resumed = resumed_effort_at(law, desired, log, part.start, beginning)
+    return Start(beginning.x, beginning.v, beginning.acceleration, resumed)
+
+
+class Suspect(NamedTuple):
+    """One number that would have to be another one."""
+
+    name: str
+    value: float
+    difference: float
+
+
+def apart(measured: Statistics, simulated: Statistics) -> float:
+    """Return by how much two errors differ, peak to peak or root mean square, relative to the measured one."""
+    pairs = ((measured.peak_to_peak, simulated.peak_to_peak), (measured.rms, simulated.rms))
+    return max(abs(second - first) / first if first > 0.0 else np.inf for first, second in pairs)
+
+
+def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[Suspect, ...]:
+    r"""Return the numbers one of which would make a loop follow as measured, the best first; those tell it alike.
+
+    They are the position gain of the law, the share of the reference velocity that the drive feeds forward, the scales of
+    position and effort that the law is told in, samples of delay, and the time by which the reference acts later. Position
+    and effort of the log stand in the identified model as well, so that a wrong scale shows in the numbers of the law
+    alone: :math:`x \to f x` turns a gain in N·s/m into one of `f` times as many, :math:`u \to f u` into one of
+    :math:`1/f`. A law whose gains have one ratio of the two cannot tell them apart.
+    """
+    trial = _Trial.of(variant, error)
+    before = trial.difference(trial.variant)
+    better = [suspect for suspect in _suspects(trial) if suspect.difference <= 0.5 * before]
+    agreeing = sorted((suspect for suspect in better if trial.agrees(suspect, allowed)), key=BY_DIFFERENCE)
+    return tuple(suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference)
+
+
+BY_DIFFERENCE = attrgetter("difference")
+
+
+class _Trial(NamedTuple):
+    """The beginning of a loop, to be run with other numbers."""
+
+    variant: Variant
+    error: np.ndarray
+    judged: np.ndarray
+    desired: np.ndarray
+
+    @classmethod
+    def of(cls, variant: Variant, error: np.ndarray) -> _Trial:
+        """Return the first samples of a loop."""
+        run, count = variant.run, min(error.size, MOST)
+        time = run.sample_time * np.arange(count)
+        desired = variant.reference.component.sample(time, variant.reference.parameters)[0]
+        return cls(variant.first(count), error[:count], time >= run.settle, desired)
+
+    def followed(self, variant: Variant) -> np.ndarray | None:
+        """Return the following error of a loop against the recorded reference; None where it diverges."""
+        outcome = simulate(Experiment("trial", variant.plant.kind, (variant,))).variants[variant.name]
+        return None if outcome.status is Status.NOT_FINITE else self.desired - outcome.measured
+
+    def difference(self, variant: Variant) -> float:
+        """Return by how much a loop follows otherwise than measured [m or rad]."""
+        followed = self.followed(variant)
+        return np.inf if followed is None else statistics_of((followed - self.error)[self.judged]).rms
+
+    def changed(self, suspect: Suspect) -> Variant:
+        """Return the loop with one number as suspected."""
+        return CHANGES[suspect.name](self.variant, suspect.value)
+
+    def agrees(self, suspect: Suspect, allowed: float) -> bool:
+        """Return whether the loop follows as measured, with one number as suspected."""
+        followed = self.followed(self.changed(suspect))
+        if followed is None:
+            return False
+        return apart(statistics_of(self.error[self.judged]), statistics_of(followed[self.judged])) <= allowed
+
+
+def _suspects(trial: _Trial) -> list[Suspect]:
+    law = trial.variant.controller
+    scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
+    late = [_at(trial, "delay", float(samples)) for samples in DELAYS]
+    fed = [_fed(trial)] if "k_ff" in law.component.variables else []
+    return [*(_best_factor(trial, name) for name in scales), *fed, min(late, key=BY_DIFFERENCE), _shifted(trial)]
+
+
+def _at(trial: _Trial, name: str, value: float) -> Suspect:
+    suspect = Suspect(name, value, np.inf)
+    try:
+        return suspect._replace(difference=trial.difference(trial.changed(suspect)))
+    except InputError:  # a gain out of its range
+        return suspect
+
+
+def _best_factor(trial: _Trial, name: str) -> Suspect:
+    """Return the factor with the least difference, found on a grid that gets finer around the best."""
+    best, step = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE), 2.0**0.5
+    for _ in range(HALVINGS):
+        step **= 0.5
+        nearer = (_at(trial, name, best.value * factor) for factor in (1.0 / step, step))
+        best = min((best, *nearer), key=BY_DIFFERENCE)
+    return best
+
+
+def _fed(trial: _Trial) -> Suspect:
+    """Return the share of the reference velocity fed forward, on the line between none of it and all of it."""
+    ends = [trial.followed(_velocity_fed(trial.variant, share)) for share in (0.0, 1.0)]
+    if ends[0] is None or ends[1] is None:
+        return Suspect("k_ff", 1.0, np.inf)
+    along, left = (ends[1] - ends[0])[trial.judged], (trial.error - ends[0])[trial.judged]
+    power = float(along @ along)
+    return _at(trial, "k_ff", max(float(left @ along) / power, 0.0) if power > 0.0 else 0.0)
+
+
+def _shifted(trial: _Trial) -> Suspect:
+    """Return the time by which the reference acts later, from what of the difference goes with the velocity."""
+    velocity = np.gradient(trial.desired, trial.variant.run.sample_time)[trial.judged]
+    power, late = float(velocity @ velocity), 0.0
+    for _ in range(ROUNDS):
+        followed = trial.followed(_reference_later(trial.variant, late))
+        if followed is None or power == 0.0:
+            return Suspect("reference", late, np.inf)
+        late += float((trial.error - followed)[trial.judged] @ velocity) / power
+    return _at(trial, "reference", late)
+
+
+def _with_law(variant: Variant, **values: float) -> Variant:
+    return replace(variant, controller=variant.controller.with_values(**values))
+
+
+def _position_gain(variant: Variant, factor: float) -> Variant:
+    gains = {name: factor * value for name, value in variant.controller.values.items() if name in ("k_p", "lambda_")}
+    return _with_law(variant, **gains)
+
+
+def _velocity_fed(variant: Variant, share: float) -> Variant:
+    return _with_law(variant, k_ff=share)
+
+
+def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
+    """Return a loop in the numbers of whose law what was taken for 1 of a quantity is so many times as much."""
+    law = variant.controller
+    powers = {key: exponents_of(variable.quantity).get(quantity, 0.0) for key, variable in law.component.variables.items()}
+    return _with_law(variant, **{key: law.values[key] * factor**-power for key, power in powers.items() if power})
+
+
+def _delayed(variant: Variant, samples: float) -> Variant:
+    return replace(variant, run=replace(variant.run, delay=variant.run.delay + int(samples)))
+
+
+def _reference_later(variant: Variant, time: float) -> Variant:
+    reference, dt = variant.reference, variant.run.sample_time
+    position = np.asarray(reference.parameters.position)
+    samples = np.arange(position.size)
+    later = np.interp(samples - time / dt, samples, position)
+    return replace(variant, reference=reference.with_values(position=later))
+
+
+CHANGES: dict[str, Callable[[Variant, float], Variant]] = {
+    "k_p": _position_gain,
+    "k_ff": _velocity_fed,
+    "position": partial(_scaled, quantity="length"),
+    "effort": partial(_scaled, quantity="force"),
+    "delay": _delayed,
+    "reference": _reference_later,
+}

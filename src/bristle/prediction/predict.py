@@ -24,12 +24,11 @@ from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
-from bristle.identification.simulated_bands import Widths, simulated_widths
+from bristle.identification.simulated_bands import simulated_widths
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts
-from bristle.simulation.recorded.closed_loop import START_SAMPLES
-from bristle.simulation.recorded.course import LOOPS, Course, Stretch
+from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "TREATED", "predict", "rows_as_fitted", "unexplained_force"]
@@ -38,19 +37,18 @@ MODES = ("inverse", *LOOPS)
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # of a treatment: what repeats it
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
-DELAY = optional(amount(Variable("time", "delay of the effort")))
-SMOOTHING = optional(amount(Variable("time", "filter of the effort")))
-POSITION_SMOOTHING = optional(amount(Variable("time", "filter of the position", min=0.0)))
-SLOW = optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0)))
+CHANNELS = {
+    "delay": optional(amount(Variable("time", "delay of the effort"))),
+    "smoothing": optional(amount(Variable("time", "filter of the effort"))),
+    "slow": optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0))),
+    "position_smoothing": optional(amount(Variable("time", "filter of the position", min=0.0))),
+}
 
 
 @guarded(
     mode=among(*MODES),
     velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
-    delay=DELAY,
-    smoothing=SMOOTHING,
-    slow=SLOW,
-    position_smoothing=POSITION_SMOOTHING,
+    **CHANNELS,
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))),
     bands=optional(instance(Bands, "a Bands")),
 )
@@ -137,9 +135,7 @@ def predict(
         dataset = rows_as_fitted(log, axis, {"cutoff": filtering[0], **channels}, filtering[1])
         refuse_unrecorded(friction.component, dataset)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
-        prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
-        prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))
-        return with_doubts(prediction, log, axis, velocity_max)
+        return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
@@ -165,7 +161,11 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
             widths.append(simulated_widths(bands, plant, friction, runs[-1], stretch))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return _with_widths(_compare(mode, log, runs, used, _each_once(about)), widths)
+    prediction = _compare(mode, log, runs, used, _each_once(about))
+    if not widths:
+        return prediction
+    position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
+    return replace(prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort)
 
 
 def _each_once(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -173,12 +173,6 @@ def _each_once(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     for diagnostic in diagnostics:
         unique += [diagnostic] if diagnostic not in unique else []
     return tuple(unique)
-
-
-def _about_start(places: Sequence[float | None]) -> tuple[Diagnostic, ...]:
-    """Return where the contact stood before each stretch; nothing where that does not matter."""
-    percents = tuple(100.0 * place for place in places if place is not None)
-    return (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
 
 
 def _within_reach(
@@ -192,8 +186,13 @@ def _within_reach(
     return (most, 1), (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
 
 
-def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Prediction:
+def _inverse(
+    plant: Model, friction: Model, log: Log, dataset: Dataset, width: np.ndarray | None, remarks: tuple[Diagnostic, ...]
+) -> Prediction:
     predicted = finite(dataset.rows_of(dataset.explained(plant, friction)), friction, "friction")
+    # Where the contact stood before each stretch, where that matters.
+    percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
+    start = (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
     return Prediction(
         mode="inverse",
         time=dataset.time,
@@ -201,9 +200,11 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
         effort_predicted=predicted,
         position=dataset.rows_of([segment.position for segment in dataset.segments]),
         position_predicted=None,
+        half_width=width,
         metrics=_metrics(log, dataset.effort, predicted, None, None),
         diagnostics=(
-            *_about_start(dataset.contacts(friction, plant)),
+            *remarks,
+            *start,
             Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
     )
@@ -229,33 +230,16 @@ def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: 
     )
 
 
-def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
-    if not widths:
-        return prediction
-    position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
-    return replace(prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort)
-
-
 def _metrics(
     log: Log, effort: Any, effort_hat: Any, position: Any, position_hat: Any, *, failed: bool = False
 ) -> dict[str, float | str | None]:
-    rmse = force_rmse = None
-    if effort_hat is not None and not failed:
-        force_rmse = float(np.sqrt(np.mean((effort - effort_hat) ** 2)))
-    if position_hat is not None and not failed:
-        rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
-    return {
-        "force_error_percent": None if failed else _error_percent(effort, effort_hat),
-        "force_rmse": force_rmse,
-        "force_unit": unit_of("force", log.kind),
-        "position_error_percent": None if failed else _error_percent(position, position_hat),
-        "position_rmse": rmse,
-        "position_unit": unit_of("length", log.kind),
-    }
-
-
-def _error_percent(signal: Any, predicted: Any) -> float | None:
-    return None if predicted is None else relative_error_percent(signal, predicted)
+    metrics: dict[str, float | str | None] = {}
+    for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
+        is_known = predicted is not None and not failed
+        metrics[f"{name}_error_percent"] = relative_error_percent(signal, predicted) if is_known else None
+        metrics[f"{name}_rmse"] = float(np.sqrt(np.mean((signal - predicted) ** 2))) if is_known else None
+        metrics[f"{name}_unit"] = unit_of(quantity, log.kind)
+    return metrics
 
 
 def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
@@ -271,10 +255,7 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
     log=LOG,
     axis=optional(AXIS),
     cutoff=optional(amount(CUTOFF, exclusive=True)),
-    delay=DELAY,
-    smoothing=SMOOTHING,
-    slow=SLOW,
-    position_smoothing=POSITION_SMOOTHING,
+    **CHANNELS,
 )
 def unexplained_force(
     plant: Model,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop_design.tuning import UNSTATED
+from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
+from bristle.loop.tuning import UNSTATED
 from bristle.report.design_tables import (
     budget_table,
     circle_table,
@@ -24,12 +25,11 @@ from bristle.report.fronts.design import LESS, MORE, best_of, counts_much, desig
 from bristle.report.further import further_figures
 from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
-from bristle.stability import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.figures.report_figure import ReportFigure
-    from bristle.loop_design import Budget, Design, Proposal
+    from bristle.loop import Budget, Design, Proposal
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
 

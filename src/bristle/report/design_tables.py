@@ -12,8 +12,7 @@ from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
-    from bristle.loop_design import Budget, Circle, Delays, Design
-    from bristle.stability import Assessment
+    from bristle.loop import Assessment, Budget, Circle, Delays, Design
 
 NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit

@@ -8,8 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from bristle.core.errors import InputError, InputWarning, told_by
-from bristle.core.own_code import place_in_own_code
+from bristle.core.errors import InputError, InputWarning, place_in_own_code, told_by
 from bristle.core.typography import typeset_sentence
 from bristle.report.latex import as_latex, roman
 from bristle.report.page import Plate, plates

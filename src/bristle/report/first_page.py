@@ -10,9 +10,8 @@ import numpy as np
 from bristle.core.typography import number, typeset
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.parameters import Role, name_of
-from bristle.prediction.drive_table import LevelValues, level_values, never_slid
+from bristle.prediction.drive_table import LevelValues, level_values, never_slid, reversal_distance
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
-from bristle.prediction.reversal import reversal_distance
 from bristle.report.advice import WRITTEN_BY
 from bristle.report.front import about, answered, fixed, length_text, percent_text
 from bristle.report.messages import message, sentence_of, why_effective

@@ -124,9 +124,9 @@ def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
     error = summary["held_out_error"]
     if error["median"] is not None:
         lines.append(f"Error on what was held out: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
-    counts_apart = {name: len(entry["apart"]) for name, entry in summary["parameters"].items() if entry["apart"]}
+    counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
     if counts_apart:
-        words = ", ".join(f"{count} in {name}" for name, count in counts_apart.items())
+        words = ", ".join(f"{count} of {folder} in {name}" for (folder, name), count in counts_apart.most_common())
         lines.append(f"Logs that stand apart from the others: {words}.")
     return lines
 

@@ -6,8 +6,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from bristle.core.errors import InputWarning, told_by
-from bristle.core.own_code import place_in_own_code
+from bristle.core.errors import InputWarning, place_in_own_code, told_by
 from bristle.report.page import Picture, picture
 
 if TYPE_CHECKING:

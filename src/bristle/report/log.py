@@ -13,7 +13,7 @@ from bristle.report.pictures import pictures_on
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
-    from bristle.logs.passage import Passage
+    from bristle.logs.passages import Passage
 
 __all__ = ["log_report"]
 

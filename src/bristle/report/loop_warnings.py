@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bristle.core.diagnostic import Diagnostic
+from bristle.loop import Verdict, doubts_of, verdict_of
 from bristle.report.messages import message, sentence_of
-from bristle.stability import Verdict, doubts_of, verdict_of
 
 if TYPE_CHECKING:
-    from bristle.stability import Assessment
+    from bristle.loop import Assessment
 
 __all__ = ["about_loops", "loop_doubts", "loop_warnings"]
 

@@ -12,7 +12,7 @@ from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
+    from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
 __all__ = ["comparison_of_operators", "operator_prediction_report", "operator_prediction_summary", "operator_report", "operator_summary"]

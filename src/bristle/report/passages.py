@@ -8,7 +8,7 @@ from typing import Any
 from bristle.core.typography import interval_text, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.break_away import BreakAway
-from bristle.logs.passage import KINDS
+from bristle.logs.passages import KINDS
 from bristle.report.table import Quantity, Table
 
 __all__ = ["break_away_table", "passage_table"]

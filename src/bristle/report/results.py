@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.core.axis import Axis
-from bristle.excitation.moves import moves_of
+from bristle.excitation.motion import moves_of
 from bristle.files.model import write_model
-from bristle.files.motion import write_log, write_motion
-from bristle.files.moves import gcode_of, moves_table
+from bristle.files.motion import gcode_of, moves_table, write_log, write_motion
 from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
 from bristle.files.user_model import codes_of

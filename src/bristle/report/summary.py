@@ -9,9 +9,8 @@ import numpy as np
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import largest_deviation, level_values
+from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance
 from bristle.prediction.drive_units import drive_units, length_units, units_of
-from bristle.prediction.reversal import reversal_distance
 from bristle.report.drive_values import drive_values
 from bristle.report.fronts.prediction import prediction_ruling
 from bristle.report.fronts.simulation import simulation_ruling

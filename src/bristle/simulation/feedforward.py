@@ -14,7 +14,7 @@ from bristle.core.experiment import FEEDFORWARD, RESTS, Feedforward
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
-from bristle.engine.place import effort_along
+from bristle.engine.path import effort_along
 from bristle.friction.resting import with_rest
 from bristle.plants.terms import Termed, place_of, terms_of
 

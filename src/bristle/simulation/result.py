@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.card import Card, WithCard
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
-from bristle.core.tabular import Tabular, library, plain
+from bristle.core.tabular import Card, Tabular, WithCard, library, plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.logs.turns import reversals
+
 __all__ = ["swing_at_worst_reversal", "worst_reversal"]
 
 SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at least
@@ -12,10 +14,7 @@ SHARE, LEAST = 0.05, 40  # of the samples around a reversal, and how many at lea
 def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
     """Return the samples around the reversal of a reference with the widest swing of the error."""
     count = min(max(round(SHARE * error.size), LEAST), error.size)
-    steps = np.diff(reference)
-    moving = np.flatnonzero(steps)
-    turns = moving[1:][np.sign(steps[moving[1:]]) != np.sign(steps[moving[:-1]])]
-    starts = np.clip(turns - count // 3, 0, error.size - count)
+    starts = np.clip(reversals(np.diff(reference)) - count // 3, 0, error.size - count)
     if not starts.size:
         return None
     swings = [np.ptp(error[start : start + count]) for start in starts]

@@ -14,16 +14,19 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.edge import PROGRESS, guarded
 from bristle.core.errors import InputError
-from bristle.core.experiment import Effort, Start, Variant
+from bristle.core.experiment import Learning, Start, Variant
+from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
 from bristle.simulation.feedforward import carried_effort, compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
-from bristle.simulation.trials import learn
 
-__all__ = ["simulate", "simulate_with"]
+__all__ = ["learn", "simulate", "simulate_with"]
+
+ORDER = 2  # of the filter, which passes forward and backward
+SEEDS_APART = 1000  # of the trials of one run
 
 Progress = Callable[[float, str], None]
 
@@ -81,19 +84,27 @@ def _seeded(model: Model, run: int) -> Model:
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
 
+def _planned_motion(variant: Variant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return position, velocity and acceleration that are asked for, at each sample and for the delay behind them."""
+    run = variant.run
+    t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
+    return variant.reference.component.sample(t, variant.reference.parameters)
+
+
 def _desired(variant: Variant) -> np.ndarray:
     """Return the desired motion and what is fed forward along it, shape (4, sample).
 
     What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
     """
-    run = variant.run
-    count = round(run.duration / run.sample_time)
-    t = run.sample_time * np.arange(count + run.delay)
-    position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
-    if variant.effort is not None:
-        return _driven(variant.effort, np.stack((position, velocity, acceleration)), count)
-    effort = feedforward_effort(variant.feedforward, position, acceleration, run.sample_time)
-    return np.stack((position[:count], velocity[:count], acceleration[:count], effort[run.delay :]))
+    motion, delay = _planned_motion(variant), variant.run.delay
+    count = motion[0].size - delay
+    if variant.effort is None:
+        effort = feedforward_effort(variant.feedforward, motion[0], motion[2], variant.run.sample_time)[delay:]
+    elif variant.effort.values.size == count:
+        effort = variant.effort.values
+    else:
+        raise InputError("is not as long as the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
+    return np.stack((*(signal[:count] for signal in motion), effort))
 
 
 def _carried(variant: Variant) -> np.ndarray | None:
@@ -101,19 +112,11 @@ def _carried(variant: Variant) -> np.ndarray | None:
 
     What is learned on a motion is no part of it: it stands for what nobody knows.
     """
-    run, feedforward = variant.run, variant.feedforward
+    feedforward = variant.feedforward
     if feedforward.friction is None or feedforward.along == "desired" or not rises_with_effort(feedforward.friction):
         return None
-    t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
-    position, _, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
-    return carried_effort(feedforward, position, acceleration, run.sample_time)[run.delay :]
-
-
-def _driven(effort: Effort, motion: np.ndarray, count: int) -> np.ndarray:
-    """Return what drives an open loop, in place of what is fed forward; no sample of it is left unsaid."""
-    if effort.values.size != count:
-        raise InputError("is not as long as the run", path="effort", value=effort.values.size, allowed=f"{count} samples")
-    return np.vstack((motion[:, :count], effort.values))
+    position, _, acceleration = _planned_motion(variant)
+    return carried_effort(feedforward, position, acceleration, variant.run.sample_time)[variant.run.delay :]
 
 
 def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -164,6 +167,8 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     run, (position, velocity, acceleration, _) = variant.run, desired
     friction = _seeded(variant.friction, number)
     begun = variant.start or Start(float(position[0]), float(velocity[0]), float(acceleration[0]))
+    # Friction of a motion that goes on has moved at its velocity for long.
+    state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)
     return run_closed_loop(
         variant.plant,
         friction,
@@ -185,13 +190,9 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         x=begun.position,
         v=begun.velocity,
         acceleration=begun.acceleration,
-        **(_slid(friction, begun.velocity) if variant.start is not None else {}),
+        state=state,
+        memory=memory,
     )
-
-
-def _slid(friction: Model, velocity: float) -> dict[str, Any]:
-    """Return the state of a friction model that has moved at a velocity for long; nothing where it was at rest."""
-    return dict(zip(("state", "memory"), settled(friction, velocity), strict=True)) if velocity else {}
 
 
 def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
@@ -204,3 +205,39 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     )
     reading = sensed(_seeded(variant.sensor, number), trace.position, run.sample_time)
     return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])
+
+
+def learn(
+    learning: Learning, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int, dt: float
+) -> VariantResult:
+    r"""Return the last of several trials; all of them begin alike, with other noise.
+
+    .. math:: u_{j+1} = Q\left[u_j + k_e\,e_j + k_d\,\dot e_j\right]
+
+    `Q` is a zero-phase low-pass: the whole trial is known, so that the filter may look ahead [1]_. It bounds the band in
+    which the loop learns. Learned is what repeats: friction that scatters from trial to trial is not.
+
+    References
+    ----------
+    .. [1] D. A. Bristow, M. Tharayil, A. G. Alleyne, "A survey of iterative learning control", IEEE Control Systems
+       Magazine 26(3), 2006. doi:10.1109/MCS.2006.1636313
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    if not learning.cutoff < 0.5 / dt:
+        raise InputError(
+            "out of range",
+            path="controller.learning.cutoff",
+            value=learning.cutoff,
+            allowed=f"below half the sampling frequency, {0.5 / dt:g} Hz",
+        )
+    low_pass = butter(ORDER, learning.cutoff, fs=1.0 / dt, output="sos")
+    learned = np.zeros(desired.shape[1])
+    errors: list[float] = []
+    while True:
+        result = once(desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + SEEDS_APART * len(errors))
+        errors.append(result.following_error.peak_to_peak)
+        if len(errors) == learning.trials or result.status is Status.NOT_FINITE:
+            return replace(result, trials=tuple(errors))
+        error = result.reference - result.measured
+        learned = sosfiltfilt(low_pass, learned + learning.k_e * error + learning.k_d * np.gradient(error, dt))

@@ -6,8 +6,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bristle.core.errors import told_by
-from bristle.core.own_code import place_in_own_code
+from bristle.core.errors import place_in_own_code, told_by
 
 __all__ = ["Check", "Demand", "Fact", "UnmetError", "outcomes"]
 

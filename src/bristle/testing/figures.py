@@ -108,7 +108,7 @@ def _simulation(facts: _Examples) -> Any:
 
 def _design(facts: _Examples) -> Any:
     from bristle.engine import interpreted
-    from bristle.loop_design import design
+    from bristle.loop import design
 
     with interpreted():
         return design(_experiment(facts.kind, 2.0, sensor={"resolution": 1e-6}))

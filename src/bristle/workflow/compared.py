@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Any
 from bristle.comparison import Comparison
 from bristle.comparison import compare as sides_compared
 from bristle.core.axis import Axis
-from bristle.core.card import Card, WithCard
 from bristle.core.edge import Amount, amount, guarded, optional
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
-from bristle.core.tabular import library
+from bristle.core.tabular import Card, WithCard, library
 from bristle.core.variable import Variable
 from bristle.files.arguments import axes_for, log_and_axis
-from bristle.files.provenance import provenance
 from bristle.files.results import Results, results_folder
 from bristle.files.single import write_whole
+from bristle.files.summary import provenance
 from bristle.logs.log import Log
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.content import Content
 from bristle.core.lazy import cached_property
 from bristle.excitation import Excitation, excite
-from bristle.files.provenance import provenance
+from bristle.files.summary import provenance
 from bristle.files.user_model import origins_of_code
 
 if TYPE_CHECKING:

@@ -81,7 +81,7 @@ def export_model_file(
     from bristle.exports.target import Request
     from bristle.exports.writing import files_for
     from bristle.files.arrays import read_arrays
-    from bristle.files.provenance import provenance
+    from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.logs import read_log
 

@@ -13,9 +13,9 @@ from bristle.core.content import Origin
 from bristle.core.lazy import cached_property
 from bristle.files.arguments import logs_and_axes
 from bristle.files.axis_text import axis_text
-from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
 from bristle.files.single import write_whole
+from bristle.files.summary import provenance
 from bristle.files.user_model import origins_of_code
 from bristle.friction import DEFAULT_MODELS
 from bristle.identification.identify import identify as models_fitted

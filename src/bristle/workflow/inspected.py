@@ -19,7 +19,7 @@ from bristle.logs.tables import content_of_log
 if TYPE_CHECKING:
     from bristle.files.results import Results
     from bristle.logs.log import Log
-    from bristle.logs.passage import Passage
+    from bristle.logs.passages import Passage
     from bristle.logs.table import Table
 
 __all__ = ["Inspected", "inspect_log"]

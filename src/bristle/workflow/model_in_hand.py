@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.card import Card, WithCard
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.tabular import library
+from bristle.core.tabular import Card, WithCard, library
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -226,7 +226,7 @@ def _certificates(friction: Model) -> tuple[Mapping[str, Certificate], str]:
 
 def _loop_of(identification: Identification, axis: Axis) -> Experiment | None:
     """Return the loop of the log with the best model: the one that is simulated, written down, run and designed."""
-    from bristle.prediction.loop import loop_of
+    from bristle.prediction.following import loop_of
     from bristle.prediction.predict import TREATED
 
     best = identification.best

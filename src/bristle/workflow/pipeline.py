@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.digest import digest
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Variant
+from bristle.core.fingerprint import digest
 from bristle.core.status import Status
 from bristle.files.model import FITTED_TO
 from bristle.files.pipeline import DEPENDS_ON, Planned, planned_in
@@ -116,8 +116,8 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
 
 
 def _read(plan: Planned, size_limit: int) -> tuple[list[Log], Axis | None]:
+    from bristle.files.arguments import read_log
     from bristle.files.axis import read_axis
-    from bristle.files.log import read_log
 
     axis = None if plan.axis is None else read_axis(plan.axis)
     return [read_log(log, axis, size_limit=size_limit) for log in plan.logs], axis

@@ -16,10 +16,8 @@ from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import Role, Scales, name_of
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.logs import repetition
 from bristle.logs.passages import passages_along
-from bristle.logs.repetition import by_lag
-from bristle.logs.segmentation import alternating
+from bristle.logs.turns import by_lag, period_of, turning_points
 
 __all__ = [
     "Excitation",
@@ -156,8 +154,9 @@ def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.nda
     """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
     ways = []
     for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
-        least = tremble * float(np.ptp(segment.position))
-        ways.append(np.abs(np.diff(alternating(segment.position[list(turns)].tolist(), least))))
+        least, extremes = tremble * float(np.ptp(segment.position)), segment.position[list(turns)]
+        between = np.abs(np.diff(extremes[[0, *turning_points(extremes, least), -1]])) if turns else np.empty(0)
+        ways.append(between[between > least])
     return np.concatenate(ways)
 
 
@@ -183,7 +182,7 @@ def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, 
 def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
     position = max((segment.position for segment in dataset.segments), key=len)
-    return repetition.repeats_after(position, dataset.sample_time, settings)
+    return period_of(position, dataset.sample_time, settings.repeated, settings.repeated_periods)
 
 
 def spread_between_repeats(dataset: Dataset, settings: Settings = DEFAULT) -> float:

@@ -20,8 +20,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast, cores_for_simulations
-from bristle.core.digest import digest
 from bristle.core.experiment import Variant
+from bristle.core.fingerprint import digest
 from bristle.files.experiment import read_experiment
 from bristle.files.growing import Growing, growing_folder
 from bristle.friction import find

@@ -19,11 +19,11 @@ from bristle.core.axis import Axis
 from bristle.core.content import Origin, content_of
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
+from bristle.files.arguments import read_log
 from bristle.files.axis import read_axis
-from bristle.files.log import read_log
 from bristle.files.model import read_model
+from bristle.logs.assembly import within
 from bristle.logs.log import Log
-from bristle.logs.span import within
 from bristle.paper.rig import SCATTER, STATIC, screw_ratio
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
 from bristle.paper.robust.uneven import uneven

@@ -21,11 +21,10 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
-from bristle.core.enclosing import relations_of
+from bristle.core.documented import relations_of
 from bristle.core.kernel import kernel
-from bristle.core.lazy import cached_property
+from bristle.core.lazy import cached_property, once
 from bristle.core.mathematics import direction, sin
-from bristle.core.once import once
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number
 from bristle.core.variable import unit_of
+from bristle.loop import doubts_of, verdict_of
 from bristle.report.design_tables import least_phase
 from bristle.report.front import Front, Ruling, about, answered, fixed, length_text
 from bristle.report.laws import law_lines
 from bristle.report.messages import message
-from bristle.stability import doubts_of, verdict_of
 
 if TYPE_CHECKING:
-    from bristle.loop_design import Design, Proposal
+    from bristle.loop import Design, Proposal
     from bristle.report.page import Picture
 
 __all__ = ["LESS", "MORE", "best_of", "counts_much", "design_front", "design_ruling", "peak_of"]

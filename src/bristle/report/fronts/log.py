@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number
 from bristle.core.variable import unit_of
-from bristle.logs.passage import KINDS
+from bristle.logs.passages import KINDS
 from bristle.report.front import Front, Ruling, about, answered, fixed
 from bristle.report.messages import sentence_of
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
-    from bristle.logs.passage import Passage
+    from bristle.logs.passages import Passage
     from bristle.report.page import Picture
 
 __all__ = ["log_front", "log_ruling"]

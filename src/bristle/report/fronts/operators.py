@@ -9,7 +9,7 @@ from bristle.core.variable import unit_of
 from bristle.report.front import Front, Ruling, about, answered, fixed, percent_text
 
 if TYPE_CHECKING:
-    from bristle.hysteresis_identification.result import OperatorFit, OperatorPrediction
+    from bristle.hysteresis.identification.result import OperatorFit, OperatorPrediction
     from bristle.logs.curves import Curves
     from bristle.report.page import Picture
 

@@ -11,16 +11,21 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.engine import Trace, run_batch, run_open_loop
 from bristle.logs.log import Log
-from bristle.simulation.recorded.between_samples import closes, finer, period_of
 
-__all__ = ["FINE", "OpenLoop", "open_loop_of"]
+__all__ = ["FINE", "OpenLoop", "closes", "finer", "open_loop_of", "period_of"]
 
 FINE = 20  # steps for one sample of a band-limited effort
 SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
 LEADS = (1, 2, 4, 8, 16)  # periods to run in
+EQUAL = 1e-9  # of the largest value: a difference of two periods that is none
+BEYOND = 4096  # samples that a record is continued by before it is interpolated
+ORDER = 24  # samples that the next one is predicted from
+LEARNT = 5000  # samples that the prediction is learnt from
+SEAM = 2.0  # times the largest error of the prediction inside a record: a seam that does not show
 SHORT = 12_000  # steps of a run: a batch saves the calls from Python, which are lost in longer ones
 
 
@@ -50,7 +55,8 @@ class OpenLoop:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
         if not self.periodic:
             trace = self._run(plant, friction, effort)
-            return self._filled(trace.position[:: self.steps], self.count), trace.status
+            position = trace.position[:: self.steps]
+            return np.concatenate([position, np.full(self.count - position.size, np.nan)]), trace.status
         size = effort.size
         reached, status = np.full(size, np.nan), Status.NOT_FINITE
         for lead in self.leads:
@@ -102,10 +108,6 @@ class OpenLoop:
     def _run(self, plant: Model, friction: Model, effort: np.ndarray) -> Trace:
         return run_open_loop(plant, friction, effort, self.sample_time / self.steps, steps=1, hold=self.hold)
 
-    @staticmethod
-    def _filled(position: np.ndarray, count: int) -> np.ndarray:
-        return np.concatenate([position, np.full(count - position.size, np.nan)])
-
 
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
     """Return the open loop of a stretch of a log that begins at rest or repeats itself."""
@@ -126,3 +128,57 @@ def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLo
         fine = np.repeat(period_of_effort, steps)
     hold = "linear" if axis.hold in ("band_limited", "linear") else "zero"
     return OpenLoop(fine, steps, log.sample_time, effort.size, period is not None, hold)
+
+
+def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
+    """Return a band-limited effort on a grid that is finer, the samples among its points.
+
+    A signal without content above half the sampling frequency is known everywhere from its samples (Whittaker, Shannon):
+    the only interpolation that does not falsify a structure that is excited at a tenth of the sampling frequency. Of a
+    periodic record it is exact.
+    """
+    from scipy.signal import resample
+
+    if periodic:
+        return np.asarray(resample(effort, effort.size * steps))
+    beyond = min(effort.size - 1, BEYOND)
+    before = 2.0 * effort[0] - effort[beyond:0:-1]
+    after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
+    fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
+    faded = np.concatenate([fade * before, effort, fade[::-1] * after])
+    fine = np.asarray(resample(faded, faded.size * steps))
+    return fine[beyond * steps : (beyond + effort.size) * steps]
+
+
+def period_of(effort: np.ndarray) -> int | None:
+    """Return the period of a record that holds at least two equal ones, in samples; None for any other record."""
+    size = effort.size
+    if size < 4 or not np.any(effort != effort[0]):
+        return None
+    tolerance = EQUAL * float(np.max(np.abs(effort)))
+    swing = effort - effort.mean()
+    spectrum = np.fft.rfft(swing, 2 * size)
+    overlap = np.arange(size, 0, -1)
+    alike = np.fft.irfft(np.abs(spectrum) ** 2)[:size] / overlap
+    # Shifted by a period, a record is as much like itself as unshifted.
+    for period in np.flatnonzero(alike[: size // 2 + 1] > (1.0 - 1e-6) * alike[0]).tolist():
+        if period >= 2 and np.all(np.abs(effort[period:] - effort[:-period]) <= tolerance):
+            return period
+    return None
+
+
+def closes(signal: np.ndarray) -> bool:
+    """Return whether a record goes on from its end to its beginning as it goes on inside: it is a whole period.
+
+    Inside, each sample follows from those before it, as well as a linear prediction does. Across the seam of whole
+    periods it is as good; across any other it fails.
+    """
+    if signal.size < 8 * ORDER or not np.any(signal != signal[0]):
+        return False
+    rows = np.lib.stride_tricks.sliding_window_view(signal - signal.mean(), ORDER + 1)
+    learnt = rows[:: max(rows.shape[0] // LEARNT, 1)]
+    weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
+    seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
+    across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
+    inside, across_seam = (float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across))
+    return across_seam <= SEAM * inside

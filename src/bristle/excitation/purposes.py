@@ -1,0 +1,284 @@
+"""The four kinds of experiment: what each tells, what of an axis it needs, and the pieces of motion that make it.
+
+`presliding` has a conditioning slide, decaying loops, and pairs of triangles from small to large: the slide and the
+decaying loops leave the contact in a known state. `break-away` reverses from rest at several rates, in both directions,
+each until friction is saturated. `damping` is a chirp of small amplitude through the frequency at which the mass moves
+on the contact. `stribeck` goes to and fro at constant velocities, from creeping to the largest one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import ExcitationPiece, in_time
+from bristle.references import chirp, s_curve, triangle
+
+__all__ = ["PURPOSES", "Purpose"]
+
+REST = 0.2  # before a piece [s]
+SLIDING = 5.0  # times the pre-sliding amplitude: a slide, or a reversal, is no shorter
+
+PAIRS = 14
+SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
+LOOP_COUNTS = 3.0  # of the encoder: no loop is smaller
+SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
+SLIDE_TIME = 1.5  # [s]
+DECAYING_CYCLES, DECAYED = 5, 0.15
+LEG_SAMPLES = 25.0  # at least, in the shortest leg
+LEG_TIME = 5.0  # [s] at most, for the longest leg: longer, and drift of the axis looks like friction
+
+RATES = (1.0, 4.0, 16.0)  # of break-away, relative to the slowest
+TURN_SAMPLES = 50.0  # at least, while the contact turns over
+
+SPEEDS = 10
+SLIDE_COUNTS = 200.0  # of the encoder: the shortest slide
+TRAVEL_SHARE = 0.01  # the shortest slide where neither encoder nor contact is known
+SLOWEST_SHARE = 0.3  # of the time, for the slowest velocity
+BELOW_STRIBECK = 0.2  # of the Stribeck velocity, where it is known
+SPREAD = 3.0  # the largest velocity over the smallest, at least
+CYCLES_MOST = 6
+
+CHIRP_AMPLITUDE = 0.2  # of the pre-sliding amplitude: small, so that stiffness and damping show, and not slip
+CHIRP_COUNTS = 2.0  # of the encoder: no smaller amplitude
+CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
+CHIRP_SAMPLES = 5.0  # in a period, at least
+ENOUGH = 1.25  # times the resonance, that the chirp must reach
+RAMP_SHARE = 0.2  # of the duration, at most; a ramp takes two periods of the lowest frequency
+
+
+class Purpose(NamedTuple):
+    """One kind of experiment: what it tells, its share of the time, why an axis does not allow it, and its pieces."""
+
+    tells: str
+    share: float
+    missing: Callable[[MotionLimits], str]
+    pieces: Callable[[MotionLimits, float], list[ExcitationPiece]]
+
+
+def _no_presliding(limits: MotionLimits) -> str:
+    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    if limits.presliding is None:
+        return (
+            "the distance over which friction turns is not known: write presliding under [plant], or give a model; a slow reversal shows it"
+        )
+    if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
+        return (
+            f"the encoder is too coarse: {LOOP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are no "
+            f"small part of {limits.in_unit(limits.presliding, 'length')}"
+        )
+    if limits.followed > 0.5 * LARGEST * limits.presliding:
+        return (
+            f"the controller follows such loops no closer than {limits.in_unit(limits.followed, 'length')}, which is "
+            f"no small part of {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
+            "integral action"
+        )
+    if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
+        return f"it takes a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
+    return ""
+
+
+def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
+    """Return a slide to and fro that wipes out what the contact remembers."""
+    assert limits.presliding is not None
+    amplitude = SLIDE * limits.presliding
+    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / SLIDE_TIME)
+
+
+def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, to last about so long [s]."""
+    assert limits.presliding is not None
+    largest = LARGEST * limits.presliding
+    smallest = max(SMALLEST * limits.presliding, LOOP_COUNTS * limits.count, limits.followed)
+    # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
+    amplitudes = np.linspace(smallest, largest, PAIRS)
+    slowest = 2.0 * largest / LEG_TIME
+    fastest = min(2.0 * smallest / (LEG_SAMPLES * limits.sample_time), limits.velocity or math.inf)
+    cycles = 2
+
+    def make(speed: float) -> list[ExcitationPiece]:
+        decay = DECAYED ** (1.0 / (2 * DECAYING_CYCLES - 1))
+        loops = _triangle(limits, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay)
+        pairs = [_triangle(limits, "presliding", "triangles", amplitude, speed, cycles) for amplitude in amplitudes]
+        return [_conditioning(limits, "presliding"), loops, *pairs]
+
+    planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
+    if planned[-1].speed < slowest <= (limits.velocity or math.inf):
+        cycles = 2 * max(round(slowest / planned[-1].speed), 1)
+        planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
+    return planned
+
+
+def _triangle(
+    limits: MotionLimits, purpose: str, name: str, amplitude: float, speed: float, cycles: int = 1, ratio: float = 1.0
+) -> ExcitationPiece:
+    speed = min(speed, limits.velocity or math.inf)
+    shortest = 2.0 * amplitude * ratio ** (2 * cycles - 1)
+    reference = triangle(
+        kind=limits.kind,
+        amplitude=amplitude,
+        velocity=speed,
+        cycle_count=cycles,
+        ratio=ratio,
+        acceleration=limits.corner(speed, shortest),
+        jerk=limits.jerk,
+    )
+    return ExcitationPiece(purpose, name, reference, REST, speed, amplitude)
+
+
+def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, to last about so long [s]."""
+    assert limits.presliding is not None
+    turn = 2.0 * limits.presliding
+    most = min(turn / (TURN_SAMPLES * limits.sample_time), limits.velocity or math.inf)
+
+    # The conditioning slide ends forward: the first ramp turns back.
+    def make(speed: float) -> list[ExcitationPiece]:
+        return [
+            _conditioning(limits, "break-away"),
+            *(_ramp(limits, side, min(rate * speed, most)) for rate in RATES for side in (-1.0, 1.0)),
+        ]
+
+    pace = turn / (0.2 * seconds)
+    return in_time(make, seconds, pace, 1e-2 * pace, most)
+
+
+def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
+    assert limits.presliding is not None
+    distance = SLIDING * limits.presliding
+    reference = s_curve(
+        kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.presliding), jerk=limits.jerk
+    )
+    return ExcitationPiece("break-away", "break-away ramp", reference, 2.0 * REST, speed, side * distance)
+
+
+def _no_stribeck(limits: MotionLimits) -> str:
+    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    for value, quantity, remedy in (
+        (limits.velocity, "velocity", "velocity under [limits]"),
+        (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
+        (limits.travel, "travel", "stroke under [limits], or give a travel"),
+    ):
+        if value is None:
+            return f"how much {quantity} the axis allows is not known: write {remedy}"
+    if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
+        return f"a travel of {limits.in_unit(limits.travel or 0.0, 'length')} is too short for several velocities"
+    return ""
+
+
+def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, to last about so long [s]."""
+    assert limits.acceleration is not None
+    assert limits.travel is not None
+    acceleration, most = limits.acceleration, 0.5 * limits.travel
+    fastest, least = _fastest(limits), _shortest(limits)
+
+    def make(rate: float) -> list[ExcitationPiece]:
+        slowest = min(_slowest(limits, seconds, rate), fastest / SPREAD)
+        sweeps = []
+        for speed in np.geomspace(slowest, fastest, SPEEDS):
+            braking = speed * speed / acceleration + speed * acceleration / limits.jerk
+            ideal = speed / (4.0 * rate)
+            amplitude = min(max(ideal, least, 2.0 * braking), most)
+            cycles = min(max(round(ideal / amplitude), 1), CYCLES_MOST)
+            sweeps.append(_sweep(limits, float(speed), float(amplitude), cycles))
+        return sweeps
+
+    pace = SPEEDS / seconds
+    return in_time(make, seconds, pace, 1e-2 * pace, 1e3 * pace)
+
+
+def _sweep(limits: MotionLimits, speed: float, amplitude: float, cycles: int) -> ExcitationPiece:
+    reference = triangle(
+        kind=limits.kind,
+        amplitude=amplitude,
+        velocity=speed,
+        cycle_count=cycles,
+        acceleration=limits.corner(speed, amplitude),
+        jerk=limits.jerk,
+    )
+    return ExcitationPiece("stribeck", "constant velocity", reference, REST, speed, amplitude)
+
+
+def _shortest(limits: MotionLimits) -> float:
+    """Return the amplitude of the shortest slide [m or rad]."""
+    smallest = max(SLIDING * (limits.presliding or 0.0), SLIDE_COUNTS * limits.count)
+    return min(smallest or TRAVEL_SHARE * (limits.travel or 0.0), 0.5 * (limits.travel or 0.0))
+
+
+def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
+    """Return the smallest velocity of a slide that is long enough [m/s or rad/s]."""
+    least = 4.0 * _shortest(limits)
+    if limits.stribeck_velocity is not None:
+        return max(BELOW_STRIBECK * limits.stribeck_velocity, least / (SLOWEST_SHARE * seconds))
+    return least * rate
+
+
+def _fastest(limits: MotionLimits) -> float:
+    """Return the largest velocity at which half of a quarter of the loop is left for a steady slide [m/s or rad/s]."""
+    assert limits.velocity is not None
+    assert limits.acceleration is not None
+    a, room_left = limits.acceleration, 0.25 * (limits.travel or 0.0)
+    rise = a / limits.jerk
+    return min(limits.velocity, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
+
+
+def _no_damping(limits: MotionLimits) -> str:
+    """Return why an axis allows no such motion, and what to do; nothing where it does."""
+    reason = _no_presliding(limits)
+    if reason:
+        return reason
+    if limits.resonance is None:
+        return (
+            "the frequency at which the mass moves on the contact is not known: write the moving mass under [plant] "
+            "and limit under [effort], or give a model"
+        )
+    if _highest_frequency(limits) < ENOUGH * limits.resonance:
+        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at {limits.resonance:.3g} Hz"
+    amplitude = _chirp_amplitude(limits)
+    if amplitude < CHIRP_COUNTS * limits.count:
+        return (
+            f"the limits leave it {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, and the encoder "
+            f"sees no less than {CHIRP_COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            "acceleration under [limits] for this motion"
+        )
+    return ""
+
+
+def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, to last about so long [s]."""
+    assert limits.presliding is not None
+    assert limits.resonance is not None
+    low, high = CHIRPED[0] * limits.resonance, _highest_frequency(limits)
+    omega, amplitude = 2.0 * math.pi * high, _chirp_amplitude(limits)
+    duration = max(seconds - REST, 4.0 / low)
+    ramp = min(2.0 / low, RAMP_SHARE * duration)
+    reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
+    return [ExcitationPiece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
+
+
+def _chirp_amplitude(limits: MotionLimits) -> float:
+    """Return the amplitude of the chirp [m or rad], as large as the limits leave it."""
+    assert limits.presliding is not None
+    omega = 2.0 * math.pi * _highest_frequency(limits)
+    # The ramps add little to what the sine itself takes.
+    amplitude = max(CHIRP_AMPLITUDE * limits.presliding, CHIRP_COUNTS * limits.count)
+    most = (limits.velocity or math.inf) / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
+    return min(amplitude, *most)
+
+
+def _highest_frequency(limits: MotionLimits) -> float:
+    """Return the highest frequency [Hz]."""
+    return min(CHIRPED[1] * (limits.resonance or 0.0), 1.0 / (CHIRP_SAMPLES * limits.sample_time))
+
+
+PURPOSES: dict[str, Purpose] = {
+    "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding),
+    "break-away": Purpose("break-away force and distance, and how they depend on the rate", 0.12, _no_presliding, _break_away),
+    "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
+    "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
+}

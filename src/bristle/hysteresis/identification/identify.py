@@ -1,0 +1,218 @@
+"""From recorded hysteresis to an operator: of friction or of a magnet, whatever sign its measure has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import HeldOut
+from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.hysteresis import table_of_curves
+from bristle.hysteresis.identification.closed_form import fit_closed_form
+from bristle.hysteresis.identification.curves import Congruency, congruency_of, smoothed
+from bristle.hysteresis.identification.linear import RESOLUTION, fit_grid, fit_stops
+from bristle.hysteresis.identification.result import OperatorFit, OperatorIdentification, predict_operator
+from bristle.hysteresis.identification.trace import Rows
+from bristle.logs.curves import Curves
+
+__all__ = ["FITTED", "identify_operator"]
+
+SAMPLES_LEAST = 20  # of a recording, for each fold
+
+Progress = Callable[[float, str], None]
+
+
+class Fitted(NamedTuple):
+    """An operator, the constant beside it, and what to say of it."""
+
+    operator: Model
+    offset: float
+    notes: tuple[str, ...] = ()
+
+
+def _stops(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    fit = fit_stops(recorded, count=stops, rows=rows)
+    return Fitted(fit.operator, fit.offset, (f"{len(fit.operator.parameters.weights)} stops have a weight",))
+
+
+def _closed_form(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    fit = fit_closed_form(recorded, rows=rows)
+    return Fitted(fit.operator, fit.offset)
+
+
+def _grid(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    fit = fit_grid(recorded, cells=cells, rows=rows)
+    notes = [f"off the diagonal the measure has the sign of a {fit.sign}: that sign fits better"]
+    if fit.unseen > 0.0:
+        notes.append(f"no curve crosses {100.0 * fit.unseen:.3g} % of the cells, which are left empty")
+    return Fitted(fit.operator, 0.0, tuple(notes))
+
+
+def _table(recorded: Curves, rows: Rows, stops: int, cells: int) -> Fitted:
+    if recorded.start != "saturated" or len(recorded.curves) < 2:
+        raise InputError(
+            "needs first-order reversal curves, which all start from saturation",
+            path="model",
+            value="reversal_table",
+            mend='Write start = "saturated" if they do, or fit preisach_grid',
+        )
+    behind = smoothed(recorded)
+    table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
+    remark = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
+    return Fitted(table, 0.0, (remark,) if behind.window > 1 else ())
+
+
+FITTED: dict[str, Callable[[Curves, Rows, int, int], Fitted]] = {
+    "prandtl_ishlinskii": _stops,
+    "preisach": _closed_form,
+    "preisach_grid": _grid,
+    "reversal_table": _table,
+}
+"""The operators that can be identified, and how."""
+
+
+@guarded(
+    recorded=instance(Curves, "recorded curves", "Write read_curves(...)"),
+    model=NAMES,
+    stops=whole(1, 10_000),
+    cells=whole(2, 1000),
+    folds=whole(2, 1000, none=True),
+    progress=PROGRESS,
+)
+def identify_operator(
+    recorded: Curves,
+    model: Any = tuple(FITTED),
+    *,
+    stops: int = RESOLUTION,
+    cells: int = RESOLUTION,
+    folds: int = 5,
+    progress: Progress | None = None,
+) -> OperatorIdentification:
+    """Identify hysteresis operators from recorded input and output, and rank them by what they were not fitted to.
+
+    Parameters
+    ----------
+    recorded : Curves
+        Input and output along one path or several, such as first-order reversal curves.
+    model : str or sequence of str
+        ``"prandtl_ishlinskii"``, stops with non-negative weights; ``"preisach"``, the best closed form;
+        ``"preisach_grid"``, the measure of each cell, its sign off the diagonal chosen by the data;
+        ``"reversal_table"``, the Everett function along the recorded curves. Several separated by commas; ``"all"``
+        that the data allow by default.
+    stops, cells : int
+        Number of stops, and of cells along a side of the grid.
+    folds : int
+        In how many parts the data are left out in turn: every fifth curve, say, where there are at least twice as
+        many, else blocks of samples. The first and the last curve are always fitted. 0 for none.
+    progress : callable, optional
+        Called with the share of the work done and what is being done.
+
+    Returns
+    -------
+    OperatorIdentification
+        The operators, best first; interrupted (Ctrl-C), those that were fitted until then.
+
+    Raises
+    ------
+    InputError
+        If there is no such operator, or the data do not serve.
+    """
+    names = _names(model, recorded)
+    fits = []
+    for number, name in enumerate(names):
+
+        def report(share: float, name: str = name, before: int = number) -> None:
+            if progress is not None:
+                progress((before + share) / len(names), f"fitting {name}")
+
+        try:
+            fits.append(_fit(name, recorded, partial(FITTED[name], stops=stops, cells=cells), folds, report))
+        except KeyboardInterrupt:
+            if not fits:
+                raise
+            break
+    missing = names[len(fits) :]
+    fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)
+    congruency = congruency_of(recorded)
+    ranked = tuple(replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1))
+    were = "was" if len(missing) == 1 else "were"
+    unfinished = f"interrupted: {', '.join(missing)} {were} not fitted" if missing else ""
+    return OperatorIdentification(ranked, recorded, congruency, unfinished)
+
+
+def _names(model: Sequence[str], recorded: Curves) -> list[str]:
+    names = list(FITTED) if list(model) == ["all"] else list(model)
+    for name in names:
+        if name not in FITTED:
+            raise InputError(
+                "is no operator that can be identified",
+                path="model",
+                value=name,
+                allowed=f"{', '.join(FITTED)}, or all",
+                mend=did_you_mean(str(name), FITTED),
+            )
+    if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
+        names.remove("reversal_table")
+    if not names or len(set(names)) < len(names):
+        raise InputError("must name operators, each once", path="model", value=model, allowed=", ".join(FITTED))
+    return names
+
+
+def _fit(name: str, recorded: Curves, fit_operator: Callable[..., Fitted], folds: int, report: Callable[[float], None]) -> OperatorFit:
+    report(0.0)
+    fitted = fit_operator(recorded, None)
+    prediction = predict_operator(fitted.operator, recorded, fitted.offset)
+    fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
+    by_curve = len(recorded.curves) >= 2 * folds
+    if not folds or (name == "reversal_table" and not by_curve):
+        return fit
+    errors = []
+    for fold, rmse in enumerate((_without_curves if by_curve else _without_blocks)(recorded, fit_operator, folds), 2):
+        errors.append(100.0 * rmse / recorded.full_scale)
+        report(min(fold, folds) / (folds + 1))
+    return replace(fit, held_out=HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1))))
+
+
+def _without_curves(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
+    """Yield the root mean square error on every fifth curve, say, fitted to all others."""
+    order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
+    for fold in range(folds):
+        out = [k for k in range(1, len(order) - 1) if k % folds == fold]
+        held = replace(recorded, curves=tuple(order[k] for k in out))
+        fit = fit_operator(replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out)), None)
+        yield predict_operator(fit.operator, held, fit.offset).rmse
+
+
+def _without_blocks(recorded: Curves, fit_operator: Callable[..., Fitted], folds: int) -> Iterator[float]:
+    """Yield the root mean square error on blocks of samples, fitted to all others; the memory runs through."""
+    sizes = [curve.u.size for curve in recorded.curves]
+    if sum(sizes) < SAMPLES_LEAST * folds:
+        raise InputError(
+            "is too short for so many folds", path="folds", value=folds, allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0"
+        )
+    fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
+    parts = np.split(fold_of, np.cumsum(sizes)[:-1])
+    measured = np.concatenate([curve.f for curve in recorded.curves])
+    for fold in range(folds):
+        fit = fit_operator(recorded, [np.flatnonzero(part != fold) for part in parts])
+        predicted = np.concatenate(predict_operator(fit.operator, recorded, fit.offset).outputs)
+        yield float(np.sqrt(np.mean((predicted - measured)[fold_of == fold] ** 2)))
+
+
+def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
+    """Return what the congruency of the data says of an operator, in words."""
+    limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
+    if limit is None:
+        return ()
+    difference = with_unit(limit, unit_of("force", fit.operator.kind))
+    share = 100.0 * limit / fit.prediction.full_scale
+    condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
+    return (f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",)

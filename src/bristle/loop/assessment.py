@@ -1,0 +1,230 @@
+r"""The loop of an experiment judged before it is simulated: poles decide what is refused, margins what is warned of.
+
+A law may answer small motions otherwise than large ones (inside and outside a boundary layer), and friction is a spring
+where the axis is stuck and a damper where it slides. Each combination is one linear loop, a `WorkingPoint`.
+
+Where the axis is stuck, friction of stiffness :math:`s` holds it beside the stiffness :math:`K` of the law. A
+compensator of `c` times this friction that follows the measured motion takes :math:`c\,s` away again: what is left
+holds the axis only if :math:`K > (c - 1)\,s`. Along the desired motion nothing is taken away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.experiment import Feedforward, Variant
+from bristle.core.lazy import cached_property
+from bristle.core.variable import Kind
+from bristle.loop.linear_plant import linear_plant
+from bristle.loop.linear_system import (
+    ALIKE,
+    LARGE,
+    NO_FRICTION,
+    SAME,
+    SMALL,
+    LinearFriction,
+    LinearSystem,
+    linear_law,
+    slope_in_sliding,
+    stiffness_at_rest,
+)
+from bristle.loop.sampled_loop import Margins, SampledLoop, margins_of
+
+__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "law_stiffness", "motion_of", "top_speed"]
+
+SLOW = (1e-7, 1e-6)  # where a law without an integral answers alike [rad/sample]
+
+
+class Motions(StrEnum):
+    """Which motions a law was linearised for."""
+
+    ALL = "all"
+    SMALL = "small"
+    LARGE = "large"
+
+
+class Friction(StrEnum):
+    """What friction does at a working point."""
+
+    NONE = "none"
+    STUCK = "stuck"
+    SLIDING = "sliding"
+
+
+class Verdict(StrEnum):
+    """What the poles say: all inside the unit circle; outside it for small motions only; outside however large."""
+
+    STABLE = "stable"
+    OSCILLATES = "oscillates"
+    DIVERGES = "diverges"
+
+
+class Stiffness(NamedTuple):
+    """What holds a stuck axis [N/m or N*m/rad]: the law, friction that has not broken away, less what is fed forward."""
+
+    law: float
+    friction: float
+    compensation: float
+
+    @property
+    def left(self) -> float:
+        """What holds the axis after all."""
+        return self.law + self.friction - self.compensation
+
+
+@dataclass(frozen=True)
+class WorkingPoint:
+    """A loop linearised for these motions, under this friction."""
+
+    motions: Motions
+    friction: Friction
+    loop: SampledLoop
+
+    @cached_property
+    def margins(self) -> Margins:
+        """How far it is from instability."""
+        return margins_of(self.loop)
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """What the linear loops of one variant say.
+
+    Parameters
+    ----------
+    name : str
+        Of the variant.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    points : tuple of WorkingPoint
+        The linear loops.
+    switches : bool
+        Whether the law has no slope at rest: it switches, and for small motions there is no linear loop.
+    stiffness : Stiffness or None
+        What holds a stuck axis, where friction is fed forward along the measured motion.
+    """
+
+    name: str
+    kind: Kind
+    points: tuple[WorkingPoint, ...]
+    switches: bool = False
+    stiffness: Stiffness | None = None
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the loop is stable, oscillates within bounds, or diverges."""
+        # As an oscillation grows, the loop becomes that of large motions: where this one is stable, the growth ends.
+        # One that friction alone upsets (by falling with velocity) sticks and slips; one that it settles is settled.
+        large = [point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL]
+        if large and all(large):
+            return Verdict.DIVERGES
+        return Verdict.OSCILLATES if any(point.loop.is_unstable for point in self.points) else Verdict.STABLE
+
+    @property
+    def bare(self) -> tuple[WorkingPoint, ...]:
+        """The working points without friction: what the law, the inertia and the delays do by themselves."""
+        return tuple(point for point in self.points if point.friction is Friction.NONE)
+
+    @property
+    def worst(self) -> WorkingPoint:
+        """The working point with the largest pole: one without friction where that is unstable, else any."""
+        among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
+        return max(among, key=lambda point: point.loop.spectral_radius)
+
+
+def assess(variant: Variant) -> Assessment:
+    """Return what the linear loops of a variant say.
+
+    Parameters
+    ----------
+    variant : Variant
+        The loop. Its sensor is taken for exact, because counts and noise have no slope, and a backlash for closed.
+
+    Returns
+    -------
+    Assessment
+        Poles and margins at each working point, and a verdict.
+    """
+    run = variant.run
+    laws, switches = _laws(variant)
+    feedback = _feedback_of(variant.feedforward, run.sample_time)
+    points, stiffness = [], None
+    for motions, law in laws.items():
+        amplitude = SMALL if motions is Motions.SMALL else LARGE
+        for name, frictions in _frictions(variant, motions).items():
+            plant = linear_plant(variant, amplitude, *frictions)
+            combined = law
+            if name is Friction.STUCK and feedback is not None:
+                fed, compensation = feedback
+                stiffness = Stiffness(min(map(law_stiffness, laws.values())), frictions[0].k, compensation)
+                combined = law.beside(fed)
+            points.append(WorkingPoint(motions, name, SampledLoop(plant, combined, run.delay, run.sample_time)))
+    return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
+
+
+def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
+    """Return the law for each size of motion, and whether it switches."""
+    amplitudes = (0.1 * SMALL, SMALL, LARGE, 10.0 * LARGE)
+    smallest, small, large, larger = (linear_law(variant.controller, variant.run.sample_time, amplitude) for amplitude in amplitudes)
+    # A number that is less than half as large at ten times the amplitude fades.
+    large = LinearSystem(*(np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True)))
+    if _alike(small, large, SAME):
+        return {Motions.ALL: large}, False
+    if not _alike(small, smallest, ALIKE):
+        return {Motions.LARGE: large}, True
+    return {Motions.SMALL: small, Motions.LARGE: large}, False
+
+
+def _alike(first: LinearSystem, second: LinearSystem, tolerance: float) -> bool:
+    return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(first, second, strict=True))
+
+
+def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[LinearFriction, LinearFriction]]:
+    """Return what acts on the port of the plant and on its table at each working point."""
+    frictions = {Friction.NONE: (NO_FRICTION, NO_FRICTION)}
+    dt, screw = variant.run.sample_time, variant.plant.component.screw
+    stuck = stiffness_at_rest(variant.friction, dt)
+    behind = NO_FRICTION if variant.table is None else stiffness_at_rest(variant.table, dt)
+    if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
+        frictions[Friction.STUCK] = (stuck, behind)
+    speed = top_speed(variant)
+    if speed > 0.0:
+        sliding, behind = slope_in_sliding(variant.friction, speed), NO_FRICTION
+        if variant.table is not None and screw is not None:
+            behind = slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
+        frictions[Friction.SLIDING] = (sliding, behind)
+    return frictions
+
+
+def motion_of(variant: Variant) -> tuple[np.ndarray, np.ndarray]:
+    """Return position [m or rad] and velocity that the reference asks for, at each sample and at the end."""
+    run = variant.run
+    t = run.sample_time * np.arange(round(run.duration / run.sample_time) + 1)
+    return variant.reference.component.sample(t, variant.reference.parameters)[:2]
+
+
+def top_speed(variant: Variant) -> float:
+    """Return the largest velocity that the reference asks for [m/s or rad/s]."""
+    return float(np.max(np.abs(motion_of(variant)[1][:-1]), initial=0.0))
+
+
+def law_stiffness(law: LinearSystem) -> float:
+    """Return the effort of a law over a deviation that lasts [N/m or N*m/rad], without end with an integral."""
+    slow = np.abs(law.response(np.exp(1j * np.array(SLOW))))
+    return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
+
+
+def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[LinearSystem, float] | None:
+    """Return what friction fed forward along the measured motion feeds back, and its stiffness; None where it has none."""
+    along_measured = feedforward.along == "measured" and feedforward.friction is not None
+    stuck = stiffness_at_rest(feedforward.friction, dt) if along_measured else None
+    if stuck is None:
+        return None
+    # The mean force over the last sample, from the position before it to the present one.
+    spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
+    fed = LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper)
+    return fed, 2.0 * spring

@@ -1,0 +1,150 @@
+r"""Linear systems in discrete time, measured on the functions that the simulation runs.
+
+.. math:: s_{k+1} = A\,s_k + B\,u_k, \qquad y_k = C\,s_k + D\,u_k
+
+Each column is the difference between two steps, one to either side: for a function that is straight between the two,
+which control laws and mechanisms are piece by piece, the slope is exact to rounding. Friction is a spring and a damper,
+:math:`F = k\,x + c\,v`: stiff before it breaks away, and in sliding the slope of the steady curve, which is negative
+where friction falls with velocity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model, Motion, Reference
+from bristle.core.packing import pack, structure_of, unpacker
+from bristle.engine.checks import finite
+from bristle.engine.contact import steady_force
+
+__all__ = [
+    "ALIKE",
+    "LARGE",
+    "NO_FRICTION",
+    "SAME",
+    "SMALL",
+    "LinearFriction",
+    "LinearSystem",
+    "linear_law",
+    "measured_on",
+    "sliding_force",
+    "slope_in_sliding",
+    "stiffness_at_rest",
+    "varied_in",
+]
+
+ALIKE = 1e-3  # relative change of a slope over a decade of amplitude, within which it is one
+SAME = 1e-6  # relative difference of numbers that are one
+APART = 0.05  # relative distance of the two velocities that a slope is taken between
+SMALL = 1e-12
+"""Amplitude [SI] within every boundary layer, dead band, backlash and break-away distance."""
+LARGE = 1e6
+"""Amplitude [SI] so large that what is bounded (a switching term, a backlash) no longer counts beside it."""
+
+
+class LinearSystem(NamedTuple):
+    """State, input and output matrices, of shapes (n, n), (n,), (n,) and a number."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: float
+
+    def beside(self, system: LinearSystem) -> LinearSystem:
+        """Return both systems side by side: one input, the sum of their outputs."""
+        n, m = self.B.size, system.B.size
+        A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), system.A]])
+        return LinearSystem(A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D)
+
+    def response(self, z: np.ndarray) -> np.ndarray:
+        """Return the transfer function at points `z` of the complex plane, shape (point,)."""
+        if not self.B.size:
+            return np.full(z.shape, self.D, dtype=complex)
+        resolvent = z[:, None, None] * np.eye(self.B.size) - self.A
+        states = np.linalg.solve(resolvent, np.broadcast_to(self.B[:, None], (z.size, self.B.size, 1)))
+        return states[:, :, 0] @ self.C + self.D
+
+
+def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
+    """Return a control law from the measured position to the effort, about rest."""
+    component, p = controller.component, controller.parameters
+    if "limit" in p._fields:
+        p = p._replace(limit=float("inf"))
+    rest = component.start(0.0, 0.0, 0.0, dt, p)
+    load, still = unpacker(structure_of(rest)), Reference(0.0, 0.0, 0.0, 0.0)
+
+    def sample(state: np.ndarray, measured: float) -> tuple[np.ndarray, float]:
+        effort, after = component.step(load(state), still, measured, dt, p)
+        return pack(after), effort
+
+    return measured_on(sample, pack(rest), varied_in(structure_of(rest)), amplitude)
+
+
+def varied_in(structure: Any) -> np.ndarray:
+    """Return which numbers of a packed state are states of a linear system: counters and modes are not."""
+    flags: list[bool] = []
+    for part in structure[1]:
+        flags.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
+    return np.array(flags, dtype=bool)
+
+
+def measured_on(
+    sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]], rest: np.ndarray, varied: np.ndarray, amplitude: float
+) -> LinearSystem:
+    """Return the linear system of a function of state and input that returns the next state and the output."""
+    directions = [np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)]
+    moves = [(direction, 0.0) for direction in directions] + [(np.zeros(rest.size), amplitude)]
+    columns, outputs = [], []
+    for move, push in moves:
+        (plus, out_plus), (minus, out_minus) = sample(rest + move, push), sample(rest - move, -push)
+        columns.append((plus - minus)[varied] / (2.0 * amplitude))
+        outputs.append((out_plus - out_minus) / (2.0 * amplitude))
+    matrix = np.array(columns).T.reshape(-1, len(moves))
+    return LinearSystem(matrix[:, :-1], matrix[:, -1], np.array(outputs[:-1]), float(outputs[-1]))
+
+
+class LinearFriction(NamedTuple):
+    """A spring `k` [N/m or N*m/rad] and a damper `c` [N*s/m or N*m*s/rad] between the port and the ground."""
+
+    k: float = 0.0
+    c: float = 0.0
+
+
+NO_FRICTION = LinearFriction()
+
+
+def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
+    """Return the friction of an axis that is stuck, at small motions about where it rests."""
+    slow, fast = (_slope(friction, SMALL, time) for time in (dt, 0.1 * dt))
+    if abs(_slope(friction, 0.1 * SMALL, dt) - slow) > ALIKE * abs(slow):
+        return None
+    # Over a move of length d in a time T the mean force is k d/2 + c d/T.
+    c = (fast - slow) * dt / 9.0
+    k = 2.0 * (slow - c / dt)
+    return LinearFriction(k if k > SAME * slow else 0.0, c)
+
+
+def _slope(friction: Model, move: float, time: float) -> float:
+    """Return the mean force of a first move over its length, the mean of both directions."""
+    component, p = friction.component, friction.parameters
+    forces = []
+    for way in (move, -move):
+        state, memory = component.initial_state(p), component.new_memory(p)
+        force, _ = component.trial(state, memory, Motion(way / time, way), time, p)
+        forces.append(force)
+    finite(np.array(forces), friction)
+    return (forces[0] - forces[1]) / (2.0 * move)
+
+
+def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
+    """Return the friction of an axis that slides at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    fast, slow = (1.0 + APART) * speed, (1.0 - APART) * speed
+    return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
+
+
+def sliding_force(friction: Model, speed: float) -> float:
+    """Return the friction [N or N*m] at a constant `speed` [m/s or rad/s], the mean of both directions."""
+    return 0.5 * (steady_force(friction, speed) - steady_force(friction, -speed))

@@ -1,0 +1,76 @@
+"""Operators side by side: ranked by what they were not fitted to, and whether any of them can be adequate."""
+
+import numpy as np
+import pytest
+from tests.hysteresis.identification.known_curves import NOISE, TRUTH, recorded, reversal_curves, to_and_fro
+
+import bristle as br
+from bristle.core.errors import InputError
+from bristle.hysteresis.identification import predict_operator
+from bristle.hysteresis.identification.curves import congruency_of
+from bristle.logs.curves import Curve, Curves
+
+
+@pytest.fixture(scope="module")
+def friction():
+    rng = np.random.default_rng(11)
+    return recorded(TRUTH, to_and_fro(rng, turns=50, samples=800), rng)
+
+
+def test_operators_are_ranked_by_what_they_were_not_fitted_to(friction):
+    told, shares = [], []
+    found = br.identify_operator(friction, "all", cells=12, progress=lambda share, text: (told.append(text), shares.append(share)))
+    assert [fit.rank for fit in found.fits] == [1, 2, 3]
+    assert found.best.name == "preisach"
+    held_out = [fit.held_out.mean_percent for fit in found.fits]
+    assert held_out == sorted(held_out)
+    assert found.best.operator.values["s"] == pytest.approx(1.0, rel=0.02)
+    assert list(dict.fromkeys(told)) == ["fitting prandtl_ishlinskii", "fitting preisach", "fitting preisach_grid"]
+    assert len(shares) == 3 * 6
+    assert shares == sorted(shares)
+    for fit in found.fits:
+        assert predict_operator(fit.operator, friction, fit.offset).rmse == pytest.approx(fit.prediction.rmse)
+
+
+def test_curves_are_left_out_by_turns():
+    curves = reversal_curves(TRUTH)
+    found = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=12)
+    assert found.best.name == "reversal_table"
+    assert len(found.best.held_out.block_errors_percent) == 5
+    assert found.best.held_out.mean_percent < 0.2
+    # The table goes through its own curves.
+    assert found.best.prediction.error_percent < 0.01
+
+
+def test_congruency_reads_as_the_noise_where_an_operator_is_adequate(friction):
+    found = congruency_of(friction)
+    # The noise of a sample and that of the turning point.
+    assert NOISE < found.alike < 3.0 * NOISE
+    assert NOISE < found.anywhere < 3.0 * NOISE
+
+
+def test_congruency_tells_what_no_operator_can_follow():
+    rng = np.random.default_rng(12)
+    u = to_and_fro(rng)
+    lugre = br.friction.dahl(sigma_0=1.0, F_C=1.0)
+    chained = Curves((Curve(u, br.response(lugre, u, 1.0)),))
+    assert congruency_of(chained).alike > 0.05
+    centred = br.hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0)
+    found = congruency_of(recorded(centred, u))
+    assert found.anywhere > 5.0 * found.alike
+    assert congruency_of(Curves((Curve(np.linspace(0.0, 1.0, 50), np.linspace(0.0, 1.0, 50)),))).alike is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"model": "preisach_lugre"}, "is no operator that can be identified"),
+        ({"model": "preisach,preisach"}, "each once"),
+        ({"model": "reversal_table"}, "needs first-order reversal curves"),
+        ({"folds": 1}, "folds: out of range"),
+        ({"folds": 500}, "too short for so many folds"),
+    ],
+)
+def test_what_cannot_be_identified_is_refused(friction, arguments, words):
+    with pytest.raises(InputError, match=words):
+        br.identify_operator(friction, **({"model": "prandtl_ishlinskii"} | arguments))

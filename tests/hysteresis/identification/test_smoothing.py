@@ -1,0 +1,57 @@
+"""Noise taken off reversal curves, as far as the curves beside them agree."""
+
+import numpy as np
+import pytest
+from tests.hysteresis.identification.known_curves import NOISE, TRUTH, reversal_curves
+
+from bristle.hysteresis import preisach
+from bristle.hysteresis.identification import curves, identify_operator
+from bristle.hysteresis.identification.curves import smoothed
+from bristle.logs.curves import Curve, Curves
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=81, samples=121)
+
+
+def with_noise(curves, rng):
+    return Curves(tuple(Curve(one.u, one.f + NOISE * rng.standard_normal(one.u.size)) for one in curves), "saturated")
+
+
+def off(curves, truth):
+    return float(np.sqrt(np.mean(np.concatenate([a.f - b.f for a, b in zip(curves, truth, strict=True)]) ** 2)))
+
+
+def test_noise_that_neighbours_do_not_share_is_taken_off(clean):
+    found = smoothed(with_noise(clean, np.random.default_rng(5)))
+    assert found.window >= 5
+    assert off(found.recorded.curves, clean) < 0.7 * NOISE
+    assert all(np.array_equal(a.u, b.u) for a, b in zip(found.recorded.curves, clean, strict=True))
+
+
+def test_curves_without_noise_keep_their_shape(clean):
+    found = smoothed(Curves(clean, "saturated"))
+    assert off(found.recorded.curves, clean) < 0.1 * NOISE
+
+
+def test_curves_that_turn_within_a_few_samples_are_left_alone():
+    steep = reversal_curves(TRUTH, count=81, samples=8)
+    assert smoothed(Curves(steep, "saturated")).window == 1
+
+
+def test_falling_curves_are_smoothed_like_rising_ones(clean):
+    rng, other = np.random.default_rng(6), np.random.default_rng(6)
+    mirrored = tuple(Curve(-one.u, -one.f) for one in clean)
+    rising, falling = smoothed(with_noise(clean, rng)), smoothed(with_noise(mirrored, other))
+    assert falling.window == rising.window
+
+
+def test_curves_that_were_left_out_are_told_better_by_smoothed_ones(clean, monkeypatch):
+    recorded = with_noise(clean, np.random.default_rng(7))
+    found = identify_operator(recorded, "reversal_table").best
+    monkeypatch.setattr(curves, "WINDOWS", (1,))
+    as_recorded = identify_operator(recorded, "reversal_table").best
+    assert any("smoothed over" in note for note in found.notes)
+    assert not any("smoothed over" in note for note in as_recorded.notes)
+    assert found.held_out.mean_percent < 0.95 * as_recorded.held_out.mean_percent

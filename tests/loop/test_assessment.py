@@ -1,0 +1,308 @@
+"""Poles and margins of sampled loops: published figures, another implementation, and what the simulation does."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import signal
+from tests.loop.laws import RADIAN, rig
+
+from bristle import controllers, friction, plants
+from bristle.core.experiment import Experiment, Run
+from bristle.engine import run_closed_loop
+from bristle.loop import Verdict, assess, doubts_of, runnable, verdict_of
+from bristle.loop.assessment import Friction, Motions
+from bristle.loop.linear_system import LinearSystem, slope_in_sliding, stiffness_at_rest
+from bristle.loop.sampled_loop import SampledLoop, margins_of
+from bristle.report.messages import message
+from bristle.sensors import encoder
+
+
+def told_of(assessment):
+    return [message(one) for one in doubts_of(assessment)]
+
+
+def point(assessment, motions, under=Friction.NONE):
+    return next(one for one in assessment.points if one.motions is motions and one.friction is under)
+
+
+@pytest.mark.parametrize(
+    ("delay", "outside", "inside", "radius"),
+    [(0, 41.5, 30.8, 0.886), (1, 21.1, 3.6, 0.986), (2, 0.8, -23.5, 1.062), (3, -19.5, -50.6, 1.096)],
+)
+def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay, outside, inside, radius):
+    found = assess(rig(delay))
+    assert point(found, Motions.LARGE).margins.phase == pytest.approx(outside, abs=1.0)
+    assert point(found, Motions.SMALL).margins.phase == pytest.approx(inside, abs=1.0)
+    assert point(found, Motions.SMALL).loop.spectral_radius == pytest.approx(radius, abs=1e-3)
+
+
+def test_poles_decide_what_diverges_and_what_oscillates():
+    verdicts = [assess(rig(delay)).verdict for delay in range(4)]
+    assert verdicts == [Verdict.STABLE, Verdict.STABLE, Verdict.OSCILLATES, Verdict.DIVERGES]
+
+
+def test_an_unstable_loop_is_named_with_its_pole_and_what_puts_it_there():
+    text = message(verdict_of(assess(rig(3))))
+    assert "the sampled loop has a pole at 1.096: three samples of delay" in text
+    assert "stable with one sample of delay at most" in text
+    assert "for small motions" in message(verdict_of(assess(rig(2))))
+    assert "two samples of delay" in message(verdict_of(assess(rig(2))))
+
+
+def test_the_gain_that_is_named_is_the_largest_that_is_stable():
+    share = float(message(verdict_of(assess(rig(3)))).rpartition("gains at ")[2].partition(" %")[0]) / 100.0
+    for factor, verdict in ((0.95 * share, Verdict.STABLE), (1.05 * share, Verdict.OSCILLATES)):
+        weaker = rig(3)
+        law = weaker.controller.with_values(J=factor * 4e-4)
+        assert assess(replace(weaker, controller=law)).verdict is verdict
+
+
+def test_small_margins_are_warned_of_and_wide_ones_are_not():
+    assert any("phase margin is 3.6°" in one for one in told_of(assess(rig(1))))
+    assert told_of(assess(rig(0, slope=150.0, gain=150.0, switching=0.0))) == []
+
+
+def test_a_law_without_a_boundary_layer_switches():
+    found = assess(rig(0, layer=0.0))
+    assert found.switches
+    assert any("chatters" in one for one in told_of(found))
+    assert {one.motions for one in found.points} == {Motions.LARGE}
+
+
+def test_what_fades_with_the_size_of_a_motion_is_no_part_of_large_ones():
+    proportional = {"kind": "rotational", "J": 4e-4, "lambda_": 300.0, "K_1": 200.0, "cutoff": 400.0}
+    twisting = controllers.super_twisting(k_1=1e-3, k_2=0.2, **proportional)
+    plain = controllers.sliding_mode(**proportional)
+    found, expected = (assess(replace(rig(1), controller=one)) for one in (twisting, plain))
+    assert found.switches
+    assert not expected.switches
+    bare, linear = found.bare[0].loop, expected.bare[0].loop
+    assert bare.spectral_radius == pytest.approx(linear.spectral_radius, rel=1e-6)
+
+
+def test_a_law_that_is_one_law_has_one_loop():
+    found = assess(rig(0, switching=0.0))
+    assert {one.motions for one in found.points} == {Motions.ALL}
+
+
+def test_the_limit_of_the_drive_does_not_change_the_loop():
+    assert assess(rig(1, limit=1e-9)).worst.loop.poles == pytest.approx(assess(rig(1)).worst.loop.poles, rel=1e-9)
+
+
+# --- against another implementation -----------------------------------------------------------------------------
+
+
+def by_transfer_functions(k_p, k_v, mass, dt, delay):
+    """Return the open loop of a cascade without integral, on a mass, as one transfer function in z."""
+    plant, denominator, _ = signal.cont2discrete(([1.0], [mass, 0.0, 0.0]), dt)
+    # u = k_v (k_p q + (q - q z^-1)/dt)
+    law = np.array([k_v * (k_p + 1.0 / dt), -k_v / dt])
+    return np.polymul(plant[0], law), np.polymul(denominator, np.r_[1.0, np.zeros(1 + delay)])
+
+
+@pytest.mark.parametrize(("k_v", "delay"), [(3000.0, 0), (3000.0, 2), (9000.0, 1)])
+def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
+    dt, mass, k_p = 1e-3, 30.0, 40.0
+    variant = replace(
+        rig(0),
+        plant=plants.inertia(M=mass),
+        friction=friction.coulomb(F_C=1.0),
+        controller=controllers.cascade(k_p=k_p, k_v=k_v),
+        run=Run(8.0, dt, delay=delay),
+    )
+    found = assess(variant).bare[0]
+    over, under = by_transfer_functions(k_p, k_v, mass, dt, delay)
+    expected = np.roots(np.polyadd(under, over))
+    assert np.sort(np.abs(found.loop.poles))[-3:] == pytest.approx(np.sort(np.abs(expected))[-3:], rel=1e-7)
+    omega = np.geomspace(0.1, np.pi / dt, 200_001)
+    z = np.exp(1j * omega * dt)
+    response = np.polyval(over, z) / np.polyval(under, z)
+    at = np.flatnonzero(np.diff(np.sign(np.abs(response) - 1.0)))[-1]
+    assert found.margins.crossover == pytest.approx(omega[at], rel=1e-3)
+    assert found.margins.phase == pytest.approx(180.0 + np.degrees(np.angle(response[at])), abs=0.05)
+    largest = [np.max(np.abs(np.roots(np.polyadd(under, g * found.margins.gain * over)))) for g in (0.99, 1.0, 1.01)]
+    assert largest[1] == pytest.approx(1.0, abs=1e-6)
+    assert largest[0] < 1.0 < largest[2]
+    assert found.margins.sensitivity == pytest.approx(np.max(1.0 / np.abs(1.0 + response)), rel=1e-3)
+
+
+# --- against the simulation -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("k_v", "k_i", "delay"), [(3000.0, 0.0, 1), (3000.0, 4e4, 0), (15000.0, 0.0, 2)])
+def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
+    law, mass, moved = controllers.cascade(k_p=40.0, k_v=k_v, k_i=k_i), plants.inertia(M=30.0), 1e-3
+    film = friction.viscous(F_v=50.0)
+    variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
+    loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
+    trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0] * delay
+    body[0] = moved
+    for simulated in trace.position:
+        position = loop.plant.C @ body
+        assert position == pytest.approx(simulated, rel=1e-6, abs=1e-6 * moved)
+        line.append(loop.law.C @ state + loop.law.D * position)
+        state = loop.law.A @ state + loop.law.B * position
+        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+@pytest.mark.parametrize("side", ["motor", "load"])
+def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)
+    film, guide = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=300.0)
+    law, moved = controllers.cascade(kind="rotational", k_p=40.0, k_v=0.02), 1e-3
+    variant = replace(
+        rig(0),
+        plant=screw,
+        friction=film,
+        table=guide,
+        sensor_at=side,
+        controller=law,
+        run=Run(1.0, 5e-4, substeps=10, delay=1, current_lag=2e-4),
+    )
+    loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
+    trace = run_closed_loop(
+        screw,
+        film,
+        law,
+        encoder(kind="rotational"),
+        np.zeros((4, 300)),
+        5e-4,
+        table=guide,
+        sensor_at=side,
+        steps=10,
+        delay=1,
+        lag=2e-4,
+        x=moved,
+    )
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0]
+    body[0] = body[2] = moved
+    seen = trace.position if side == "load" else trace.motor_position
+    for simulated in seen:
+        position = loop.plant.C @ body
+        assert position == pytest.approx(simulated, rel=1e-5, abs=1e-5 * moved)
+        line.append(loop.law.C @ state + loop.law.D * position)
+        state = loop.law.A @ state + loop.law.B * position
+        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+def test_a_loop_closed_behind_a_screw_stands_less_gain_than_one_at_the_motor():
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
+    variant = replace(rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4))
+    gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
+    assert gains[0] > 1.3 * gains[1] > 0.0
+
+
+def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():
+    # The integral of a cascade without integral gain, and the far end of a spring that is pulled, both stay where they
+    # are: poles at 1 that say nothing of the loop.
+    law = controllers.cascade(k_p=40.0, k_v=3000.0)
+    pulled = plants.pulled_inertia(M=30.0, k=0.0, v_e=1e-3)
+    variants = [replace(rig(0), plant=one, controller=law, run=Run(1.0, 1e-3)) for one in (plants.inertia(M=30.0), pulled)]
+    radii = [assess(one).bare[0].loop.spectral_radius for one in variants]
+    assert radii[1] == pytest.approx(radii[0], rel=1e-6)
+    assert radii[0] < 0.99
+
+
+# --- friction ---------------------------------------------------------------------------------------------------
+
+LUGRE = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=30.0, sigma_1=0.05, sigma_2=3e-3)
+
+
+def test_friction_is_a_spring_where_the_axis_is_stuck_and_a_damper_where_it_slides():
+    found = assess(rig(0, model=LUGRE))
+    stuck, free = (point(found, Motions.SMALL, one) for one in (Friction.STUCK, Friction.NONE))
+    # The loop crosses over where inertia, spring and law balance: a spring more, a higher crossover.
+    assert stuck.margins.crossover > 1.02 * free.margins.crossover
+    sliding = point(found, Motions.LARGE, Friction.SLIDING)
+    assert sliding.margins.phase > point(found, Motions.LARGE).margins.phase
+
+
+def test_stiffness_and_damping_are_those_of_the_model():
+    stuck = stiffness_at_rest(LUGRE, 5e-4)
+    assert stuck.k == pytest.approx(30.0, rel=1e-6)
+    assert stuck.c == pytest.approx(0.053, rel=1e-6)
+    sliding = slope_in_sliding(LUGRE, 50.0)
+    assert sliding.c == pytest.approx(3e-3, rel=1e-6)
+    assert slope_in_sliding(LUGRE, 0.3).c < 0.0
+    assert stiffness_at_rest(friction.coulomb(kind="rotational", F_C=0.03), 5e-4) is None
+
+
+@pytest.mark.parametrize("model", friction.MODELS.values(), ids=friction.MODELS)
+def test_every_friction_model_has_a_linear_form_or_sticks(model):
+    typical = model(**model.example)
+    stuck = stiffness_at_rest(typical, 1e-3)
+    assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
+    # At 1 m/s the Stribeck curve has come down: what is left is viscous friction, of one order in all examples.
+    assert 0.0 <= slope_in_sliding(typical, 1.0).c <= 1000.0
+
+
+def test_a_film_is_no_spring():
+    stuck = stiffness_at_rest(friction.viscous(F_v=200.0), 1e-3)
+    assert stuck.k == 0.0
+    assert stuck.c == pytest.approx(200.0)
+    assert {one.friction for one in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
+        Friction.NONE,
+        Friction.SLIDING,
+    }
+
+
+def test_an_offset_and_two_sides_are_no_slope():
+    shifted = friction.find("lugre+asymmetry")(
+        kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0, sigma_1=0.05, offset=0.005
+    )
+    assert stiffness_at_rest(shifted, 5e-4).k == pytest.approx(30.0, rel=1e-6)
+
+
+def test_what_only_friction_upsets_is_stick_slip_and_simulated():
+    weak = rig(0, slope=0.05, gain=0.05, switching=0.0, model=LUGRE)
+    fast = replace(weak.reference, parameters=weak.reference.parameters._replace(amplitude=0.25))
+    found = assess(replace(weak, reference=fast))
+    assert found.verdict is Verdict.OSCILLATES
+    assert "sticks and slips" in message(verdict_of(found))
+
+
+def test_variants_that_diverge_are_left_out():
+    variants = tuple(replace(rig(delay), name=f"delay_{delay}") for delay in range(4))
+    kept, judged = runnable(Experiment("delays", "rotational", variants))
+    assert [one.name for one in kept.variants] == ["delay_0", "delay_1", "delay_2"]
+    assert judged["delay_3"].verdict is Verdict.DIVERGES
+
+
+def test_no_axis_is_a_micrometre_in_the_units_of_a_screw():
+    assert pytest.approx(1.2566e-3, rel=1e-4) == RADIAN
+
+
+def loop_of(plant, gain, delay=0):
+    """A plant under a law that answers the position by itself."""
+    none = np.zeros(0)
+    return SampledLoop(plant, LinearSystem(np.zeros((0, 0)), none, none, -gain), delay, 1e-3)
+
+
+def test_a_gain_margin_at_half_the_sampling_rate_counts():
+    # k/(z - 1) turns by 180 degrees at half the sampling rate only, where it is k/2: its pole, 1 - k, leaves at k = 2.
+    integrator = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0)
+    assert margins_of(loop_of(integrator, 0.4)).gain == pytest.approx(5.0)
+    assert not loop_of(integrator, 1.99).is_unstable
+    assert loop_of(integrator, 2.01).is_unstable
+
+
+def test_a_stable_loop_has_no_delay_margin_below_nothing():
+    # A spring under a law that answers it the wrong way round, by less than the spring: above its resonance the
+    # response crosses over from below -180 degrees. What is left of a turn is the delay that it stands.
+    angle, faded = 0.5, 0.9
+    spin = faded * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    spring = LinearSystem(spin, np.array([1.0, 0.0]), np.array([0.0, 1.0]), 0.0)
+    found = 0
+    for gain in np.linspace(-0.4, 0.4, 81):
+        loop = loop_of(spring, gain)
+        delay = margins_of(loop).delay
+        if loop.is_unstable or delay is None:
+            continue
+        found += 1
+        assert delay >= 0.0
+        samples = math.floor(delay)
+        assert not loop_of(spring, gain, samples).is_unstable
+    assert found > 5

@@ -1,0 +1,97 @@
+"""The error budget: what a cause is, and what is left without it."""
+
+import itertools
+from dataclasses import replace
+
+import pytest
+from tests.loop.conftest import COMPENSATOR, TRUTH, loop
+
+from bristle import controllers, friction
+from bristle.core.experiment import Experiment
+from bristle.loop.budget import best_gain, causes_of, nominal
+from bristle.loop.tuning import feeds_inertia, told_the_motion
+from bristle.simulation import simulate
+
+
+def test_each_cause_of_the_loop_is_found_and_no_other():
+    assert [one.name for one in causes_of(loop())] == ["amplitude", "shape", "asymmetry", "encoder", "delay"]
+    plain = loop(compensator=None)
+    assert [one.name for one in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
+
+
+def test_a_loop_that_is_not_told_velocity_and_inertia_lags():
+    deaf = loop(controller=loop().controller.with_values(k_ff=0.0), feedforward=replace(loop().feedforward, mass=0.0))
+    lag = causes_of(deaf)[0]
+    assert lag.name == "lag"
+    told = lag.without(deaf)
+    assert told.controller == loop().controller
+    assert told.feedforward.mass == pytest.approx(20.0, rel=1e-3)
+    assert "lag" not in [one.name for one in causes_of(loop())]
+
+
+def test_inertia_is_fed_forward_once():
+    # The sliding mode law feeds the inertia by itself, the cascade does not.
+    sliding = controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0)
+    assert [feeds_inertia(one, 1e-3) for one in (sliding, loop().controller)] == [True, False]
+    assert told_the_motion(loop(controller=sliding)).feedforward.mass == 0.0
+
+
+def test_a_loop_that_knows_everything_has_no_cause_of_error():
+    known = loop()
+    for cause in causes_of(known):
+        known = cause.without(known)
+    assert causes_of(known) == ()
+
+
+def test_causes_are_removed_in_any_order():
+    ways = []
+    for order in itertools.permutations(causes_of(loop())):
+        left = loop()
+        for cause in order:
+            left = cause.without(left)
+        ways.append(replace(left, feedforward=replace(left.feedforward, gain=round(left.feedforward.gain, 9))))
+    assert all(one == ways[0] for one in ways)
+
+
+def test_the_nominal_friction_is_the_same_in_both_directions():
+    even = nominal(TRUTH).values
+    assert (even["F_C_pos"], even["F_C_neg"], even["offset"]) == (20.0, 20.0, 0.0)
+
+
+def test_the_nominal_friction_repeats_itself():
+    rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
+    assert nominal(rough).values["scatter"] == 0.0
+    assert "irregularity" in [one.name for one in causes_of(loop(friction=rough))]
+
+
+def test_the_best_gain_is_the_ratio_of_two_that_differ_in_size_alone():
+    half = loop(compensator=nominal(TRUTH))
+    assert best_gain(half) == pytest.approx(1.0, rel=1e-9)
+    assert best_gain(loop(compensator=friction.find("coulomb")(F_C=5.0), friction=friction.coulomb(F_C=20.0))) == 4.0
+
+
+def test_the_budget_is_what_its_loops_give(designed):
+    budget = designed.budget
+    assert budget.variant == "fed"
+    assert {one.cause for one in budget.entries} == {"amplitude", "shape", "asymmetry", "encoder", "delay"}
+    entry = next(one for one in budget.entries if one.cause == "asymmetry")
+    even = next(one for one in causes_of(loop()) if one.name == "asymmetry").without(loop("even"))
+    result = simulate(Experiment("one", "translational", (loop(), even)))
+    assert entry.without == result.variants["even"].following_error
+    assert budget.all_causes == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
+
+
+def test_the_budget_tells_what_matters(designed):
+    budget = designed.budget
+    assert budget.entries[0].without.peak_to_peak < 0.9 * budget.all_causes.peak_to_peak
+    assert budget.no_cause.peak_to_peak < 0.005 * budget.all_causes.peak_to_peak
+    for entry in budget.entries:
+        assert budget.no_cause.peak_to_peak <= 1.05 * entry.alone.peak_to_peak
+        assert entry.alone.peak_to_peak < budget.all_causes.peak_to_peak
+    ordered = [one.without.peak_to_peak for one in budget.entries]
+    assert ordered == sorted(ordered)
+
+
+def test_a_compensator_of_the_right_size_and_shape_is_no_cause():
+    assert nominal(TRUTH) != COMPENSATOR
+    assert "shape" not in [one.name for one in causes_of(loop(compensator=nominal(TRUTH)))]
