@@ -31,19 +31,7 @@ HEAD: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 9.0, "shrinkA": 0
 
 
 class Mechanics(NamedTuple):
-    """What the drawing tells in numbers.
-
-    Parameters
-    ----------
-    lead : float
-        Travel of the table for one turn of the screw [m].
-    J, J_m : float
-        Inertia of everything, and that of the motor before the torque sensor [kg*m^2].
-    cutoff : float
-        Of the torque sensor [Hz]; infinite where it has no filter.
-    resolution : float
-        One count of the encoder as a travel of the table [m]; 0 for a perfect one.
-    """
+    """What the drawing tells in numbers."""
 
     lead: float
     J: float
@@ -72,15 +60,7 @@ LEFT, RIGHT, ABOVE = (0.0, 0.5), (1.0, 0.5), (0.5, 1.0)  # the middles of its si
 
 @style.styled
 def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
-    """Return the mechanics of a rig, and below them the block diagram of its loop.
-
-    Parameters
-    ----------
-    mechanics : Mechanics
-        Its numbers.
-    variant : Variant
-        The loop.
-    """
+    """Return the mechanics of a rig, and below them the block diagram of its loop."""
     total = SCHEME + LAYOUT
     figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
     for draw, bottom, height, content in ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant)):
