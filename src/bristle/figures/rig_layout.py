@@ -63,7 +63,8 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
     """Return the mechanics of a rig, and below them the block diagram of its loop."""
     total = SCHEME + LAYOUT
     figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
-    for draw, bottom, height, content in ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant)):
+    parts: Any = ((_draw_mechanics, SCHEME, LAYOUT, mechanics), (_draw_loop, 0.0, SCHEME, variant))
+    for draw, bottom, height, content in parts:
         axes = figure.add_axes((0.0, bottom / total, 1.0, height / total))
         axes.set(xlim=(0.0, WIDTH), ylim=(0.0, height))
         axes.set_axis_off()
@@ -72,7 +73,7 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
 
 
 def _write(axes: Axes, x: float, y: float, text: str, ha: str = "center", va: str = "center", size: float = LETTERS, **look: Any) -> None:
-    axes.text(x, y, text, ha=ha, va=va, fontsize=size, **{"zorder": 3.0} | look)
+    axes.text(x, y, text, ha=ha, va=va, fontsize=size, zorder=3.0, **look)
 
 
 def _draw_mechanics(axes: Axes, mechanics: Mechanics) -> None:
