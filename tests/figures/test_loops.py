@@ -32,6 +32,19 @@ def test_the_bars_of_a_distribution_are_shares_of_the_samples_and_its_mean_is_th
         assert mean.get_xdata()[0] == pytest.approx(shares @ middle / 100.0, abs=np.diff(edges)[0])
 
 
+def test_panels_of_one_scale_hold_the_highest_of_all():
+    loops = simulated(PLAIN)
+    loops[PLAIN[1]].measured = loops[PLAIN[1]].reference + 1e-4 * np.sin(9.0 * T)
+    *first, last = loop_rows.tracking_error(loops, 0.5).axes
+    assert all(axes.get_ylim() == last.get_ylim() for axes in first)
+    assert last.get_ylim()[1] > 0.1  # mm
+    loops[PLAIN[1]].measured = loops[PLAIN[1]].reference - 1e-5 * (T > 2.0)
+    first, last = loop_rows.error_distribution(loops, 0.5, 0.0).axes
+    assert first.get_ylim() == last.get_ylim()
+    assert first.get_ylim()[0] == 0.0
+    assert first.get_ylim()[1] > max(float(np.max(patch.get_data().values)) for axes in (first, last) for patch in axes.patches[1:])
+
+
 def test_friction_is_drawn_over_the_effort_where_it_is_asked_for():
     loops = simulated(PLAIN)
     for k, one in enumerate(loops.values()):

@@ -44,16 +44,7 @@ def letters(svg):
 
 
 def test_the_gallery_holds_every_figure():
-    others = {
-        "ReportFigure",
-        "as_csv",
-        "figure_file",
-        "fits_as_png",
-        "has_completed",
-        "inline_svg",
-        "load_figure_file",
-        "numbers_of",
-    }
+    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "has_completed", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - others <= set(gallery())
 
 

@@ -72,9 +72,7 @@ def tracking_error(results: Loops, settle: float, kind: Kind = "translational") 
             for moving, look, label in ((forward, FORWARD, "moving forward"), (~forward, style.PREDICTED, "moving backward"))
         ]
         style.over_time(axes, result.time[judged], *sides, scale=length, word="Following error")
-        axes.margins(y=0.06)
-        if axes is not grid[0][0]:
-            axes.sharey(grid[0][0])
+    style.one_height([axes for row in grid for axes in row])
     _entitle(figure, grid, results)
     return figure
 
@@ -104,10 +102,8 @@ def error_distribution(
         for end, label in zip((published or {}).get(name, ()), (RANGE, "_same"), strict=False):
             axes.axvline(end * length.factor, label=label, **style.DOTTED)
         style.title(axes, name)
-        if axes is not row[0]:
-            axes.sharey(row[0])
         axes.set_xlabel(length.label("Following error"))
-    row[0].set_ylim(0.0, None)
+    style.one_height(row)
     style.share_y(row, "Share of the samples [%]")
     style.legend_in_corner(figure, row[0])
     return figure
