@@ -174,8 +174,8 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     """Return how far a table is from the model along the log that was given, in a sentence."""
     if request.log is None:
         return ()
+    from bristle.prediction.drive_table import table_error
     from bristle.prediction.drive_units import log_units
-    from bristle.prediction.table_error import table_error
 
     effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
