@@ -40,7 +40,6 @@ from benchmarks.study import study
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 from benchmarks.unstated_lag import unstated_lag
-from benchmarks.watch import watch
 
 HERE = Path(__file__).parent
 
@@ -196,7 +195,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
     one.__name__: one
-    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, watch, one_loop, unstated_lag, pushes, last_digits)
+    for one in (coverage, corners, loop_coverage, strange_logs, lies, structures, one_loop, unstated_lag, pushes, last_digits)
 }
 
 

@@ -23,7 +23,7 @@ from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 from bristle.study import read_study_file
-from bristle.study.joint import fitted_at
+from bristle.study.values import fitted_at
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {

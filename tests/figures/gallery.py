@@ -119,25 +119,6 @@ def fleet(names):
     return Some(columns=columns, count=20, described={"columns": about}), names, dict.fromkeys(names, np.array([3, 5]))
 
 
-def tracks(names):
-    """What is said of axes of these names, the first of which changed."""
-    time = 20000.0 + np.arange(60.0)
-    level = 5.0 + 0.02 * np.maximum(np.arange(60) - 30, 0)
-    alarm = Some(at=20040.0, onset=20030.0, onset_interval=(20026.0, 20033.0))
-    verdicts = [
-        Some(
-            track=Some(quantity=name, unit="N", time=time, is_dated=True, is_logarithmic=k > 0),
-            level=level,
-            fitted=level,
-            ratio=np.linspace(0.0, 9.0, 60),
-            threshold=3.9,
-            alarm=None if k else alarm,
-        )
-        for k, name in enumerate(names)
-    ]
-    return verdicts, names, "2024-10-04"
-
-
 def gallery(names=PLAIN, many=None):
     """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
     many = tuple(many or names)
@@ -151,7 +132,7 @@ def gallery(names=PLAIN, many=None):
     loops, recorded = [traces[one], (2e-3 * X, F)], log()
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
-    errors = {name: np.array([[9.0, 8.0], [5.0, 4.0]]) + k for k, name in enumerate(names)}
+    errors = {name: np.full((2, 3), (9.0 - k, 8.0, 10.0)) for k, name in enumerate(names)}
     variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
     return {
         "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
@@ -166,9 +147,13 @@ def gallery(names=PLAIN, many=None):
         "effort_over_time": lambda: figures.effort_over_time(best),
         "error_budget": lambda: figures.error_budget(budget(), "translational"),
         "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
-        "error_over_count": lambda: figures.error_over_count([2, 4], errors, 1.0, "Loops", "Error [%]"),
-        "error_over_level": lambda: figures.error_over_level(
-            [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65, other: 0.4}, "Level [N]", "Error [µm]"
+        "error_over": lambda: figures.error_over([2, 4], errors, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
+        "error_over_a_level": lambda: figures.error_over(
+            [1.0, 2.0, 4.0],
+            {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
+            {one: 0.65, other: 0.4},
+            "Level [N]",
+            "Error [µm]",
         ),
         "errors_by_loop": lambda: figures.errors_by_loop(
             {one: 1.47, other: 0.61}, {one: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
@@ -180,7 +165,6 @@ def gallery(names=PLAIN, many=None):
         "expected": lambda: figures.expected(planned, F),
         "fitted": lambda: figures.fitted(best),
         "fleet_parameters": lambda: figures.fleet_parameters(*fleet(names)),
-        "fleet_tracks": lambda: figures.fleet_tracks(*tracks(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "first_page": lambda: figures.first_page(best, [(-0.1, -9.0), (0.1, 9.0)], looped(many)),

@@ -9,7 +9,7 @@ from tests.figures.test_figures import assert_legible
 from bristle import figures, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine.path import after
-from bristle.figures.preisach_plane import staircase
+from bristle.figures.preisach import staircase
 
 SIZES = {"translational": {"s": 1.25e7, "f_p": 150.0}, "rotational": {"s": 100.0, "f_p": 0.15}}
 EXTENT = {"translational": 5e-5, "rotational": 6e-3}

@@ -10,9 +10,7 @@ from tests.figures.test_figures import assert_legible
 
 from bristle import figures
 from bristle.figures import style
-from bristle.figures.lettering import width
-from bristle.figures.names import shortened, shortened_apart
-from bristle.figures.plain import one_line, printable
+from bristle.figures.lettering import one_line, printable, shortened, shortened_apart, width
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {

@@ -1,8 +1,7 @@
-"""Folders of logs of small axes, whose friction is known, and what identifications of logs are off by."""
+"""Folders of logs of small axes, whose friction is known."""
 
 import numpy as np
 import pytest
-from benchmarks.lives import Errors
 
 from bristle.core.axis import Axis, Column
 
@@ -34,17 +33,3 @@ def logs(tmp_path):
         write_log(folder / f"press_2026-03-0{day}T06-30.csv", level, seed=day)
     (folder / "press_2026-03-03T06-30.csv").write_text("time,position\n0.0")
     return folder
-
-
-@pytest.fixture(scope="session")
-def errors():
-    """Errors of the size that identifications of 58 logs of a stranger had."""
-    rng = np.random.default_rng(58)
-    std = {"friction.F_C": 0.0023, "friction.F_v": 0.026}
-    scatter = 0.014 * np.exp(0.15 * rng.standard_normal(58))
-    return Errors(
-        {name: size * rng.standard_normal(58) for name, size in std.items()},
-        {name: 2.0 * size * np.exp(0.1 * rng.standard_normal(58)) for name, size in std.items()},
-        scatter,
-        np.column_stack([0.8 * scatter, 1.3 * scatter]),
-    )

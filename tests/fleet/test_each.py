@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 
 import numpy as np
 import pytest
@@ -13,9 +12,9 @@ import bristle as br
 from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
-from bristle.fleet.identifier import Identifier
-from bristle.study.crew import Crew
+from bristle.fleet.identify import Identifier
 from bristle.study.dataset import runs_in
+from bristle.study.workers import Crew
 
 
 def each(logs, out, **options):
@@ -111,17 +110,17 @@ def test_tables_of_a_file_are_logs(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
 def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
-    hand_out, ended = Crew._next, []
+    simulated, ended = Crew._simulated, []
 
-    def deadly_once(self):
-        block = hand_out(self)
-        if block is not None and block.first == 1 and not ended:
-            ended.extend(list(self._processes))
-            for pid in list(self._processes):
-                os.kill(pid, signal.SIGKILL)
-        return block
+    def deadly_once(crew, block):
+        if block.first == 1 and not ended:
+            crew._process()
+            ended.extend(crew.processes)
+            for process in ended:
+                process.kill()
+        return simulated(crew, block)
 
-    monkeypatch.setattr(Crew, "_next", deadly_once)
+    monkeypatch.setattr(Crew, "_simulated", deadly_once)
     ran = each(logs, tmp_path / "out", workers=2)
     assert ended
     assert ran.is_whole
@@ -132,7 +131,7 @@ def test_a_worker_that_is_killed_costs_nothing(logs, tmp_path, monkeypatch):
 
 
 def test_ctrl_c_within_a_fit_leaves_no_half_row(logs, tmp_path, monkeypatch):
-    import bristle.fleet.identifier as module
+    import bristle.fleet.identify as module
 
     def interrupted(log, model, **options):
         return type("Unfinished", (), {"unfinished": "interrupted", "fits": ()})

@@ -11,7 +11,7 @@ from bristle.core.contracts import Motion
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
-from bristle.lab.replay import MOST, decimated, replay_of_log, replay_of_traces, turns_of
+from bristle.lab.rows import MOST, decimated, replay_of_log, replay_of_traces, turns_of
 
 COUNT = 40_000
 

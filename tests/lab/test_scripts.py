@@ -10,9 +10,9 @@ import bristle as br
 from bristle.core.contracts import Motion
 from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
-from bristle.lab.conditions import conditions_of
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
+from bristle.lab.sliders import conditions_of
 from bristle.testing import example_of
 
 pytestmark = needs_node

@@ -17,7 +17,7 @@ from bristle.friction import MODELS, channel_slots_of, with_slots
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
-from bristle.lab.scales import Scales
+from bristle.lab.sliders import Scales
 from bristle.lab.switches import begun, combinations, offered, plain_of, slots_of
 from bristle.testing import example_of
 

@@ -9,7 +9,7 @@ from tests.logs.test_spikes import MOTION, MOTIONS, TIME
 
 from bristle.core.axis import Column
 from bristle.logs import Log, checked, read_log
-from bristle.logs.check.channels import lost_in
+from bristle.logs.lines import lost_in
 from bristle.report.messages import message
 
 

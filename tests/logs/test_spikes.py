@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.engine import run_open_loop
 from bristle.friction import lugre
 from bristle.logs import read_log, summarize
-from bristle.logs.checks import far_outside, quantisation, spikes
+from bristle.logs.problems import far_outside, quantisation, spikes
 from bristle.plants import inertia
 
 TIME = np.arange(6000) * 1e-3

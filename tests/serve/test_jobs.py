@@ -1,5 +1,6 @@
 """Jobs run in processes of their own: what ends one ends nothing else."""
 
+import asyncio
 import os
 import signal
 import time
@@ -7,7 +8,8 @@ import time
 import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.limits import Limits
+from bristle.server.job import Job
+from bristle.server.run import Limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 LIMITS = Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
@@ -208,3 +210,16 @@ def test_a_report_is_shown_once_apart_from_the_page_and_for_a_ticket(server, cli
     assert "allow-same-origin" not in shown.headers["content-security-policy"]
     assert client.get(address).status_code == 404
     assert client.post(f"{case}/parts/excited/ticket").status_code == 404
+
+
+def test_a_job_that_takes_too_long_is_asked_to_end_before_it_is_killed(monkeypatch):
+    code = """
+import json, sys
+sys.stdin.readline()
+assert sys.stdin.readline() == "cancel\\n"
+print(json.dumps({"facts": {"best": "until then"}}))
+"""
+    monkeypatch.setattr("bristle.server.job.CODE", code)
+    job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
+    assert asyncio.run(job.run({}))
+    assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)

@@ -10,8 +10,8 @@ from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.files import read_axis
 from bristle.files.summary import plain
-from bristle.server.tasks.errand import Errand, LabelledLog
-from bristle.server.tasks.look import look
+from bristle.server.errand import Errand, LabelledLog
+from bristle.server.look import look
 
 LOG = "time,x,force\n" + "".join(f"{0.001 * row:.3f},{0.1 * (row % 40)},{row % 7}\n" for row in range(400))
 

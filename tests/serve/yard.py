@@ -14,9 +14,8 @@ from urllib.parse import quote
 import httpx2 as httpx
 
 from bristle.server.application import application
-from bristle.server.limits import Limits
 from bristle.server.own_folder import own_folder
-from bristle.server.run import listening_on, server_of
+from bristle.server.run import Limits, listening_on, server_of
 
 TOKEN = "a-token-of-the-tests"
 
@@ -130,7 +129,8 @@ class Errand:
 def work(errand):
 {body}
 tasks.Errand, tasks.TASKS = Errand, dict.fromkeys(("look", "check", "identify", "predict", "export", "excite"), work)
-sys.modules["bristle.server.tasks"] = tasks
+tasks.DATA = "data.json"
+sys.modules["bristle.server.tasks"] = sys.modules["bristle.server.errand"] = tasks
 from bristle.server.worker import main
 main()
 """

@@ -18,10 +18,11 @@ from tests.study.processes import DaskCluster, begun, numbers, siege, until
 
 from bristle.cli.main import main
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
-from bristle.study import read_study_file, remote, run_study
+from bristle.study import cluster as remote
+from bristle.study import read_study_file, run_study
 from bristle.study.block import Simulator
 from bristle.study.cluster import Cluster, host_and_port
-from bristle.study.crew import WorkerError
+from bristle.study.workers import WorkerError
 
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
@@ -137,7 +138,7 @@ def bristle_of_another_kind(folder, remote):
     for package in (inner.parent, inner):
         (package / "__init__.py").write_text("")
     if remote is not None:
-        (inner / "remote.py").write_text(f"def described():\n    return {remote!r}\n")
+        (inner / "cluster.py").write_text(f"def described():\n    return {remote!r}\n")
     return str(folder)
 
 
@@ -148,7 +149,7 @@ def test_a_worker_that_cannot_load_bristle_is_refused(bench, dask, tmp_path):
             run_study(bench.study(), bench.folder / "out", scheduler=dask.address)
     own, said = remote.described(), str(refused.value)
     assert said.startswith("tcp://127.0.0.1:")
-    assert "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.remo" in said
+    assert "the worker cannot load this bristle; found \"ModuleNotFoundError: No module named 'bristle.study.clus" in said
     assert f"allowed bristle {own['bristle']}, code {own['code']}. Install the same" in said
     assert numbers(bench.folder / "out") == []
 
@@ -156,12 +157,14 @@ def test_a_worker_that_cannot_load_bristle_is_refused(bench, dask, tmp_path):
 def test_a_worker_of_another_version_that_joins_later_gets_no_runs(bench, dask, tmp_path):
     path = bristle_of_another_kind(tmp_path / "other", remote.described() | {"bristle": "0.0.9"})
     study = bench.study()
-    with Cluster(study, dask.address) as cluster, dask.stranger(path):
-        with pytest.warns(InputWarning, match=r"has another bristle; found 'bristle 0\.0\.9, code .*it gets no runs"):
-            until(lambda: cluster._look() or cluster._roster.unfit, "the stranger")
-        assert [block.first for block, _ in sorted(cluster.results(study.blocks), key=lambda pair: pair[0].first)] == [0, 4, 8]
-        # One that a test before has ended may still be on its way back.
-        until(lambda: cluster._look() or cluster.workers == 2, "the two that fit")
+    cluster = Cluster(study, dask.address)
+    with closing(cluster.results(study.blocks)) as results:
+        first = next(results)
+        with dask.stranger(path):
+            with pytest.warns(InputWarning, match=r"has another bristle; found 'bristle 0\.0\.9, code .*it gets no runs"):
+                until(lambda: cluster._look() or cluster._unfit, "the stranger")
+            assert sorted(block.first for block, _ in [first, *results]) == [0, 4, 8]
+        assert cluster.workers == 2
 
 
 def test_the_code_of_bristle_is_told_by_what_its_files_hold(tmp_path):
@@ -201,7 +204,7 @@ def deaf():
 
 
 def test_where_no_scheduler_answers_that_is_told_at_once(bench, deaf, monkeypatch):
-    monkeypatch.setattr("bristle.study.cluster.BEGINS", 0.5)
+    monkeypatch.setattr("bristle.study.cluster.ANSWERS", 0.5)
     study = bench.study()
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -270,8 +273,8 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
 
 def test_a_fault_of_a_worker_is_told(bench, dask):
     study = bench.study()
-    with Cluster(study, dask.address) as cluster, pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
-        list(cluster.results([type(study.blocks[0])(-4, 0)]))
+    with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
+        list(Cluster(study, dask.address).results([type(study.blocks[0])(-4, 0)]))
 
 
 @pytest.mark.slow
@@ -328,7 +331,7 @@ def test_thirty_kills_in_two_hundred_blocks(bench, own_dask):
 
 @pytest.mark.slow
 def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own_dask, monkeypatch):
-    monkeypatch.setattr("bristle.study.cluster.BEGINS", 2.0)
+    monkeypatch.setattr("bristle.study.cluster.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
     study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
 
@@ -345,7 +348,7 @@ def test_a_scheduler_that_ends_is_told_and_what_is_written_stays(slow_bench, own
 def bristle_that_dies_of(first, folder):
     """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
     shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
-    file = folder / "bristle" / "study" / "remote.py"
+    file = folder / "bristle" / "study" / "cluster.py"
     text = file.read_text()
     place = "    def columns()"
     assert text.count(place) == 1
@@ -357,8 +360,7 @@ def bristle_that_dies_of(first, folder):
 def test_a_block_that_no_worker_outlives_is_left_out_and_told(bench, tmp_path_factory, monkeypatch, capsys):
     deadly = bristle_that_dies_of(4, bench.folder / "deadly")
     facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
-    for module in ("cluster", "roster"):
-        monkeypatch.setattr(f"bristle.study.{module}.described", lambda: facts)
+    monkeypatch.setattr("bristle.study.cluster.described", lambda: facts)
     file, out = bench.write(), bench.folder / "out"
     tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
     with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:

@@ -1,11 +1,11 @@
 """Workers, and the process that hands out the work, are killed at any time: every run is there once, bit by bit."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,8 +14,7 @@ from tests.study.processes import PATIENCE, begun, children, lives, numbers, sie
 
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.crew import Crew, WorkerError
-from bristle.study.worker import read_message, write_message
+from bristle.study.workers import Crew, WorkerError
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 
@@ -60,18 +59,22 @@ def test_ctrl_c_ends_the_workers_and_says_what_to_do(slow_bench):
     assert len(content(out)) < 100
 
 
+def kill(crew):
+    for process in list(crew.processes):
+        process.kill()
+
+
 def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
-    hand_out, ended = Crew._next, []
+    simulated, ended = Crew._simulated, []
 
-    def deadly_once(self):
-        block = hand_out(self)
-        if block is not None and block.first == 4 and not ended:
-            ended.extend(list(self._processes))
-            for pid in list(self._processes):
-                os.kill(pid, signal.SIGKILL)
-        return block
+    def deadly_once(crew, block):
+        if block.first == 4 and not ended:
+            crew._process()
+            ended.extend(crew.processes)
+            kill(crew)
+        return simulated(crew, block)
 
-    monkeypatch.setattr(Crew, "_next", deadly_once)
+    monkeypatch.setattr(Crew, "_simulated", deadly_once)
     ran = run_study(bench.study(), bench.folder / "out", workers=2)
     assert ended
     assert ran.lost == ()
@@ -80,11 +83,12 @@ def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
 
 def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_bench):
     study = slow_bench.study(runs=("runs = 12", "runs = 4000"), block=("block = 4", "block = 4000"))
-    code = "from bristle.study.worker import main; main()"
+    code = "from bristle.study.workers import serve; serve()"
     worker = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    write_message(worker.stdin, (Simulator, study))
-    assert read_message(worker.stdout) == ("ready", None)
-    write_message(worker.stdin, study.blocks[0])
+    for message in ((Simulator, study), study.blocks[0]):
+        pickle.dump(message, worker.stdin)
+        worker.stdin.flush()
+    assert pickle.load(worker.stdout) == ("ready", None)
     time.sleep(0.5)
     assert worker.poll() is None
     worker.stdin.close()
@@ -95,18 +99,15 @@ def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_ben
 @pytest.mark.slow
 def test_a_block_that_ends_every_worker_is_told_and_the_others_are_there(slow_bench, monkeypatch):
     study = slow_bench.study()
-    begin = Crew._next
+    asked = Crew._asked
 
-    def deadly(self):
-        block = begin(self)
-        if block is not None and block.first == 4:
-            for pid in list(self._processes):
-                with suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-        return block
+    def deadly(crew, process, message):
+        if getattr(message, "first", None) == 4:
+            kill(crew)
+        return asked(crew, process, message)
 
-    monkeypatch.setattr(Crew, "_next", deadly)
-    monkeypatch.setattr("bristle.study.crew.TRIES", 2)
+    monkeypatch.setattr(Crew, "_asked", deadly)
+    monkeypatch.setattr("bristle.study.workers.TRIES", 2)
     out = slow_bench.folder / "out"
     ran = run_study(study, out, workers=2)
     lost = [block.first for block, _ in ran.lost]

@@ -12,7 +12,7 @@ from bristle.study import run_study
 from bristle.study.block import Simulator
 from bristle.study.metrics import METRICS
 from bristle.study.plan import Block
-from bristle.study.repeat import repeat_run, values_of
+from bristle.study.run import repeat_run, values_of
 from bristle.study.varied import Varied, row_of
 
 EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')
@@ -185,7 +185,7 @@ def test_a_loop_that_leaves_the_finite_numbers_has_none(bench):
 
 
 def test_every_metric_is_one_of_the_numbers_that_run_tells(bench):
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_summary
 
     result = br.simulate(bench.folder / "loop.toml")
     variant = simulation_summary(result, files={}, provenance={})["variants"]["plain"]

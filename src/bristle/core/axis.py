@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core.edge import FLAG, KIND, TEXT, Converter, among, amount, guarded, instance, many, mapping, model, optional, whole
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
 from bristle.core.values import looked_at, shown
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import KINDS, Kind, Variable
 
 CHANNELS = {
     "time": "time",
@@ -38,7 +38,9 @@ def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Converter:
 def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
     if isinstance(value, str) and value == "identify":
         return value
-    return amount(Variable("force", 'constant part of the friction force, or "identify"'))(value, path, kind)
+    variable = Variable("force", "constant part of the friction force")
+    with located(allowed=f'"identify", or a value in {variable.unit(kind or KINDS[0])}'):
+        return amount(variable)(value, path, kind)
 
 
 def _thresholds(thresholds: Any, path: str, kind: Kind | None) -> dict[str, float]:

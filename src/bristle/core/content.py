@@ -1,8 +1,6 @@
-"""`Content`: what a file held when it was read. It is read once, whole, and nothing that has no end is begun.
+"""`Content`: what a file held when it was read, once and whole: the bytes that are hashed are the bytes that are used.
 
-A pipe can be read once only, and a file may change between two reads: so the bytes that are hashed are the bytes
-that are used. What is neither a regular file nor a pipe (a device, a socket, a folder) is refused by name, a pipe that
-says nothing is not waited for, and what is larger than a limit is not taken into memory.
+Devices, sockets and folders are refused by name, a silent pipe is not waited for, and a size limit keeps memory free.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ class FixedLimit(int):
 
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
-PIECE = 2**20
+CHUNK = 2**20  # [byte]
 _SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B")
 _POWERS = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
 _KINDS = (
@@ -132,20 +130,14 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
             allowed=f"up to {size_in_words(limit)}",
             mend="Is it the right file?"
             if fixed
-            else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
+            else f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
             " (size_limit in Python); reading takes several times as much memory",
         )
     return True
 
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
-    """Return a size in bytes, of a number or of text such as ``"2 GB"``.
-
-    Examples
-    --------
-    >>> size_of("1.5 GB"), size_of("64 MiB")
-    (1500000000, 67108864)
-    """
+    """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
     match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
     if match is not None:
         number, prefix, binary = match.groups()
@@ -160,13 +152,7 @@ def size_of(text: int | str, path: str = "size_limit") -> int:
 
 
 def size_in_words(size: float) -> str:
-    """Return a size as people say it.
-
-    Examples
-    --------
-    >>> size_in_words(1.5e9), size_in_words(700)
-    ('1.5 GB', '700 B')
-    """
+    """Return a size as people say it."""
     for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
         if size >= 10**power:
             return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
@@ -230,7 +216,7 @@ def _pieces(opened: int, source: Path) -> Iterator[bytes]:
         if not _says_something(opened, left):
             continue
         try:
-            piece = os.read(opened, PIECE)
+            piece = os.read(opened, CHUNK)
         except BlockingIOError:  # another reader was faster, or a file of the kernel that waits for its next line
             time.sleep(0.01)
             continue
@@ -266,6 +252,6 @@ def _refusal(source: Path, error: OSError) -> InputError:
 
 def _names_beside(source: Path) -> list[str]:
     try:
-        return os.listdir(source.parent)[:10_000]
+        return os.listdir(source.parent)
     except OSError:
         return []

@@ -19,12 +19,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
 from bristle.core import dispatch
-from bristle.core.documented import Documented, Redundancy, Relation, WithParameters, component_in, whereabouts  # noqa: F401
+from bristle.core.documented import Documented, Redundancy, Relation, WithParameters  # noqa: F401
 from bristle.core.errors import InputError
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, Motion, Reference, Screw  # noqa: F401
 from bristle.core.packing import pack
@@ -65,17 +65,8 @@ class Component(Documented):
         dispatch.register(self.family, self.Parameters, {name: function for name, function in functions.items() if function is not None})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # There is one of each, told by identity: it is found again in another process, never made anew.
         made_by = self._made_by()
-        if made_by is not None and made_by[0](*made_by[1]) is self:
-            return made_by
-        return component_in, whereabouts(self)
-
-    def __copy__(self) -> Self:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        return self
+        return made_by if made_by is not None and made_by[0](*made_by[1]) is self else super().__reduce__()
 
     def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
         """Return the factory of this component and its arguments, where one makes it, the same one every time."""
@@ -316,10 +307,7 @@ class Model(WithParameters):
 def make_model(
     component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True, path: str = ""
 ) -> Model:
-    """Return `component` with validated parameters; `path` goes before the names in error messages.
-
-    With ``related=False`` every value is held to its range, but relations between them are not asked for.
-    """
+    """Return `component` with validated parameters; `path` goes before the names in error messages."""
     from bristle.core import units
 
     prefix = f"{path}." if path else ""

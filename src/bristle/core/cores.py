@@ -58,37 +58,26 @@ def cores_for_simulations() -> Iterator[None]:
     It would also add up in another order. So of blocks that overlap in several threads none ends for the others: the
     last one gives back what the first one found.
     """
-    own = _limited()
-    try:
-        yield
-    finally:
-        _give_back(own)
-
-
-def _limited() -> Any:
     import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be told)
-    from threadpoolctl import threadpool_limits
+    from threadpoolctl import threadpool_info, threadpool_limits
 
     with SHARING:
         _take_over()
         own = threadpool_limits(1, user_api="blas")
         _blocks.inside, _blocks.limits = _blocks.inside + 1, _blocks.limits or own
-    return own
-
-
-def _give_back(own: Any) -> None:
-    from threadpoolctl import threadpool_info
-
-    with SHARING:
-        _blocks.inside -= 1
-        if any(pool.get("threading_layer") == "openmp" for pool in threadpool_info()):
-            own.restore_original_limits()  # each thread has a number of its own
-        elif _blocks.inside <= 0:
-            (_blocks.limits or own).restore_original_limits()
-        if _blocks.inside <= 0:
-            _leave_blocks()
-            _blocks.limits = None
-        _take_over()
+    try:
+        yield
+    finally:
+        with SHARING:
+            _blocks.inside -= 1
+            if any(pool.get("threading_layer") == "openmp" for pool in threadpool_info()):
+                own.restore_original_limits()  # each thread has a number of its own
+            elif _blocks.inside <= 0:
+                (_blocks.limits or own).restore_original_limits()
+            if _blocks.inside <= 0:
+                _leave_blocks()
+                _blocks.limits = None
+            _take_over()
 
 
 def _take_over() -> None:

@@ -26,13 +26,7 @@ OTHER_NAMES: dict[str, Kind] = {"linear": "translational", "rotary": "rotational
 
 
 def kind_called(name: Any) -> Any:
-    """Return a kind of axis by its own name, whatever it was called; what is none as it is.
-
-    Examples
-    --------
-    >>> kind_called("linear"), kind_called("rotary"), kind_called("magnetic")
-    ('translational', 'rotational', 'magnetic')
-    """
+    """Return a kind of axis by its own name, whatever it was called; what is none as it is."""
     return OTHER_NAMES.get(name, name) if isinstance(name, str) else name
 
 
@@ -75,20 +69,20 @@ WITHOUT_NAME = {
 }
 EXAMPLE = 'Write a product such as "force*time^2/length^2"'
 
-_FACTOR = r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)(?:\^-?\d(?:\.5)?)?"
-_PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
-_GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
-_STEP = re.compile(r"([*/]?)(\(?)(1|[A-Za-z ]+)(?:\^(-?[\d.]+))?(\)?)")
+
+def grammar(name: str) -> re.Pattern[str]:
+    """Return the pattern of products of what a name is: ``*``, ``/``, powers, and one level of brackets."""
+    factor = rf"{name}(?:\^-?\d(?:\.5)?)?"
+    part = rf"(?:{factor}|\({factor}(?:[*/]{factor})*\))"
+    return re.compile(rf"{part}(?:[*/]{part})*")
+
+
+_GRAMMAR = grammar(r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)")
+_STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 
 
 def canonical(quantity: Any) -> str:
-    """Return a quantity in the one spelling that it has.
-
-    Examples
-    --------
-    >>> canonical("time * force/length/length"), canonical("length/length")
-    ('force*time/length^2', '1')
-    """
+    """Return a quantity in the one spelling that it has."""
     if not isinstance(quantity, str):
         raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     return _canonical(quantity)
@@ -100,24 +94,18 @@ def _canonical(quantity: str) -> str:
     for kind in KINDS:
         if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
             raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE)
-    return _written(powers, NAMES)
+    return written(powers, NAMES)
 
 
 def exponents_of(quantity: str) -> dict[str, float]:
-    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out.
-
-    Examples
-    --------
-    >>> exponents_of("mass*length/time^2"), exponents_of("frequency")
-    ({'force': 1.0}, {'time': -1.0})
-    """
+    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out."""
     products = {name: entry.product or name for name, entry in NAMES.items()}
     return _expanded(_names_in(quantity), products)
 
 
 @lru_cache(maxsize=512)
 def _unit_of(quantity: str, kind: Kind, *counted: tuple[str, str]) -> str:
-    return _written(_expanded(_names_in(quantity), _units(kind) | dict(counted)), SYMBOLS)
+    return written(_expanded(_names_in(quantity), _units(kind) | dict(counted)), SYMBOLS)
 
 
 def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
@@ -155,20 +143,14 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
 
 
 def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
-    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none.
-
-    Examples
-    --------
-    >>> unit_elsewhere("N*s/m", "translational", "rotational"), unit_elsewhere("N", "rotational", "translational")
-    ('N*m*s/rad', None)
-    """
-    rest = _factors(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
+    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none."""
+    rest = factors_of(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
     powers = {}
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):
-        symbols = _factors(unit_of(name, own))
+        symbols = factors_of(unit_of(name, own))
         powers[name] = rest.get(next(iter(symbols)), 0.0)
-        rest = _total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
-    return None if rest else unit_of(_written(powers, NAMES), foreign)
+        rest = total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
+    return None if rest else unit_of(written(powers, NAMES), foreign)
 
 
 def _units(kind: Kind) -> dict[str, str]:
@@ -177,7 +159,7 @@ def _units(kind: Kind) -> dict[str, str]:
 
 def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
     """Return the power of each factor of what the factors of a product are products of."""
-    return _total((part, power * inner) for name, power in powers.items() for part, inner in _factors(products[name]).items())
+    return total((part, power * inner) for name, power in powers.items() for part, inner in factors_of(products[name]).items())
 
 
 def _names_in(quantity: str) -> dict[str, float]:
@@ -185,7 +167,7 @@ def _names_in(quantity: str) -> dict[str, float]:
     text = re.sub(r"\s*([*/^()])\s*", r"\1", quantity[:LONGEST].strip().replace("**", "^"))
     if len(quantity) > LONGEST or not _GRAMMAR.fullmatch(text):
         raise InputError("is not a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
-    powers = _factors(text)
+    powers = factors_of(text)
     for name in powers:
         if name not in NAMES:
             reason = f"is not a quantity: there is no {name!r}"
@@ -204,7 +186,7 @@ def _mend(name: str) -> str:
     return did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
 
 
-def _factors(product: str) -> dict[str, float]:
+def factors_of(product: str) -> dict[str, float]:
     """Return the power of each factor of a product in the grammar."""
     factors, bracket = [], 1.0
     for operator, opened, name, power, closed in _STEP.findall(product):
@@ -214,17 +196,18 @@ def _factors(product: str) -> dict[str, float]:
         factors.append((name, bracket * side * float(power or 1.0)))
         if closed:
             bracket = 1.0
-    return _total((name, power) for name, power in factors if name != "1")
+    return total((name, power) for name, power in factors if name != "1")
 
 
-def _total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
-    total: dict[str, float] = {}
+def total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Return the power of each name, where a name may come several times; those of power 0 are left out."""
+    summed: dict[str, float] = {}
     for name, power in powers:
-        total[name] = total.get(name, 0.0) + power
-    return {name: power for name, power in total.items() if power}
+        summed[name] = summed.get(name, 0.0) + power
+    return {name: power for name, power in summed.items() if power}
 
 
-def _written(powers: Mapping[str, float], order: Iterable[str]) -> str:
+def written(powers: Mapping[str, float], order: Iterable[str]) -> str:
     """Return a product in this order of its factors; what is divided by stands behind one stroke."""
     places = {name: place for place, name in enumerate(order)}
     sorted_powers = sorted(powers.items(), key=lambda factor: places.get(factor[0], len(places)))

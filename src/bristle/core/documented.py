@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.lazy import cached_property
@@ -120,6 +120,16 @@ class Documented(Described):
         cls.__repr__ = Documented.__repr__  # type: ignore[method-assign]
         cls.__doc__ = _Special(_docstring_of, cls.__dict__.get("__doc__") or cls.__name__)  # type: ignore[assignment]
         cls.__signature__ = _Special(_signature_of)  # type: ignore[attr-defined]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # There is one of each, told by identity: it is found again in another process, never made anew.
+        return component_in, whereabouts(self)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
 
     @property
     def explanation(self) -> tuple[Paragraph, ...]:
@@ -306,11 +316,7 @@ def whereabouts(component: Described) -> tuple[Source | str, str]:
 
 
 def _homes(component: Described) -> tuple[str, ...]:
-    """Return the modules that a component may stand in, its own first: hardly ever is it in another.
-
-    Then come all others in the order in which they were imported, so that what defines it comes before what has it from
-    there, and the one that a person types last.
-    """
+    """Return the modules that a component may stand in, its own first: hardly ever is it in another."""
     return component.module, *sorted(sys.modules, key=MAIN.__contains__)
 
 

@@ -32,7 +32,7 @@ from bristle.core.contracts import Component, Model
 from bristle.core.dimensions import kind_called
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.units import quantity
-from bristle.core.values import Converter, looked_at, shown
+from bristle.core.values import LARGEST_COUNT, Converter, looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable
 
 Amount = Any
@@ -130,10 +130,10 @@ def _number(value: Any, variable: Variable, path: str, kind: Kind | None, endles
         return quantity(value, variable, KINDS[1], path=path, infinite=endless)
 
 
-def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
+def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
     """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
-    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
-    allowed += " and more" if none and most >= 2**53 else ""
+    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < LARGEST_COUNT else f"{'0, or ' if none else '>= '}{least}"
+    allowed += " and more" if none and most >= LARGEST_COUNT else ""
 
     def convert(value: Any, path: str, kind: Kind | None) -> int:
         number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -178,22 +178,19 @@ def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: 
 
 def model(*families: str) -> Converter:
     """Return what takes a model with parameters, of one of these families."""
-    expected = " or ".join(_called(family) for family in families)
+    expected = " or ".join(map(_called, families))
 
     def convert(value: Any, path: str, kind: Kind | None) -> Model:
         if not isinstance(value, Model):
-            named = isinstance(value, Component)
-            raise InputError(
-                f"must be a model with parameters, a {expected}",
-                path=path,
-                value=value.name if named else shown(value),
-                mend=_call_of(value) if named else "Give one such as friction.coulomb(F_C=2.0)",
-            )
+            named, mend = value, "Give one such as friction.coulomb(F_C=2.0)"
+            if isinstance(value, Component):
+                named = value.name
+                mend = f"Call it with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
+            raise InputError(f"must be a model with parameters, a {expected}", path=path, value=shown(named), mend=mend)
         family = getattr(value.component, "family", None)
         if family not in families:
-            raise InputError(
-                f"must be a {expected}, and is a {_called(family)}", path=path, value=value.name, mend="Are the arguments in their order?"
-            )
+            reason = f"must be a {expected}, and is a {_called(family)}"
+            raise InputError(reason, path=path, value=value.name, mend="Are the arguments in their order?")
         return value
 
     return convert
@@ -201,10 +198,6 @@ def model(*families: str) -> Converter:
 
 def _called(family: Any) -> str:
     return f"{family} {'operator' if family == 'hysteresis' else 'model'}"
-
-
-def _call_of(value: Component) -> str:
-    return f"Call it with its parameters: {value.name}({', '.join(f'{name}=...' for name in value.variables)})"
 
 
 def component(family: str) -> Converter:
@@ -251,15 +244,7 @@ def mapping(converter: Converter) -> Converter:
 
 
 def _flag(value: Any, path: str, kind: Kind | None) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise InputError("must be True or False", path=path, value=shown(value))
-    return bool(value)
-
-
-def _text(value: Any, path: str, kind: Kind | None) -> str:
-    if not isinstance(value, str):
-        raise InputError("must be text", path=path, value=shown(value))
-    return value
+    return bool(instance((bool, np.bool_), "True or False")(value, path, kind))
 
 
 def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
@@ -271,24 +256,12 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
     return many(TEXT)(value, path, kind)
 
 
-def _function(value: Any, path: str, kind: Kind | None) -> Any:
-    if not callable(value):
-        raise InputError("must be a function", path=path, value=shown(value))
-    return value
-
-
-def _progress(value: Any, path: str, kind: Kind | None) -> Any:
-    if value is not None and not callable(value):
-        raise InputError("must be a function of the share done and a text", path=path, value=value)
-    return value
-
-
 FLAG: Converter = _flag
-TEXT: Converter = _text
+TEXT: Converter = instance(str, "text")
 NAMES: Converter = _names
 """Names, in a list or separated by commas."""
-FUNCTION: Converter = _function
-PROGRESS: Converter = _progress
+FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
+PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
 def _kind(value: Any, path: str, kind: Kind | None) -> str:

@@ -64,18 +64,7 @@ FEWEST_STEPS = 4  # in a sample
 
 @guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
-    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms.
-
-    Parameters
-    ----------
-    sample_time : float
-        Sample time [s].
-
-    Examples
-    --------
-    >>> substeps_for(1e-4), substeps_for(1e-3), substeps_for(4e-3)
-    (4, 4, 16)
-    """
+    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms."""
     # The sample time of a log is a mean of differences, and a bit above the round number.
     return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - 1e-6))
 

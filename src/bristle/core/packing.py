@@ -1,14 +1,8 @@
-"""Parameters and states as flat vectors of numbers, and back.
+"""Parameters and states as flat vectors of numbers, and back: a driver is compiled once for all models.
 
-Compiled entry points take flat vectors only: their signature does not depend on the model, so that a driver is
-compiled once for all models, nothing of a user's classes is stored in the cache, and identification
-and batches work on the same vectors.
-
-A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers,
-a nested NamedTuple its own layout.
-
-In lanes, the vectors of `LANES` trajectories lie side by side: number `i` of all of them, then number ``i + 1``. What
-the compiler sees is a loop over neighbouring numbers, and it runs several trajectories in one instruction.
+A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers, a nested
+NamedTuple its own layout. In lanes, number `i` of `LANES` trajectories lies side by side, then number ``i + 1``: the
+compiler runs several of them in one instruction.
 """
 
 from __future__ import annotations
@@ -113,20 +107,12 @@ def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
 
 @cache
 def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
-
-    It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
-    each field; arrays are views of the vector.
-    """
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`."""
     return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 class LaneConstants(NamedTuple):
-    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else.
-
-    An infinite parameter switches a part of a model off, and what is the same in both directions needs no choice: the
-    compiler, told so, leaves that out instead of computing it and throwing it away.
-    """
+    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else."""
 
     infinite: frozenset[int] = frozenset()
     twins: frozenset[tuple[int, int]] = frozenset()
@@ -182,7 +168,7 @@ def _unpacker(
     names: dict[str, Any] = {"INFINITY": float("inf"), "unowned": unowned}
     lines = [f"at = {first}"]
     expression = _unpack_expression(structure, names, lines, number, array, constants)
-    return _define(head, [*lines, f"return {expression}"], names)
+    return kernel_of(head, [*lines, f"return {expression}"], names)
 
 
 def _unpack_expression(
@@ -216,7 +202,7 @@ def _unpack_expression(
 def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
     """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
     lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
-    return _define("store(value, vector)", lines or ["return"], {})
+    return kernel_of("store(value, vector)", lines or ["return"], {})
 
 
 def _places(structure: Structure) -> list[str]:
@@ -231,20 +217,18 @@ def _places(structure: Structure) -> list[str]:
 def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
     """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
     lines = [f"block[(row + {i}) * {LANES} + lane] = value{place}" for i, place in enumerate(_places(structure))]
-    return _define("store(value, block, row, lane)", lines or ["return"], {})
+    return kernel_of("store(value, block, row, lane)", lines or ["return"], {})
 
 
 @cache
 def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
-    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions.
-
-    `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
-    """
+    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions."""
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
-    return _define("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
+    return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 
 
-def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+def kernel_of(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+    """Return the kernel of this head and these lines, which knows these names."""
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope: dict[str, Any] = {"__name__": __name__} | names
     exec(compile(text, f"<{head}>", "exec"), scope)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from bristle.core.axis import COLUMNS
-from bristle.core.documented import Documented, component_in, whereabouts
+from bristle.core.documented import Documented
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernels
 from bristle.core.surroundings import OF_MOTION, Surrounding
@@ -72,15 +72,6 @@ class Slot(Documented):
             )
         if self.of not in (FRICTION, LEVEL):
             raise InputError("is none of the choices", path=f"of, of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return component_in, whereabouts(self)
-
-    def __copy__(self) -> Slot:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Slot:
-        return self
 
     @property
     def neutral(self) -> Any:

@@ -108,10 +108,7 @@ class Signal(NamedTuple):
 
 
 class Tabular(WithCard):
-    """What holds signals of one length, by name, and numbers beside them.
-
-    A dataclass that derives from it has a `kind` of axis; its signals are the fields that `SIGNALS` knows.
-    """
+    """What holds signals of one length, by name, and numbers beside them."""
 
     @property
     def _kind(self) -> Kind:
@@ -171,13 +168,7 @@ class Tabular(WithCard):
 
 
 def ranged(values: np.ndarray, unit: str) -> str:
-    """Return the range of a signal in a fitting multiple of its unit.
-
-    Examples
-    --------
-    >>> ranged(np.array([-0.001, 0.0025]), "m")
-    '−1.000 to 2.500 mm'
-    """
+    """Return the range of a signal in a fitting multiple of its unit."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return "no finite number"

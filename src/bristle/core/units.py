@@ -1,13 +1,8 @@
 """The edge where units as people write them become numbers in SI.
 
-Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are
-SI of the kind of axis. Four traps of unit libraries are closed here: an angle is a dimension of its own, so
-that 60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy,
-so that 0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
-
-Units with a decimal factor are converted here, exactly; the unit library is imported for all others only. It
-evaluates what it is given, powers of powers included, so it is only given what the grammar of units allows: names
-with prefixes, ``*``, ``/``, one level of brackets, powers up to 9, in 64 characters.
+Angle and count are dimensions of their own, a torque is not an energy, and ``Nm`` is newton metre. Units that differ from
+SI by a power of ten are converted exactly; the unit library, which evaluates what it is given, sees all others, and only
+what the grammar of units allows.
 """
 
 from __future__ import annotations
@@ -19,11 +14,10 @@ from collections.abc import Mapping
 from decimal import Decimal
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from bristle.core.decimal_units import DECIMAL_UNITS
-from bristle.core.dimensions import KINDS, Kind, unit_elsewhere
-from bristle.core.errors import InputError
+from bristle.core.dimensions import KINDS, LONGEST, SYMBOLS, Kind, factors_of, grammar, total, unit_elsewhere, written
+from bristle.core.errors import InputError, located
 from bristle.core.variable import Variable
 
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
@@ -31,13 +25,15 @@ ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
-LONGEST_UNIT, LONGEST_NUMBER = 64, 40
 LARGEST = 1e100
-AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
 """No quantity of an axis is larger: products of a few of them are still numbers."""
-_FACTOR = r"(?:[^\W\d_]\w*|%|‰|1)(?:\^-?(?:[1-9](?:\.5)?|0\.5))?"
-_PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
-_GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
+AMBIGUOUS = ("mil", "mils")  # of an inch a thousandth, of a turn the 6400th
+LONGEST_UNIT = 64
+_GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")
+_PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3}
+_DECIMALS = {f"{prefix}{si}": (si, power) for prefix, power in _PREFIXES.items() for si in SYMBOLS if si not in ("kg", "T")}
+_DECIMALS |= {"kg": ("kg", 0), "g": ("kg", -3), "%": ("rated", -2), "‰": ("rated", -3), "1": ("1", 0)}
+_PRODUCTS = {"N": "kg*m/s^2", "Hz": "1/s", "V": "kg*m^2/(s^3*A)"}
 _SPELLINGS = (
     (re.compile("[µμ]"), "u"),  # the micro sign and the Greek letter
     (re.compile("[·⋅×]"), "*"),
@@ -49,6 +45,28 @@ _SPELLINGS = (
     (re.compile(r"\s+"), "*"),
     (re.compile(r"\b([numkM]?N)(c?m)\b"), r"\1*\2"),  # a unit library takes Nm for something else
 )
+
+
+class Scale(NamedTuple):
+    """What a unit is that differs from SI by a power of ten: its SI unit, that power, and powers of base units."""
+
+    si: str
+    power: int
+    base: dict[str, float]
+
+
+@lru_cache(maxsize=512)
+def _decimal(unit: str) -> Scale | None:
+    """Return a unit that differs from SI by a power of ten, taken apart; None for any other."""
+    factors = factors_of(unit) if len(unit) <= LONGEST_UNIT and _GRAMMAR.fullmatch(unit) else {unit: 1.0} if unit else {}
+    power = sum(_DECIMALS[name][1] * exponent for name, exponent in factors.items()) if factors.keys() <= _DECIMALS.keys() else 0.5
+    if not float(power).is_integer():
+        return None
+    in_si = total((_DECIMALS[name][0], exponent) for name, exponent in factors.items())
+    base = total(
+        (part, exponent * inner) for name, exponent in in_si.items() for part, inner in factors_of(_PRODUCTS.get(name, name)).items()
+    )
+    return Scale(written(in_si, SYMBOLS), int(power), base)
 
 
 @lru_cache(maxsize=1)
@@ -76,13 +94,7 @@ def _definitions(folder: Path) -> Any:
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
-    """Return a value as a number in SI of the kind of axis.
-
-    Examples
-    --------
-    >>> quantity("7 um", Variable("length", "break-away distance"))
-    7e-06
-    """
+    """Return a value as a number in SI of the kind of axis."""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
         raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
     try:
@@ -111,21 +123,15 @@ def refuse_absurd(number: float, path: str, value: Any = None) -> None:
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
-    """Return text with a unit as a number in `unit`.
-
-    Examples
-    --------
-    >>> convert("40 mNm", "N*m"), convert("30 %", "rated")
-    (0.04, 0.3)
-    """
+    """Return text with a unit as a number in `unit`."""
     number, source_unit = split(text, path)
     if not source_unit and unit != "1":
         raise InputError("has no unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_EXAMPLE)
     if source_unit in _SHARES and unit == "1":
         return float(Decimal(number).scaleb(_SHARES[source_unit]))
-    source, target = DECIMAL_UNITS.get(source_unit), DECIMAL_UNITS.get(unit)
-    if source and target and source[0] == target[0]:
-        return float(Decimal(number).scaleb(source[1] - target[1]))
+    source, target = _decimal(source_unit), _decimal(unit)
+    if source and target and source.base == target.base and not (unit == "1/s" and "Hz" in source_unit):
+        return float(Decimal(number).scaleb(source.power - target.power))
     if source_unit in ("", "1"):
         return float(number)
     if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
@@ -134,65 +140,41 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
-    """Return by what a number in `unit` is multiplied to be in `target`.
-
-    Examples
-    --------
-    >>> factor("mm/s", "m/s")
-    0.001
-    """
-    try:
+    """Return by what a number in `unit` is multiplied to be in `target`."""
+    with located(value=unit):
         return convert(f"1 {unit}", target, path=path)
-    except InputError as error:
-        raise InputError(error.message, path=path, value=unit, allowed=error.allowed, mend=error.mend) from None
 
 
 def compatible(unit: str, target: str, *, path: str = "") -> bool:
-    """Return whether `unit` has the dimension of `target`.
-
-    Examples
-    --------
-    >>> compatible("um", "m"), compatible("rad", "1")
-    (True, False)
-    """
+    """Return whether `unit` has the dimension of `target`."""
     spelt = _spelt(unit)
-    unit_scale, target_scale = DECIMAL_UNITS.get(spelt), DECIMAL_UNITS.get(target)
-    if unit_scale and target_scale:
-        return unit_scale[0] == target_scale[0] or {unit_scale[0], target_scale[0]} == {"Hz", "1/s"}
-    try:
+    own, wanted = _decimal(spelt), _decimal(target)
+    if own and wanted:
+        return own.base == wanted.base
+    with located(path=path, value=unit, mend=_EXAMPLE):
         return _unit(spelt).dimensionality == _unit(target).dimensionality
-    except InputError as error:
-        raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
 
 
 def si_of(unit: str, *, path: str = "") -> str:
-    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one.
-
-    Examples
-    --------
-    >>> si_of("mm/s"), si_of("%")
-    ('m/s', '1')
-    """
+    """Return the SI unit of a unit whose quantity nobody told; ``%`` and ``‰`` are shares of one."""
     spelt = _spelt(unit)
-    if spelt in _SHARES or spelt == "1":
+    if spelt in _SHARES:
         return "1"
-    if spelt in DECIMAL_UNITS:
-        return DECIMAL_UNITS[spelt][0]
-    try:
+    if (decimal := _decimal(spelt)) is not None:
+        return decimal.si
+    with located(path=path, value=unit, mend=_EXAMPLE):
         return _spelt(f"{_registry().get_base_units(_unit(spelt))[1]:~C}") or "1"
-    except InputError as error:
-        raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
+
+
+def is_decimal(unit: str) -> bool:
+    """Return whether this is a unit, in its one spelling, that differs from SI by a power of ten."""
+    decimal = _decimal(unit)
+    return decimal is not None and decimal.si != "1"
 
 
 def is_unit(text: str) -> bool:
-    """Return whether `text` is a unit.
-
-    Examples
-    --------
-    >>> is_unit("mm/s"), is_unit("vir"), is_unit("mil")
-    (True, False, False)
-    """
-    if _spelt(text) in DECIMAL_UNITS:
+    """Return whether `text` is a unit."""
+    if _decimal(_spelt(text)) is not None:
         return True
     if text.strip().lower() in AMBIGUOUS:
         return False
@@ -217,14 +199,8 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
 
 
 def split(text: str, path: str = "") -> tuple[str, str]:
-    """Return the number and the unit of a text, both as text, the unit in one spelling.
-
-    Examples
-    --------
-    >>> split("0.12 Nm / A")
-    ('0.12', 'N*m/A')
-    """
-    if len(text.strip()) > LONGEST_NUMBER + LONGEST_UNIT:
+    """Return the number and the unit of a text, both as text, the unit in one spelling."""
+    if len(text.strip()) > LONGEST:
         raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
     match = _NUMBER.fullmatch(text.strip())
     if not match:

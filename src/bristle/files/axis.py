@@ -3,34 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
 from dataclasses import replace
 from typing import Any
 
 from bristle.core import units
-from bristle.core.axis import Axis, Column, Injected
+from bristle.core.axis import Axis, Cogging, Column, Injected, KnownColumn
 from bristle.core.content import Readable
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import check_schema, refuse_open
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
-from bristle.files.plant_terms import terms_of
 from bristle.files.schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry, validated
 from bristle.files.toml import read_toml
 
-TIME = Variable("time", "time")
 SOUGHT = (None, "identify")  # a delay that an identification is to find
-FREQUENCY = Variable("frequency", "frequency")
-MASS = Variable("mass", "moving mass")
-FORCE = Variable("force", "force")
-VELOCITY = Variable("length/time", "velocity")
-ACCELERATION = Variable("length/time^2", "acceleration")
-JERK = Variable("length/time^3", "jerk")
-LENGTH = Variable("length", "position")
-STIFFNESS = Variable("force/length", "stiffness to the ground")
-DAMPING = Variable("force*time/length", "damping to the ground")
+PLACES = {
+    "table": "log.table",
+    "span": "log.span",
+    "hold": "effort.hold",
+    "periodic": "effort.periodic",
+    "lag": "effort.lag",
+    "plant": "plant.model",
+    "stiffness": "plant.stiffness",
+    "damping": "plant.damping",
+    "offset": "plant.offset",
+    "presliding": "plant.presliding",
+    "delay": "timing.delay",
+    "sample_time": "timing.sample_time",
+    "velocity_limit": "limits.velocity",
+    "acceleration_limit": "limits.acceleration",
+    "jerk_limit": "limits.jerk",
+    "stroke": "limits.stroke",
+    "cutoff": "identification.cutoff",
+    "decimation": "identification.decimation",
+    "method": "identification.method",
+    "loop": "identification.loop",
+    "global_search": "identification.global_search",
+    "settings": "identification.settings",
+}
+"""Field of `Axis`, which takes text with a unit -> the key in the file."""
 
 
 def read_axis(path: Readable | dict[str, Any]) -> Axis:
@@ -52,10 +66,8 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
         With file, key, value and what is allowed there.
     """
     data, source, content = read_toml(path, path="axis", what="an axis or its file")
-    try:
+    with located(source):
         return replace(axis_from(data), text=content.data if content else b"")
-    except InputError as error:
-        raise error.at(str(source)) from None
 
 
 def axis_from(data: dict[str, Any]) -> Axis:
@@ -67,58 +79,56 @@ def axis_from(data: dict[str, Any]) -> Axis:
     if file.columns.position is None and file.columns.velocity is None:
         raise InputError("is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')
     drive = _drive_of(file)
+    places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
+    told = {name: _told(file, place) for name, place in places.items()}
+    seeks_delay, seeks_lag = told["delay"] in SOUGHT, told["lag"] == "identify"
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
         if (entry := getattr(file.columns, name)) is not None
-    } | surroundings_of(file)
-    axis = Axis(
-        name=file.name,
-        kind=file.kind,
-        columns=columns,
-        injected=tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
-        table=file.log.table,
-        sample_time=_sample_time(file),
-        delay=0.0 if file.timing.delay in SOUGHT else units.quantity(file.timing.delay, TIME, path="timing.delay"),
-        seeks_delay=file.timing.delay in SOUGHT,
-        mass=_mass(file),
-        plant=file.plant.model,
-        stiffness=_of_oscillator(file, "stiffness", STIFFNESS),
-        damping=_of_oscillator(file, "damping", DAMPING),
-        offset=_offset(file),
-        resolution=drive.count,
-        effort_limit=_limit(file, drive),
-        held=_held(file),
-        hold=file.effort.hold,
-        lag=_lag(file),
-        seeks_lag=file.effort.lag == "identify",
-        periodic=file.effort.periodic,
-        at_rest=file.log.start == "rest",
-        in_cycle=file.log.start == "cycle",
-        span=_span(file),
-        velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
-        acceleration_limit=_positive(file.limits.acceleration, ACCELERATION, file.kind, "limits.acceleration"),
-        jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
-        stroke=_stroke(file),
-        pitch=drive.transmission.lead,
-        arm=_arm(drive),
-        rated=_rated(file, drive),
-        presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
-        cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
-        decimation=file.identification.decimation,
-        keeps_rests=file.identification.rests == "keep",
-        method=file.identification.method,
-        loop=file.identification.loop,
-        global_search=file.identification.global_search,
-        settings=_thresholds(file),
-        **terms_of(file, drive.transmission),
-    )
+    }
+    is_of_rated = drive.rated is not None or (drive.constant is not None and drive.constant.drive == "rated")
+    # One radian of the motor moves an axis that is told to turn, or has a lead.
+    is_turned = file.kind == "rotational" or drive.transmission.lead is not None
+    fields = told | {
+        "name": file.name,
+        "kind": file.kind,
+        "columns": columns | surroundings_of(file),
+        "injected": tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
+        "sample_time": _sample_time(file),
+        "delay": 0.0 if seeks_delay else told["delay"],
+        "seeks_delay": seeks_delay,
+        "resolution": drive.count,
+        "effort_limit": _limit(file, drive),
+        "held": _held(file),
+        "lag": 0.0 if seeks_lag else told["lag"],
+        "seeks_lag": seeks_lag,
+        "at_rest": file.log.start == "rest",
+        "in_cycle": file.log.start == "cycle",
+        "pitch": drive.transmission.lead,
+        "arm": drive.transmission.travel("rotational", "motor") if is_turned else None,
+        "rated": abs(_effort("100 %", file, drive, "effort.rated")) if is_of_rated else None,
+        "keeps_rests": file.identification.rests == "keep",
+        "gravity": _gravity(file),
+        "cogging": _cogging(file, drive.transmission),
+        "regressors": _known_columns(file),
+    }
+    try:
+        axis = Axis(**fields)
+    except InputError as error:
+        name, rest = re.fullmatch(r"(\w+)(.*)", error.path).groups()  # type: ignore[union-attr]
+        raise error.at(path=places.get(name, name) + rest) from None
+    for name, allowed in (("span", "[first, last time]"), ("stroke", "[smallest, largest position]")):
+        ends = getattr(axis, name)
+        if ends is not None and ends[0] >= ends[1]:
+            raise InputError("must rise", path=places[name], value=told[name], allowed=allowed)
     return replace(axis, controller=controller_of(file.controller, axis))
 
 
-def _thresholds(file: AxisFile) -> dict[str, float]:
-    thresholds, number = file.identification.settings, Variable("1", "threshold")
-    return {name: units.quantity(threshold, number, path=f"identification.settings.{name}") for name, threshold in thresholds.items()}
+def _told(file: AxisFile, place: str) -> Any:
+    """Return what a file says at a key."""
+    table, key = place.split(".")
+    return getattr(getattr(file, table), key)
 
 
 def _drive_of(file: AxisFile) -> Drive:
@@ -126,27 +136,13 @@ def _drive_of(file: AxisFile) -> Drive:
     given = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
     if len(given) > 1:
         raise InputError(f"has both a {given[0]} and a {given[1]}", path="effort", mend="Keep one of them")
-    constant = Constant.whichever(effort.constant, "effort.constant") if effort.constant else None
-    if effort.force_constant:
-        constant = Constant.of(effort.force_constant, "N", "effort.force_constant")
-    if effort.torque_constant:
-        constant = Constant.of(effort.torque_constant, "N*m", "effort.torque_constant")
-    lead = _positive(_without(transmission.lead, "/rev"), LENGTH, "translational", "transmission.lead")
+    constant = None
+    if given:
+        spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(given[0])
+        constant = Constant.of(getattr(effort, given[0]), spoken_of, f"effort.{given[0]}")
+    lead = _positive(_without(transmission.lead, "/rev"), Variable("length", "lead"), "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
     return replace(drive, count=_resolution(file.encoder, drive))
-
-
-def _arm(drive: Drive) -> float | None:
-    """Return the movement of the axis for one radian of the motor; None where nothing tells it."""
-    train = drive.transmission
-    return None if train.kind == "translational" and train.lead is None else train.travel("rotational", "motor")
-
-
-def _rated(file: AxisFile, drive: Drive) -> float | None:
-    """Return the effort on the axis at 100 % of rated [N or N*m]; None where nothing tells it."""
-    if drive.rated is None and (drive.constant is None or drive.constant.drive != "rated"):
-        return None
-    return abs(_effort("100 %", file, drive, "effort.rated"))
 
 
 def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
@@ -160,10 +156,8 @@ def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
     if raw is None:
         return None
     unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
-    if not unit:
-        return _above_zero(float(raw), path, raw)
-    count = _in(raw, lambda: drive.movement(unit, encoder.side, path).of(str(raw), path))
-    return _above_zero(count, path, raw)
+    with located(value=raw):
+        return _above_zero(drive.movement(unit, encoder.side, path).of(str(raw), path) if unit else float(raw), path, raw)
 
 
 def _without(raw: Any, suffix: str) -> Any:
@@ -197,10 +191,8 @@ def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> 
 
 
 def _limit(file: AxisFile, drive: Drive) -> float | None:
-    raw = file.effort.limit
-    if raw is None:
-        return None
-    return _above_zero(abs(_effort(raw, file, drive, "effort.limit")), "effort.limit", raw)
+    raw, path = file.effort.limit, "effort.limit"
+    return None if raw is None else _above_zero(abs(_effort(raw, file, drive, path)), path, raw)
 
 
 def _held(file: AxisFile) -> bool | None:
@@ -210,16 +202,6 @@ def _held(file: AxisFile) -> bool | None:
     return held if hold is None else hold == "zero"
 
 
-def _lag(file: AxisFile) -> float:
-    raw = file.effort.lag
-    if raw == "identify":
-        return 0.0
-    value = units.quantity(raw, TIME, path="effort.lag")
-    if value < 0.0:
-        raise InputError("must not be negative", path="effort.lag", value=raw, allowed='a time, or "identify"')
-    return value
-
-
 def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
     """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
     unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
@@ -227,76 +209,80 @@ def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
         return float(raw)
     measured_side = file.columns.effort.side if file.columns.effort else None
     side = None if units.compatible(unit, "N", path=path) else measured_side or ("motor" if drive.constant else None)
-    return _in(raw, lambda: drive.effort(unit, side, path).of(str(raw), path))
+    with located(value=raw):
+        return drive.effort(unit, side, path).of(str(raw), path)
 
 
-def _in(raw: Any, converted: Callable[[], float]) -> float:
-    """Return a converted value; what is refused is told as it was written, not as its unit."""
-    try:
-        return converted()
-    except InputError as error:
-        raise InputError(error.message, path=error.path, value=raw, allowed=error.allowed, mend=error.mend) from None
-
-
-def _sample_time(file: AxisFile) -> float | None:
-    rate = _positive(file.timing.sample_rate, FREQUENCY, file.kind, "timing.sample_rate")
+def _sample_time(file: AxisFile) -> Any:
+    rate = _positive(file.timing.sample_rate, Variable("frequency", "sample rate"), file.kind, "timing.sample_rate")
     if rate is not None and file.timing.sample_time is not None:
         raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
-    return 1.0 / rate if rate else _positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time")
+    return 1.0 / rate if rate else file.timing.sample_time
 
 
-def _mass(file: AxisFile) -> float | None:
+def _mass_of(file: AxisFile) -> str:
+    """Return the key of what moves; refuse what an axis of this kind, or this plant, does not have."""
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
-        raise InputError(f"is not what a {file.kind} axis has", path=f"plant.{wrong}", mend=f"Write {right} in {MASS.unit(file.kind)}")
-    return _positive(getattr(file.plant, right), MASS, file.kind, f"plant.{right}")
-
-
-def _of_oscillator(file: AxisFile, key: str, variable: Variable) -> float | None:
-    raw = getattr(file.plant, key)
-    if raw is not None and file.plant.model != "oscillator":
-        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw, mend='Write model = "oscillator" under [plant]')
-    return _positive(raw, variable, file.kind, f"plant.{key}")
-
-
-def _offset(file: AxisFile) -> float | str:
-    raw = file.plant.offset
-    if raw == "identify":
-        return raw
-    try:
-        return units.quantity(raw, FORCE, file.kind, path="plant.offset")
-    except InputError as error:
-        allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
-        raise InputError(error.message, path=error.path, value=raw, allowed=allowed, mend=error.mend) from None
-
-
-def _span(file: AxisFile) -> tuple[float, float] | None:
-    """Return from when to when the log is used [s]."""
-    raw = file.log.span
-    if raw is None:
-        return None
-    first, last = (units.quantity(time, TIME, path=f"log.span[{i}]") for i, time in enumerate(raw))
-    if first >= last:
-        raise InputError("must rise", path="log.span", value=raw, allowed="[first, last time]")
-    return first, last
-
-
-def _stroke(file: AxisFile) -> tuple[float, float] | None:
-    if file.limits.stroke is None:
-        return None
-    low, high = (units.quantity(end, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, end in enumerate(file.limits.stroke))
-    if low >= high:
-        raise InputError("must rise", path="limits.stroke", value=file.limits.stroke, allowed="[smallest, largest position]")
-    return low, high
+        mend = f"Write {right} in {Variable('mass', 'moving mass').unit(file.kind)}"
+        raise InputError(f"is not what a {file.kind} axis has", path=f"plant.{wrong}", mend=mend)
+    for key in ("stiffness", "damping"):
+        raw = getattr(file.plant, key)
+        if raw is not None and file.plant.model != "oscillator":
+            raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw, mend='Write model = "oscillator" under [plant]')
+    return right
 
 
 def _positive(raw: Any, variable: Variable, kind: Kind, path: str) -> float | None:
-    if raw is None:
-        return None
-    return _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
+    return None if raw is None else _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
 
 
 def _above_zero(value: float, path: str, raw: Any) -> float:
     if not 0 < value < math.inf:
         raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0")
     return value
+
+
+def _gravity(file: AxisFile) -> bool:
+    if file.plant.gravity is not None and file.kind != "rotational":
+        raise InputError(
+            "turns with the angle of a link, and this axis is translational",
+            path="plant.gravity",
+            value=file.plant.gravity,
+            mend="A weight on a vertical axis is the offset, which is identified",
+        )
+    return file.plant.gravity is not None
+
+
+def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
+    turners = [entry.turn for entry in file.cogging]
+    for place, turner in enumerate(turners):
+        if turner in turners[:place]:
+            raise InputError(
+                "is there twice", path=f"cogging[{place}].turn", value=turner, mend="Write all its harmonics into one [[cogging]]"
+            )
+    coggings = []
+    for place, entry in enumerate(file.cogging):
+        try:
+            side = "motor" if entry.turn == "motor" else "load"
+            turn = 2.0 * math.pi * transmission.travel("rotational", side)
+        except InputError:
+            raise InputError(
+                "needs to know how far a turn moves the axis",
+                path=f"cogging[{place}].turn",
+                value=entry.turn,
+                mend='Write lead = "10 mm" (and gear_ratio, where there is a gear) under [transmission]',
+            ) from None
+        harmonics = None if entry.harmonics == "identify" else tuple(sorted(set(entry.harmonics)))
+        coggings.append(Cogging(entry.turn, turn, harmonics))
+    return tuple(coggings)
+
+
+def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
+    columns: list[KnownColumn] = []
+    for place, entry in enumerate(file.known):
+        name = entry.name or re.sub(r"\W+", "_", entry.column).strip("_") or f"column_{place + 1}"
+        if name in [column.name for column in columns]:
+            raise InputError("is there twice", path=f"known[{place}].name", value=name, mend="Give each known column a name of its own")
+        columns.append(KnownColumn(entry.column, name, entry.optional))
+    return tuple(columns)

@@ -41,35 +41,20 @@ class Constant:
     value: float
 
     @classmethod
-    def of(cls, text: str, effort: str, path: str) -> Constant:
-        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; `effort` is ``"N"`` or ``"N*m"``."""
+    def of(cls, text: str, effort: str | None, path: str) -> Constant:
+        """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
         _, unit = units.split(text, path)
-        for drive in DRIVE_UNITS:
-            if unit and units.compatible(unit, f"{effort}/{drive}", path=path):
-                value = units.convert(text, f"{effort}/{drive}", path=path)
-                if value == 0 or not math.isfinite(value):
-                    raise InputError("must be finite and not zero", path=path, value=text)
-                return cls(drive, effort, value)
-        raise InputError(
-            "is not the constant of a drive",
-            path=path,
-            value=text,
-            allowed=f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count",
-        )
-
-    @classmethod
-    def whichever(cls, text: str, path: str) -> Constant:
-        """Return the constant that a text tells, of a force or of a torque: its unit says which."""
-        _, unit = units.split(text, path)
-        turns = any(unit and units.compatible(unit, f"N*m/{drive}", path=path) for drive in DRIVE_UNITS)
-        if not turns and not any(unit and units.compatible(unit, f"N/{drive}", path=path) for drive in DRIVE_UNITS):
-            raise InputError(
-                "is not the constant of a drive",
-                path=path,
-                value=text,
-                allowed='a force or a torque for one unit of the drive, such as "61.2 N/A"',
-            )
-        return cls.of(text, "N*m" if turns else "N", path)
+        for spoken_of in EFFORTS if effort is None else (effort,):
+            for drive in DRIVE_UNITS:
+                if unit and units.compatible(unit, f"{spoken_of}/{drive}", path=path):
+                    value = units.convert(text, f"{spoken_of}/{drive}", path=path)
+                    if value == 0 or not math.isfinite(value):
+                        raise InputError("must be finite and not zero", path=path, value=text)
+                    return cls(drive, spoken_of, value)
+        allowed = 'a force or a torque for one unit of the drive, such as "61.2 N/A"'
+        if effort is not None:
+            allowed = f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count"
+        raise InputError("is not the constant of a drive", path=path, value=text, allowed=allowed)
 
 
 @dataclass(frozen=True)

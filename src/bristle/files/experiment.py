@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.experiment import Experiment
 from bristle.files.components import check_keys, check_schema, refuse_open, table_at
 from bristle.files.pipeline import with_models
@@ -48,10 +48,8 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     """
     data, source, content = read_toml(path, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
-    try:
+    with located(source):
         experiment = experiment_from(with_models(data, source, sources), source, sources)
-    except InputError as error:
-        raise error.at(str(source)) from None
     own = {"experiment": (content.origin,)} if content is not None else {}
     return replace(experiment, origins=own | sources.origins)
 

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.content import Content, Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.dimensions import kind_called
 from bristle.core.edge import guarded, model, optional
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.bands import bands_at, bands_table
-from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, parameters_in, table_at
+from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
 from bristle.files.operator import OperatorRead, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_beside
 from bristle.files.single import write_whole
@@ -153,10 +152,7 @@ def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
 
 
 def _table(model: Model, head: Mapping[str, Any], tables: dict[str, str]) -> Table:
-    """Return a model as a table; of a long list a mark, and the list as text in `tables`.
-
-    The library would take minutes for the numbers of a Preisach plane.
-    """
+    """Return a model as a table; of a long list a mark, and the list as text in `tables`."""
     import tomlkit
 
     table = tomlkit.table()
@@ -236,10 +232,8 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
         With file, key, value and what is allowed there.
     """
     data, source, _ = read_toml(path, path="model", what="a friction model or a model file")
-    try:
+    with located(source):
         return _model_from(data, source.parent, related, allow_code)
-    except InputError as error:
-        raise error.at(str(source)) from None
 
 
 def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: bool) -> ModelFile:
@@ -254,29 +248,11 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: b
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in parameters], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")
-    treatment = _treatment(data.get("treatment", {}), kind)
+    entries = table_at(data.get("treatment", {}), "treatment")
+    check_keys(entries, TREATMENT, "treatment")
+    treatment = numbers_in(entries, TREATMENT, kind, "treatment", whole=("decimation",))
     sections = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
     return ModelFile(plant, friction, sections | {"bands": bands_at(data.get("bands"), parameters)})
-
-
-def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
-    """Return how the log of the identification was treated, as far as the file says."""
-    entries = table_at(value, "treatment")
-    check_keys(entries, TREATMENT, "treatment")
-    treatment: dict[str, Any] = {name: number_at(raw, TREATMENT[name], kind, f"treatment.{name}") for name, raw in entries.items()}
-    if "decimation" in treatment:
-        if not treatment["decimation"].is_integer():
-            raise InputError("must be a whole number", path="treatment.decimation", value=entries["decimation"])
-        treatment["decimation"] = int(treatment["decimation"])
-    return treatment
-
-
-def kind_at(value: Any, path: str) -> Kind:
-    """Return a kind of axis."""
-    value = kind_called(value)
-    if value not in KINDS:
-        raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(KINDS))
-    return value
 
 
 def friction_from(

@@ -1,8 +1,6 @@
-"""Identification inside of an experiment file.
+"""Identification inside of an experiment file: ``[identify.NAME]``, and tables that hold ``identified = "NAME"``.
 
-``[identify.NAME]`` says what a model is fitted to, and a table that holds ``identified = "NAME"`` takes it.
-What was identified lies in a folder beside the experiment, with a digest over all that it depends on: the log and the
-axis, or the rig that was excited, and the options. With another digest it is not taken.
+What was identified lies in a folder beside the experiment, with a digest over all that it depends on.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core.content import Origin, content_of
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.experiment import Variant
 from bristle.files.components import check_keys, table_at
 from bristle.files.owned import NOTE, Folder, note_in, strangers_in
@@ -119,12 +117,9 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
 
 
 def _origin(file: Path, path: str, sources: Sources) -> Origin:
-    try:
-        if path.endswith(".log"):
-            return content_of_log(file, limit=sources.size_limit).origin
-        return content_of(file, limit=TOML_LIMIT).origin
-    except InputError as error:
-        raise error.at(path) from None
+    with located(path):
+        is_log = path.endswith(".log")
+        return (content_of_log(file, limit=sources.size_limit) if is_log else content_of(file, limit=TOML_LIMIT)).origin
 
 
 def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:

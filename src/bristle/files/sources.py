@@ -1,8 +1,4 @@
-"""The files that an experiment names: each is read once, relative to the folder of the experiment.
-
-What was read travels with them to another process: there the same tables are read again without a file, on whatever
-machine, and code that was allowed where it was read is not asked for once more.
-"""
+"""The files that an experiment names: each is read once, and what was read travels to other processes."""
 
 from __future__ import annotations
 
@@ -13,8 +9,8 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
-from bristle.core.contracts import Component, Model, make_model
-from bristle.core.errors import InputError
+from bristle.core.contracts import Model, make_model
+from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
@@ -60,7 +56,7 @@ class Sources:
                 friction = friction_from(table, kind=kind, folder=self.folder, path="operator")
                 return ModelFile(None, friction, {"provenance": described.provenance})
             file = read_model(content, allow_code=self.allow_code)
-            self._note_code(file.friction.component)
+            self._origins.setdefault("code", []).extend(origins_of_code([file.friction.component]))
             return file
 
         return self._once(("model", self._file(file, path)), path, read)
@@ -163,13 +159,8 @@ class Sources:
 
     def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any], opened: Callable[..., Content] = content_of) -> Any:
         if key not in self._read:
-            try:
+            with located(path):
                 content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)
                 self._read[key] = read(content)
-            except InputError as error:
-                raise error.at(path) from None
             self._origins.setdefault("log" if key[0] == "loop" else key[0], []).append(content.origin)
         return self._read[key]
-
-    def _note_code(self, component: Component) -> None:
-        self._origins.setdefault("code", []).extend(origins_of_code([component]))

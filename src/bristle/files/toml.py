@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from bristle.core.content import Content, FixedLimit, Readable, content_of
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.units import LARGEST
 
 TOML_LIMIT = FixedLimit(4 * 2**20)
@@ -38,11 +38,9 @@ def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: st
         _refuse_absurdities(source)
         return Described(source, Path("<dict>"))
     content = content_of(source, limit=TOML_LIMIT, path=path, what=what)
-    try:
+    with located(content.source):
         data = _parsed(content)
         _refuse_absurdities(data)
-    except InputError as error:
-        raise error.at(str(content.source)) from None
     return Described(data, content.source, content)
 
 

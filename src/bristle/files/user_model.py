@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
-from bristle.core.errors import OWN_CODE, BristleError, InputError, told_by
+from bristle.core.errors import OWN_CODE, BristleError, InputError, located, told_by
 from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
@@ -87,11 +87,7 @@ def load_model_file(path: Readable) -> FrictionModel:
 
 
 def load_component_file(path: Readable, *families: type[Described]) -> Described:
-    """Return what a Python file defines as ``MODEL``.
-
-    The module is named by the hash of its source, so that an edited file is another module: nothing compiled from
-    the old one is ever used again.
-    """
+    """Return what a Python file defines as ``MODEL``."""
     content = code_at(path)
     source = content.source
     model = getattr(SourceText(content).module(), "MODEL", None)
@@ -188,10 +184,8 @@ def load_slot_file(path: Readable) -> Slot:
             allowed=f"a word that is none of {', '.join(SLOTS)}",
             mend='Write another name in Slot(name="...")',
         )
-    try:
+    with located(source):
         refuse_unfit(slot)
-    except InputError as error:
-        raise error.at(str(source)) from None
     return slot
 
 

@@ -2,28 +2,166 @@
 
 from __future__ import annotations
 
+import json
+import math
+import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
+
+import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content
-from bristle.core.errors import InputError
+from bristle.core.errors import BristleError, InputError, told_by
+from bristle.core.normal import NORMAL_95
 from bristle.files.arguments import AXIS, axes_for
-from bristle.files.user_model import origins_of_code
-from bristle.fleet.columns import described_columns
-from bristle.fleet.identifier import Identifier
+from bristle.files.summary import as_json, plain
+from bristle.files.user_model import load_reader_file, origins_of_code
 from bristle.fleet.listing import listed_logs
-from bristle.fleet.plan import Fleet
-from bristle.fleet.store import FleetStore
+from bristle.fleet.plan import Fleet, LogFile
+from bristle.identification.identify import identify
 from bristle.identification.request import models_of
+from bristle.identification.result import Estimate
+from bristle.logs.formats import reading
 from bristle.logs.readers import read_log
+from bristle.study.block import RAISED, REASON, REFUSED
+from bristle.study.dataset import OK
+from bristle.study.plan import Block
 from bristle.study.run import Progress, Ran, run_within
-from bristle.study.store import opened
+from bristle.study.store import RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
 
-__all__ = ["fleet_of", "identify_each", "identify_within"]
+__all__ = ["FleetStore", "Identifier", "fleet_of", "identify_each"]
+
+
+class FleetStore(Store):
+    """The folder of a fleet: that of a study, with the list of its logs, which may grow."""
+
+    study: Fleet
+    kind: ClassVar[str] = "fleet"
+
+    def begin(self, provenance: Mapping[str, str]) -> None:
+        """List the logs of this command behind those that the folder has, each once; refuse another fleet."""
+        past = study_in(self.folder) if self.grown.is_whole(STUDY) else None
+        if past is not None:
+            refuse_another(past["described"], plain(self.study.described), self.folder)
+            self.study = self.study.following(past["logs"])
+            provenance = past["provenance"]
+        text = as_json(self._content(provenance))
+        if past != json.loads(text):
+            self.grown.write(STUDY, text)
+        self.grown.make(RUNS)
+
+    def blocks_present(self) -> set[int]:
+        """Return the logs that need nothing: those with a row, and those that this command does not name."""
+        unnamed = {number for number, log in enumerate(self.study.logs) if not log.place}
+        return super().blocks_present() | unnamed
+
+    def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
+        fleet = self.study
+        return {
+            "schema": SCHEMA,
+            "name": fleet.name,
+            "kind": fleet.kind,
+            "runs": fleet.count,
+            "block": 1,
+            "draws": fleet.count,
+            "grid": {},
+            "model": fleet.model.name,
+            "metrics": list(fleet.parameters),
+            "columns": {name: column._asdict() for name, column in fleet.columns.items()},
+            "logs": [{"folder": log.folder, "log": log.name, "sha256": log.checksum, "time": log.time} for log in fleet.logs],
+            "described": fleet.described,
+            "provenance": provenance,
+        }
+
+    def _array(self, values: Any, field: Any) -> Any:
+        if field.name == "time_of_log":
+            return self.pyarrow.array(values, type=field.type)
+        return super()._array(values, field)
+
+    def _schema(self) -> Any:
+        pa = self.pyarrow
+        kinds = {"run": pa.int64(), "time_of_log": pa.timestamp("us")}
+        return pa.schema(
+            pa.field(name, kinds.get(name, pa.string()))
+            if column.role == "run"
+            else pa.field(name, pa.float64(), metadata={"unit": column.unit})
+            for name, column in self.study.columns.items()
+        )
+
+
+class Identifier:
+    """What identifies the logs of a fleet, in this process."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self.fleet = fleet
+        self.formats = [load_reader_file(content) for content in fleet.readers]
+
+    def columns(self, block: Block) -> dict[str, Any]:
+        """Return the rows of the logs of a block, by column, each of shape (log,)."""
+        rows = [self._row(number) for number in range(block.first, block.last)]
+        blank = {name: "" if column.role == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
+        return {name: [row.get(name, value) for row in rows] for name, value in blank.items()}
+
+    def _row(self, number: int) -> dict[str, Any]:
+        """Return the row of a log; of one that cannot be read or fitted, why."""
+        log = self.fleet.logs[number]
+        row: dict[str, Any] = {"run": number, "folder": log.folder, "log": log.name, "status": OK, "reason": ""}
+        if log.time is not None:
+            row["time_of_log"] = round(1e6 * log.time)
+        try:
+            with warnings.catch_warnings(), reading(*self.formats):
+                warnings.simplefilter("ignore")
+                return row | self._numbers(log)
+        except BristleError as error:
+            return row | {"status": REFUSED, "reason": told_by(error)[:REASON]}
+        except MemoryError:
+            return row | {"status": RAISED, "reason": "there is not enough memory for this log"}
+        except Exception as error:  # noqa: BLE001  (a model or a reader of a person's own may raise anything)
+            return row | {"status": RAISED, "reason": f"{type(error).__name__}: {told_by(error)}"[:REASON]}
+
+    def _numbers(self, entry: LogFile) -> dict[str, Any]:
+        axis = self.fleet.axes[entry.axis]
+        log = read_log(entry.place, axis, size_limit=self.fleet.size_limit)
+        if entry.checksum and log.origin.checksum != entry.checksum:
+            raise InputError("has changed since the command began", path=entry.place)
+        if log.kind != self.fleet.kind:
+            raise InputError(f"is {log.kind}, and this fleet is {self.fleet.kind}", path=entry.place)
+        identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options)
+        if identification.unfinished:  # a person wants it to end: half a fit is no row
+            raise KeyboardInterrupt
+        fit = identification.fits[0]
+        codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
+        row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}
+        if fit.held_out is not None:
+            row["held_out_error"] = 0.01 * fit.held_out.mean_percent
+        if fit.resampling is not None:
+            scatter = fit.resampling.scatter
+            row |= {"scatter": scatter.value, "scatter.lower": scatter.low, "scatter.upper": scatter.high}
+        if log.temperature is not None:
+            row["temperature"] = float(np.mean(log.temperature.values))
+        for column in self.fleet.parameters:
+            if (estimate := fit.parameters.get(column.partition(".")[2])) is not None:
+                row |= _of_estimate(column, estimate)
+        return row
+
+
+def _of_estimate(column: str, estimate: Estimate) -> Mapping[str, Any]:
+    """Return value, ends of the 95 % interval and status of a parameter; no value where the log does not tell it."""
+    row: dict[str, Any] = {f"{column}.status": estimate.status}
+    if estimate.status == "unidentifiable":
+        return row
+    row[column] = estimate.value
+    ends = estimate.interval
+    if ends is None and estimate.larger_std is not None and math.isfinite(estimate.larger_std):
+        ends = tuple(estimate.value + side * NORMAL_95 * estimate.larger_std for side in (-1.0, 1.0))
+    if ends is not None:
+        row |= {f"{column}.lower": ends[0], f"{column}.upper": ends[1]}
+    return row
 
 
 def fleet_of(
@@ -36,51 +174,38 @@ def fleet_of(
     readers: Sequence[Content] = (),
     size_limit: int = SIZE_LIMIT,
 ) -> Fleet:
-    """Return many logs as a fleet: listed, looked up, nothing identified yet."""
+    """Return many logs as a fleet, described by what tells it from another; nothing is identified yet."""
     listed = listed_logs(logs, size_limit=size_limit)
-    chosen, *others = models_of(model)
-    if others:
+    models = models_of(model)
+    if len(models) > 1:
         raise InputError(
             "takes one model: parameters of different ones do not compare",
             path="--each",
-            value=", ".join(component.name for component in (chosen, *others)),
+            value=", ".join(component.name for component in models),
             mend="Compare models on one log first, then name the best one",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
-    kinds = {axis.kind for axis in described if axis is not None} or {_kind_of(listed[0].place, size_limit)}
+    kinds = {axis.kind for axis in described if axis is not None}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
-    own = len(described) > 1
-    numbered = [replace(log, axis=number if own else 0) for number, log in enumerate(listed)]
-    fleet = Fleet(name, tuple(numbered), tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers), size_limit, {})
-    return replace(fleet, described=_described(fleet))
-
-
-def _kind_of(place: str, size_limit: int) -> Any:
-    """Return the kind of axis that a log itself tells; the usual one where it cannot be read."""
-    try:
-        return read_log(place, size_limit=size_limit).kind
-    except InputError:
-        return "translational"
-
-
-def _described(fleet: Fleet) -> dict[str, Any]:
-    """Return what tells this fleet from another: the model, how it is fitted, the axis, and what computes it."""
-    from bristle.files.summary import plain
-
-    texts = {axis.text or repr(axis).encode() for axis in fleet.axes if axis is not None}
-    of_axes = sorted(Content(Path("axis"), text).checksum for text in texts)
-    code = {origin.name: origin.checksum for origin in origins_of_code([fleet.model])}
-    return {
+    if not kinds:  # a log tells it itself; the usual one where it cannot be read
+        kinds = {"translational"}
+        with suppress(InputError):
+            kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
+    numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
+    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), models[0], dict(options or {}), tuple(readers), size_limit, {})
+    texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
+    identity = {
         "fleet": {"model": fleet.model.name} | plain(fleet.options),
-        "axes": of_axes,
-        "code": code,
+        "axes": sorted(Content(Path("axis"), text).checksum for text in texts),
+        "code": {origin.name: origin.checksum for origin in origins_of_code([fleet.model])},
         "readers": [content.checksum for content in fleet.readers],
-        "columns": sorted(described_columns(fleet)),
+        "columns": sorted(fleet.columns),
         "bristle": version("bristle"),
     }
+    return replace(fleet, described=identity)
 
 
 def identify_each(
@@ -126,9 +251,4 @@ def identify_each(
     axes = list(axis) if isinstance(axis, (list, tuple)) else [axis] if axis is not None else []
     fleet = fleet_of(logs, model=model, axes=axes, name=Path(folder).name, options=options)
     with opened(Path(folder), fleet, {}, FleetStore) as store:
-        return identify_within(store, workers=workers, progress=progress)
-
-
-def identify_within(store: FleetStore, *, workers: int | None = None, progress: Progress | None = None) -> Ran:
-    """Identify what is missing of a fleet in its folder, which this process has; as `identify_each`."""
-    return run_within(store, workers=workers, progress=progress, simulator=Identifier)
+        return run_within(store, workers=workers, progress=progress, simulator=Identifier)

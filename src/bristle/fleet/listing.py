@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from bristle.core.content import SIZE_LIMIT, Content
 from bristle.core.errors import InputError
 from bristle.core.typography import escaped
-from bristle.fleet.moment import moment_of
 from bristle.fleet.plan import LogFile
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
-__all__ = ["listed_logs"]
+__all__ = ["listed_logs", "recorded_at"]
 
 NO_LOGS = (".toml", ".md")  # what lies beside logs: axis files, notes
+_DATE = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)")
 
 
 def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:
@@ -30,6 +33,25 @@ def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) ->
                 raise InputError("is named twice", path=log.place, mend="Name each log once")
             logs[log.identity] = log
     return list(logs.values())
+
+
+def recorded_at(*names: str) -> float | None:
+    """Return when a log was recorded [s since 1970, as if its clock were UTC], by the one date in the first name with any.
+
+    Examples
+    --------
+    >>> recorded_at("axis_2026-03-01T06-30-00.csv") == datetime(2026, 3, 1, 6, 30, tzinfo=UTC).timestamp()
+    True
+    """
+    for name in names:
+        dates = []
+        for year, _, month, day, hour, _, minute, second in _DATE.findall(name):
+            with suppress(ValueError):  # digits that are no date
+                parts = (int(part or 0) for part in (year, month, day, hour, minute, second))
+                dates.append(datetime(*parts, tzinfo=UTC))
+        if dates:
+            return dates[0].timestamp() if len(dates) == 1 else None
+    return None
 
 
 def _places(name: str) -> Iterator[str]:
@@ -53,16 +75,16 @@ def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     if not os.path.lexists(file):
         raise InputError("there is no such file", path=file, mend="Check the spelling, and the folder it lies in")
     source = Path(os.path.abspath(file))
+    folder = escaped(source.parent.name)
     try:
         content = content_of_log(place, limit=size_limit)
     except InputError:
-        yield LogFile(place, escaped(source.parent.name), escaped(source.name), "")
+        yield LogFile(place, folder, escaped(source.name), "")
         return
     for part in _parts(content, size_limit):
-        name = source.name + (f"{WITHIN}{part}" if part else "")
-        time = moment_of((name, source.parent.name), content.data)
-        opened = f"{file}{WITHIN}{part}" if part else file
-        yield LogFile(opened, escaped(source.parent.name), escaped(name), content.checksum, time)
+        within = f"{WITHIN}{part}" if part else ""
+        name = source.name + within
+        yield LogFile(file + within, folder, escaped(name), content.checksum, recorded_at(name, source.parent.name))
 
 
 def _parts(content: Content, size_limit: int) -> list[str | None]:

@@ -12,14 +12,36 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind, Variable
-from bristle.identification.parameters import Role
 from bristle.identification.request import prior_knowledge_of
 from bristle.study.plan import Block
 
-__all__ = ["ENDS", "Fleet", "LogFile", "Quantity"]
+__all__ = ["Column", "Fleet", "LogFile"]
 
-ENDS = ("lower", "upper")
-WATCHED = {Role.LEVEL: "level", Role.VISCOUS: "viscous"}
+
+class Column(NamedTuple):
+    """A column of the rows of a fleet: ``run`` (text), ``parameter``, ``interval`` or ``fit``; its SI unit, its meaning."""
+
+    role: str
+    unit: str
+    description: str
+
+
+RUN = {
+    "run": "number of the log in the fleet",
+    "folder": "folder that the log lay in",
+    "log": "name of the log, with the table in it",
+    "time_of_log": "when it was recorded, by its own clock",
+    "status": "how it ended",
+    "reason": "why it has no numbers",
+    "diagnostics": "codes of the warnings about the fit",
+}
+OF_FIT = {
+    "held_out_error": Column("fit", "", "error on held-out blocks, as a share of the effort"),
+    "error": Column("fit", "", "what was made small, as a share"),
+    "scatter": Column("fit", "", "standard deviation of the level of friction from reversal to reversal, as a share"),
+    "temperature": Column("fit", "K", "mean of the column temperature"),
+    "duration": Column("fit", "s", "length of the log"),
+}
 
 
 @dataclass(frozen=True)
@@ -37,15 +59,6 @@ class LogFile:
     def identity(self) -> tuple[str, str, str]:
         """What tells it from any other log."""
         return self.folder, self.name, self.checksum
-
-
-class Quantity(NamedTuple):
-    """What a row holds of each log: dotted name, SI unit, meaning; and what of friction it stands for, if watched."""
-
-    column: str
-    unit: str
-    description: str
-    stands_for: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,41 +86,43 @@ class Fleet:
         return tuple(Block(number, number + 1) for number in range(self.count))
 
     @cached_property
-    def parameters(self) -> dict[str, Quantity]:
-        """The parameters that have columns, by their name: those of the plant first."""
+    def parameters(self) -> dict[str, Variable]:
+        """The parameters, by the column of each: those of the plant first."""
         plant = prior_knowledge_of(self.axes[0], None, None, self.kind).plant
-        named = _named("plant", plant.variables, self.kind)
-        arrays = {name for name in self.model.variables if self.model.is_array(name)}
-        friction = {name: variable for name, variable in self.model.variables.items() if name not in arrays}
-        return named | _named("friction", friction, self.kind)
+        friction = {name: variable for name, variable in self.model.variables.items() if not self.model.is_array(name)}
+        sections = {"plant": plant.variables, "friction": friction}
+        named = {f"{section}.{name}": variable for section, variables in sections.items() for name, variable in variables.items()}
+        return {column: variable for column, variable in named.items() if not variable.choices}
+
+    @cached_property
+    def columns(self) -> dict[str, Column]:
+        """What each column of a block is: the run, each parameter with status and interval, what is known of the fit."""
+        columns = {name: Column("run", "", description) for name, description in RUN.items()}
+        for name, variable in self.parameters.items():
+            columns[name] = Column("parameter", "" if variable.quantity == "1" else variable.unit(self.kind), variable.description)
+            columns[f"{name}.status"] = Column("run", "", "identified, held, at_edge or unidentifiable")
+            columns |= _ends(name, columns[name].unit)
+        for name, column in OF_FIT.items():
+            columns |= {name: column} | (_ends(name, "") if name == "scatter" else {})
+        return columns
 
     def following(self, listed: Sequence[Mapping[str, Any]]) -> Fleet:
         """Return the fleet with the logs that its folder lists already at the numbers that they have there."""
         named = {log.identity: log for log in self.logs}
-        places = {(log.folder, log.name): log for log in self.logs}
+        places = {(log.folder, log.name): log.place for log in self.logs}
         logs = []
         for entry in listed:
             past = LogFile("", entry["folder"], entry["log"], entry["sha256"], entry["time"])
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
-                place = places[past.folder, past.name].place
                 raise InputError(
                     "is in this fleet already, with another content",
-                    path=place,
+                    path=places[past.folder, past.name],
                     mend="Give it another name, or name another folder for the fleet",
                 )
             logs.append(past if log is None else log)
         return replace(self, logs=(*logs, *named.values()))
 
 
-def _named(section: str, variables: Mapping[str, Variable], kind: Kind) -> dict[str, Quantity]:
-    return {
-        name: Quantity(
-            f"{section}.{name}",
-            "" if variable.quantity == "1" else variable.unit(kind),
-            variable.description,
-            next((word for role, word in WATCHED.items() if role.fits(variable)), ""),
-        )
-        for name, variable in variables.items()
-        if not variable.choices
-    }
+def _ends(column: str, unit: str) -> dict[str, Column]:
+    return {f"{column}.{end}": Column("interval", unit, f"{end} end of the 95 % interval of {column}") for end in ("lower", "upper")}

@@ -25,12 +25,9 @@ from bristle.friction.next_model import goes_by_name
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.friction.slots import variations_of
 from bristle.hysteresis.turning_points import Stack
-from bristle.lab.conditions import conditions_of, shares_of
-from bristle.lab.elements import elements_of
 from bristle.lab.packing import packed
 from bristle.lab.passivity import passivity_of, release_of
-from bristle.lab.scales import pulled_by, scales_of
-from bristle.lab.sliders import AROUND, slider_for
+from bristle.lab.sliders import AROUND, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.lab.walks import LONG, SHORT, stored, walked
 from bristle.report.symbols import GREEK, symbolic
 from bristle.testing import example_of

@@ -13,18 +13,17 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core.contracts import Model
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.friction import MODELS
 from bristle.lab.described import example_named
-from bristle.lab.loop import loop_described
+from bristle.lab.loop import loop_described, presets
 from bristle.lab.packing import as_json, packed
-from bristle.lab.presets import presets
 from bristle.lab.switches import common_module, slots_described, switched
 
 if TYPE_CHECKING:
     import jinja2
 
-    from bristle.lab.replay import Replay
+    from bristle.lab.rows import Replay
 
 __all__ = ["FIRST", "MARK", "SHARED", "hash_of", "joined", "lab_page", "policy"]
 

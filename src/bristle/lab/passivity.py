@@ -6,7 +6,7 @@ coefficient is searched, by a function of the module, as `bristle.certificates.p
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container, Sequence
 from typing import Any
 
 from bristle.certificates.passive import let_go
@@ -15,8 +15,7 @@ from bristle.core.kernel import kernel
 from bristle.exports.build import Builder
 from bristle.exports.scope import defined
 from bristle.exports.subject import Subject
-from bristle.exports.tree import Function
-from bristle.exports.types import REAL
+from bristle.exports.tree import REAL, Function
 from bristle.friction import (
     bouc_wen,
     channel_slots_of,
@@ -38,7 +37,7 @@ from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import slip
 from bristle.friction.slots import variations_of
 
-__all__ = ["inner_of", "passivity_of", "release_of"]
+__all__ = ["SIDES", "inner_of", "of_side", "passivity_of", "release_of"]
 
 SIDES = {"forward": "_pos", "backward": "_neg"}
 ALWAYS = (coulomb, viscous, coulomb_viscous, stribeck, dahl, maxwell_slip)
@@ -89,23 +88,25 @@ def passivity_of(model: Model) -> dict[str, Any] | None:
     names, inner = model.component.variables, type(inner_of(model.parameters)[0])
     sided = any(name.endswith(tuple(SIDES.values())) for name in names)
 
-    def named(name: str, side: str) -> str:
-        return name + side if name + side in names else name
-
     sides = list(SIDES.values()) if sided else [""]
-    damping = "sigma_2" if named("sigma_2", sides[0]) in names else "F_v"
-    viscous_named = damping if named(damping, sides[0]) in names else ""
-    rows: dict[str, Any] = {"present": [named(viscous_named, side) if viscous_named else "" for side in sides]}
+    dampings = [of_side(["sigma_2"], side, names) for side in sides], [of_side(["F_v"], side, names) for side in sides]
+    present = next((rows for rows in dampings if rows[0][0] in names), [[""]] * len(sides))
+    rows: dict[str, Any] = {"present": [row[0] for row in present]}
     if inner in BRISTLES:
         scales = ("F_S", "v_S", "sigma_1")
-        return rows | {"bristles": [{name: named(name, side) for name in scales} for side in sides]}
+        return rows | {"bristles": [dict(zip(scales, of_side(scales, side, names), strict=True)) for side in sides]}
     if inner in NEVER:
         return rows | {"never": NEVER[inner]}
     if inner in CONDITIONS:
         left, sign, right, because = CONDITIONS[inner]
-        pairs = [([named(n, side) for n in left], sign, [named(n, side) for n in right]) for side in sides]
-        return rows | {"conditions": [dict(zip(("left", "sign", "right"), pair, strict=True)) for pair in pairs], "because": because}
+        pairs = [{"left": of_side(left, side, names), "sign": sign, "right": of_side(right, side, names)} for side in sides]
+        return rows | {"conditions": pairs, "because": because}
     return rows if inner in [module.Parameters for module in ALWAYS] else None
+
+
+def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:
+    """Return names of parameters with the ending of a direction, where there are such."""
+    return [name + side if name + side in known else name for name in names]
 
 
 def release_of(subject: Subject) -> dict[str, Callable[[Builder], Function]]:

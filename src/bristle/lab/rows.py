@@ -1,9 +1,12 @@
-"""The rows of an identification for a page: the motion along which its model is led, and what makes a row of forces.
+"""A recorded motion for a page, and the rows of an identification along which a model is led there.
 
-A model is led along the motion by its module, in intervals of some samples of the log, each of one direction; around a
-turn every sample is one. The mean force of each counts. Filters of the identification make a row of the forces around
-it, and the plant adds what it takes there. All of it is whole numbers, times a step that is small beside what the model
-leaves over.
+A recorded effort is filtered as for the identification, and what the plant takes of it is taken off. There are not more
+points than a page can carry: turns are kept, and between them what is evenly apart. Positions are whole numbers of a
+step, so that the page has the very numbers that are written here.
+
+A fitted model is led along the motion by its module, in intervals of some samples of the log, each of one direction;
+around a turn every sample is one. The mean force of each counts. Filters of the identification make a row of the forces
+around it, and the plant adds what it takes there, in steps that are small beside what the model leaves over.
 """
 
 from __future__ import annotations
@@ -15,23 +18,109 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
-from bristle.lab.replay import turns_of
+from bristle.logs.check import parted
 from bristle.logs.log import Log
+from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["MOST_INTERVALS", "MOST_ROWS", "Column", "FittedRows", "Stretch", "fitted_rows"]
+__all__ = ["Replay", "decimated", "fitted_rows", "replay_of_log", "replay_of_traces", "turns_of"]
+
+MOST = 10_000
+"""Points that a page carries at most."""
+TRAVEL_STEPS = 2**28  # of the position, over its travel
+TURNS = 0.5  # share of the points or intervals that turns may take
+FASTEST = 0.4  # of the sampling frequency, for a cut-off
+GAP = 1.5  # times the time from row to row: a rest that is no row
+
+
+class Replay(NamedTuple):
+    """A motion: time [s], position in steps of a length [m or rad], friction [N or N*m], and where stretches begin.
+
+    Turns of less than ``depth`` [m or rad] are left out. Friction is the effort where the inertia is not known.
+    """
+
+    time: np.ndarray
+    steps: np.ndarray
+    step: float
+    friction: np.ndarray
+    begins: tuple[int, ...]
+    depth: float
+    has_inertia: bool
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position from the lowest one on [m or rad]."""
+        return self.step * self.steps
+
+
+def replay_of_log(log: Log, axis: Axis | None, plant: Model | None, treatment: Mapping[str, Any] | None = None) -> Replay:
+    """Return a log as a motion to be replayed."""
+    if log.effort is None:
+        raise InputError("has no effort to compare with", path="log", mend="Name its column in the axis")
+    log, treated = parted(log, axis), treatment or {}
+    cutoff = treated.get("cutoff") or (axis.cutoff if axis is not None else None)
+    most = FASTEST / log.sample_time
+    cutoff = most if cutoff is not None and cutoff * log.sample_time >= 0.5 else cutoff
+    rows = rows_as_fitted(log, axis, {**treated, "cutoff": cutoff})
+    parts = []
+    for segment in rows.segments:
+        plant_effort = rows.mechanical_along(plant, segment) if plant is not None else 0.0
+        columns = (segment.time, segment.position, segment.effort - plant_effort)
+        parts.append([rows.without_edges(column) for column in columns])
+    return decimated(parts, has_inertia=plant is not None)
+
+
+def replay_of_traces(time: np.ndarray, velocity: np.ndarray, friction: np.ndarray) -> Replay:
+    """Return the rows that a model was fitted to as a motion: the position is the sum of the velocities."""
+    steps = np.diff(time)
+    row = float(np.median(steps))
+    moving = np.where(steps < GAP * row, steps, 0.0)
+    position = np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * moving)))
+    return decimated([[time, position, friction]], has_inertia=True)
+
+
+def decimated(parts: Sequence[Sequence[np.ndarray]], *, has_inertia: bool, most: int = MOST) -> Replay:
+    """Return stretches of time, position and friction with no more points than `most`, their turns among them."""
+    positions = [part[1] for part in parts]
+    low = min(float(np.min(x)) for x in positions)
+    travel = max(float(np.max(x)) for x in positions) - low
+    chosen, depth = _kept(positions, most, travel / TRAVEL_STEPS)
+    begins = tuple(np.cumsum([0, *map(len, chosen)])[:-1].tolist())
+    time, position, friction = (np.concatenate([part[i][rows] for part, rows in zip(parts, chosen, strict=True)]) for i in range(3))
+    step = (travel or 1.0) / TRAVEL_STEPS
+    return Replay(time, np.round((position - low) / step), step, friction.astype(np.float32), begins, depth, has_inertia)
+
+
+def _kept(ways: Sequence[np.ndarray], most: int, finest: float, near: int = 0) -> tuple[list[np.ndarray], float]:
+    """Return which samples are kept: those near turns, others evenly apart as room is; and the depth of turns left out."""
+    around, depth = np.arange(-near, near + 1), 0.0
+    while True:
+        turns = [np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways]
+        left = most - sum(map(len, turns))
+        if left >= (1.0 - TURNS) * most:
+            break
+        depth = max(2.0 * depth, finest)
+    stride = -(-sum(x.size for x in ways) // left)
+    return [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(ways, turns, strict=True)], depth
+
+
+def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
+    """Return both ends, and where a motion turns by more than a depth, as indices."""
+    return np.unique([0, *turning_points(x, depth), x.size - 1])
+
 
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000
 """Intervals of the motion and rows that a page carries at most."""
 FINE = 2**20  # steps in the longest way of an interval
 STEPS = 64.0  # steps in the root mean square of what the model leaves over
-TURNS = 0.5  # share of the intervals that are around turns at most
 AROUND_TURN = 0.9  # share of the response of the filters that is looked at sample by sample around a turn
 TAIL = 1e-4  # share of the response of the filters that is left out on either side
 NEGLIGIBLE = 1e-6  # of the largest effort, for what is linear in a parameter
@@ -179,18 +268,10 @@ def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], resp
 
 def _ends(runs: Sequence[np.ndarray], near: int) -> list[np.ndarray]:
     """Return where intervals end: after each sample near a turn, and as often as there is room for elsewhere."""
-    around, depth, samples = np.arange(-near, near + 1), 0.0, sum(map(len, runs))
-    if samples <= MOST_INTERVALS:
+    if sum(map(len, runs)) <= MOST_INTERVALS:
         return [np.arange(run.size) for run in runs]
     travel = max(float(np.ptp(run)) for run in runs)
-    while True:
-        fine = [np.unique(np.clip(turns_of(run, depth)[:, None] + around, 0, run.size - 1)) for run in runs]
-        budget = MOST_INTERVALS - sum(map(len, fine))
-        if budget >= (1.0 - TURNS) * MOST_INTERVALS:
-            break
-        depth = max(2.0 * depth, travel / FINE)
-    stride = -(-samples // budget)
-    return [np.union1d(end, np.arange(0, run.size, stride)) for run, end in zip(runs, fine, strict=True)]
+    return _kept(runs, MOST_INTERVALS, travel / FINE, near)[0]
 
 
 def _run(segment: Segment, dt: float) -> np.ndarray:

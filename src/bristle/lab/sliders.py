@@ -1,13 +1,23 @@
-"""From where to where a slider goes, and whether by equal steps or by equal factors."""
+"""What a page draws of parameters and elements: sliders, scales, conditions between them, and where elements slip."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+import re
+from typing import Any, NamedTuple
 
-from bristle.core.variable import Variable
+import numpy as np
 
-__all__ = ["AROUND", "Slider", "slider_for"]
+from bristle.core.contracts import Component, Model
+from bristle.core.typography import typeset
+from bristle.core.variable import Variable, unit_of
+from bristle.exports.subject import Subject, presliding_distance
+from bristle.friction import gms, maxwell_slip, maxwell_stribeck
+from bristle.lab.passivity import SIDES, inner_of, of_side
+from bristle.plants import pulled_inertia
+from bristle.report.symbols import symbolic
+
+__all__ = ["AROUND", "Scales", "Slider", "conditions_of", "elements_of", "pulled_by", "scales_of", "shares_of", "slider_for"]
 
 AROUND = 100.0
 """Factor from the middle of a slider without ends to either end."""
@@ -51,3 +61,91 @@ def slider_for(
         return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0, endless=math.isinf(value))
     farthest = max([SIGNED * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
+
+
+FAST = 1000.0  # distances of pre-sliding in a second, where no Stribeck velocity tells what is fast
+PULL = 0.25  # velocity of the far end of the spring over that at which friction falls
+PERIODS = 30.0  # natural periods that a mass on the spring sticks for
+DROP = 0.3  # share of friction that the spring gains meanwhile
+MASS = 1.0  # [kg or kg*m^2]
+
+
+class Scales(NamedTuple):
+    """Distance of pre-sliding [m or rad], velocity at which friction falls [m/s or rad/s], and force [N or N*m]."""
+
+    reach: float
+    speed: float
+    force: float
+
+
+def scales_of(subject: Subject) -> Scales:
+    """Return the scales of a friction model."""
+    model = subject.model
+    reach = presliding_distance(subject)
+    variables = model.component.variables
+    forces = [
+        float(np.max(np.abs(value)))
+        for name, value in model.values.items()
+        if variables[name].quantity == "force" and not isinstance(value, str)
+    ]
+    speed = float(model.values.get("v_S", FAST * reach))
+    viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
+    return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
+
+
+def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
+    """Return a mass on a spring that this friction lets stick and slip, its far end moving slowly."""
+    m, v_e = mass or MASS, float(f"{PULL * scales.speed:.2g}")
+    # It sticks for 2 * drop / (k * v_e), which is so many times 2 * pi * sqrt(m / k).
+    root = DROP * scales.force / (v_e * PERIODS * math.pi * math.sqrt(m))
+    return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)
+
+
+_CONDITION = re.compile(r"([\w.]+(?: \* [\w.]+)*) (>=|>|<) ([\w.]+(?: \* [\w.]+)*)")
+_SHARES = re.compile(r"sum of (\w+) = 1")
+
+
+def conditions_of(component: Component) -> list[dict[str, Any]]:
+    """Return conditions that compare two products, by direction where parameters are; others are left out."""
+    conditions = []
+    for relation in component.relations:
+        if match := _CONDITION.fullmatch(relation.condition):
+            left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
+            # What stands behind a semicolon is for Python.
+            mend = str(symbolic(relation.mend.partition(";")[0]))
+            pairs = [[of_side(part, side, component.variables) for part in (left, right)] for side in SIDES.values()]
+            conditions += [
+                {"left": first, "sign": sign, "right": second, "mend": mend, "advisory": relation.advisory}
+                for first, second in (pairs[:1] if pairs[0] == pairs[1] else pairs)
+            ]
+    return conditions
+
+
+def shares_of(component: Component) -> list[str]:
+    """Return the names of arrays whose numbers are shares of a whole."""
+    matches = (_SHARES.fullmatch(relation.condition) for relation in component.relations)
+    return [match[1] for match in matches if match]
+
+
+# What the memory keeps of each element, and of which parameters its limit is made: a product over another one. Where
+# friction falls with speed, the limit is that of rest.
+MEMORIES = {
+    maxwell_slip.Parameters: ("length", ["nu_i", "F_C"], ["k_i"]),
+    maxwell_stribeck.Parameters: ("force", ["nu_i", "F_S"], []),
+    gms.Parameters: ("force", ["nu_i", "F_S"], []),
+}
+
+
+def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
+    """Return what is drawn of the elements of a model, if it has some: the first numbers of its memory."""
+    kind, _ = inner_of(model.parameters)
+    if type(kind) not in MEMORIES or memory_size == 0:
+        return None
+    quantity, times, over = MEMORIES[type(kind)]
+    names, rows = model.component.variables, {"times": times, "over": over}
+    return {
+        "numbers": int(np.size(kind.k_i)),
+        "word": "deflection" if quantity == "length" else "force",
+        "unit": typeset(unit_of(quantity, model.kind)),
+        "limits": [{word: of_side(row, side, names) for word, row in rows.items()} for side in ("_neg", "_pos")],
+    }

@@ -26,8 +26,7 @@ from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
 from bristle.friction.variation import VARIES_WITH as VARYING
 from bristle.lab.described import described, example_named, file_of, head_of, variables_of, walks_of
 from bristle.lab.packing import packed, unpacked
-from bristle.lab.scales import Scales, pulled_by, scales_of
-from bristle.lab.sliders import Slider
+from bristle.lab.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.lab.surroundings import AROUND, Surroundings, around_named, surrounded
 from bristle.lab.walks import walked_together
 from bristle.report.symbols import symbolic

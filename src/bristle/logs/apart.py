@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError, shortened
-from bristle.logs.table import Choice, Request, Table
+from bristle.logs.table import Choice, Request, Table, damage_refused
 
 __all__ = ["read_apart", "serve"]
 
@@ -93,7 +93,8 @@ def serve() -> None:
     read: Callable[..., Table] = import_module(f"bristle.logs.{head['reader']}").read
     choice = Choice(None if head["names"] is None else frozenset(head["names"]), head["usual"])
     try:
-        table = read(data, Request(Path(head["source"]), head["table"], choice, head["limit"]))
+        with damage_refused(Path(head["source"])):
+            table = read(data, Request(Path(head["source"]), head["table"], choice, head["limit"]))
     except InputError as error:
         parts = {name: getattr(error, name) for name in ("message", "path", "allowed", "mend")}
         value = error.value if isinstance(error.value, (str, int, float)) else None

@@ -14,9 +14,9 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.logs.channel import CHANNELS, Channel, LogData
-from bristle.logs.checks import limits_exceeded, problems_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
+from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.table import Table
 
 __all__ = ["assembled", "clock_for", "doubts_about_velocity", "integral_of", "record_of", "remark_on", "within"]

@@ -15,7 +15,7 @@ from bristle.core.edge import CURVE, TEXT, among, guarded, instance, many
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import KINDS, Kind, unit_of
-from bristle.logs.checks import LARGEST, SMALLEST
+from bristle.logs.problems import LARGEST, SMALLEST
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 

@@ -25,21 +25,15 @@ def read(data: bytes, request: Request) -> Table:
     """Return the columns of a group, or of a matrix, of an HDF5 file."""
     import h5py
 
-    try:
-        content = h5py.File(io.BytesIO(data), "r")
-    except OSError as error:
-        raise InputError(
-            f"is truncated or damaged, or no HDF5 file ({error})", path=str(request.source), mend="Copy or save it again"
-        ) from None
     separator = "." if data.startswith(MAT_73) else "/"
     values: dict[str, Stored] = {}
     units: dict[str, str] = {}
     notes: list[str] = []
-    with content:
+    with h5py.File(io.BytesIO(data), "r") as content:
         for path, node in _data_sets(content, request.source):
             name = path.replace("/", separator)
             stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
-            if not stored.holds_columns or _is_text(node):
+            if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
                 notes.append(f"{name} holds no column of numbers and was left out")
                 continue
             values[name] = stored
@@ -47,8 +41,7 @@ def read(data: bytes, request: Request) -> Table:
                 units[name] = unit
             elif any(key in node.attrs for key in UNIT_ATTRIBUTES):
                 notes.append(f"the unit of {name} is no text and was left out")
-        arrays = Arrays(values, units, separator, tuple(notes))
-        return table_from(arrays, request, "HDF5")
+        return table_from(Arrays(values, units, separator, tuple(notes)), request, "HDF5")
 
 
 def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
@@ -82,10 +75,6 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
 
 def _elsewhere(reason: str, source: Path) -> InputError:
     return InputError(f"{reason}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
-
-
-def _is_text(node: Any) -> bool:
-    return _text(node, "MATLAB_class") in ("char", "cell", "function_handle")
 
 
 def _text(node: Any, key: str) -> str:

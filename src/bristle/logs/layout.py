@@ -12,8 +12,8 @@ import numpy as np
 from bristle.core import units
 from bristle.core.errors import InputError
 from bristle.logs.cells import COMMENT, Beside, cells_of, has_content, is_number, table_beside, why_no_number, without_comments
+from bristle.logs.names import distinct, listed, plain_unit
 from bristle.logs.table import split_unit
-from bristle.logs.words import distinct, plain_unit
 
 __all__ = ["Layout", "layout_of"]
 
@@ -21,35 +21,7 @@ __all__ = ["Layout", "layout_of"]
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset(
-    {
-        "deg",
-        "deg/s",
-        "deg/s^2",
-        "rev",
-        "rev/s",
-        "rpm",
-        "1/min",
-        "min",
-        "h",
-        "lbf",
-        "inch",
-        "mm/min",
-        "m/min",
-        "m/s^2",
-        "mm/s^2",
-        "rad/s^2",
-        "degC",
-        "K",
-        "bar",
-        "W",
-        "kW",
-        "Hz",
-        "kHz",
-        "LU",
-        "Grad",
-        "bool",
-        "hex",
-    }
+    listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
@@ -210,9 +182,9 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     """Return name and unit of a header; a unit behind a stroke or the word "in" does not take the name apart."""
     name, unit = split_unit(cell)
     parts = re.split(r"\s+in\s+|/|,\s+", name, maxsplit=1) if not unit else []
-    if len(parts) == 2 and parts[0] and plain_unit(parts[0]) not in units.DECIMAL_UNITS:
+    if len(parts) == 2 and parts[0] and not units.is_decimal(plain_unit(parts[0])):
         spelt_unit = plain_unit(parts[1])
-        unit = spelt_unit if spelt_unit in units.DECIMAL_UNITS or spelt_unit in USUAL_UNITS else ""
+        unit = spelt_unit if units.is_decimal(spelt_unit) or spelt_unit in USUAL_UNITS else ""
     return name, unit
 
 
@@ -235,4 +207,4 @@ def _are_units(cells: Sequence[str]) -> bool:
     if any(len(cell) > units.LONGEST_UNIT for cell in plain):
         return False
     spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell]
-    return bool(spelt) and all(unit in units.DECIMAL_UNITS or unit in USUAL_UNITS for unit in spelt)
+    return bool(spelt) and all(units.is_decimal(unit) or unit in USUAL_UNITS for unit in spelt)

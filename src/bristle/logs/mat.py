@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +14,7 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.table import Request, Table
+from bristle.logs.tables import Series, table_of_series, tall
 
 __all__ = ["read"]
 
@@ -28,29 +30,17 @@ def read(data: bytes, request: Request) -> Table:
         _examine(data, request.source, request.limit)
     import scipy.io
 
-    try:
-        content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
-        raise InputError(
-            f"is truncated or damaged, or no MAT file ({error})", path=str(request.source), mend="Copy or save it again"
-        ) from None
-    columns: dict[str, np.ndarray] = {}
-    constants: dict[str, float] = {}
-    names: list[str] = []
-    notes: list[str] = []
-    for name, value in content.items():
+    series, constants, notes = [], {}, []
+    for name, value in scipy.io.loadmat(io.BytesIO(data), simplify_cells=True).items():
         for full, values in _numbers(name, value) if not name.startswith("__") else ():
             if values.size == 1:
                 constants[full] = float(values.reshape(()))
             elif values.ndim > 2 and 1 not in values.shape:
                 notes.append(f"{full} has {values.ndim} dimensions and was left out")
             else:
-                arrays = _columns_of(full, values)
-                names += arrays
-                columns |= {name: arrays[name].astype(float) for name in arrays if request.choice(name)}
-    if not names:
-        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
-    return Table(columns, constants=constants, notes=tuple(notes), format="MAT", names=tuple(names))
+                columns = _columns_of(full, values).items()
+                series += [Series(column, numbers.astype(float) if request.choice(column) else None) for column, numbers in columns]
+    return table_of_series(series, request.source, "MAT", constants=constants, notes=notes)
 
 
 def _examine(data: bytes, source: Path, limit: int) -> None:
@@ -64,16 +54,15 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
             break
         element = data[begin - TAG_BYTES : at]
         if kind == COMPRESSED:
-            element = _unpacked(data[begin:at], limit - unpacked)
-            unpacked += len(element)
+            with suppress(zlib.error):  # the reader will tell what is wrong with it
+                element = zlib.decompressobj().decompress(data[begin:at], limit - unpacked + 1)
+                unpacked += len(element)
             refuse_larger(unpacked, limit, source)
         _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
-        raise InputError(
-            f"is truncated: {len(data)} bytes, and its content announces {max(at, HEADER_BYTES + TAG_BYTES)}",
-            path=str(source),
-            mend="Copy or save it again",
-        )
+        announced = max(at, HEADER_BYTES + TAG_BYTES)
+        message = f"is truncated: {len(data)} bytes, and its content announces {announced}"
+        raise InputError(message, path=str(source), mend="Copy or save it again")
 
 
 def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, int]:
@@ -81,15 +70,6 @@ def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, in
     kind, length = (int.from_bytes(data[at + i : at + i + 4], order) for i in (0, 4))
     # A small element has its length in the upper half of the kind, and its data in place of the length.
     return (kind & 0xFFFF, 0) if kind >> 16 else (kind, length)
-
-
-def _unpacked(packed: bytes, most: int) -> bytes:
-    """Return what a compressed element unpacks to, and not much more of it than there is room for."""
-    unpack = zlib.decompressobj()
-    try:
-        return unpack.decompress(packed, most + 1)
-    except zlib.error:
-        return b""  # the reader will tell what is wrong with it
 
 
 def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) -> None:
@@ -115,24 +95,19 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     """Yield every real array in a variable, structures and cells included, with its full name."""
-    if isinstance(value, dict):
-        for field, inner in value.items():
+    values = value if isinstance(value, (dict, list)) else np.asarray(value)
+    if isinstance(values, dict):
+        for field, inner in values.items():
             yield from _numbers(f"{name}.{field}", inner)
-        return
-    if isinstance(value, list):
-        for index, inner in enumerate(value):
+    elif isinstance(values, list) or (values.dtype == object and values.ndim == 1):
+        for index, inner in enumerate(values):
             yield from _numbers(f"{name}[{index}]", inner)
-        return
-    values = np.asarray(value)
-    if values.dtype.kind in "fiub" and values.size:
+    elif values.dtype.kind in "fiub" and values.size:
         yield name, values
-    elif values.dtype == object and values.ndim == 1:
-        yield from _numbers(name, values.tolist())
 
 
 def _columns_of(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
     """Return the columns of a vector or a matrix; time runs along the longer side of a matrix."""
     if values.ndim == 1 or 1 in values.shape:
         return {name: values.reshape(-1)}
-    tall = values if values.shape[0] >= values.shape[1] else values.T
-    return {f"{name}[{index}]": np.ascontiguousarray(column) for index, column in enumerate(tall.T)}
+    return {f"{name}[{index}]": column for index, column in enumerate(tall(values).T)}

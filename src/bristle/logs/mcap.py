@@ -5,19 +5,17 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError, said_by_library
-from bristle.logs.table import Choice, Request, Table
+from bristle.core.errors import InputError
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["read"]
 
-NUMBER_BYTES = 16  # of a sample and its time
 DEEPEST = 6
 MOST_VALUES = 1000  # of one message
 JOINT = ("position", "velocity", "effort")
@@ -36,44 +34,31 @@ def read(data: bytes, request: Request) -> Table:
 
     fields: dict[tuple[str, str], tuple[list[int], list[float]]] = {}
     unknown: set[str] = set()
-    count = 0
-    try:
-        decoders, factory = {}, DecoderFactory()
-        for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
-            if channel.message_encoding not in ENCODINGS or (schema is None and channel.message_encoding == "cdr"):
-                unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
-                continue
-            if channel.message_encoding == "json":
-                content = json.loads(message.data)
-            else:
-                if channel.schema_id not in decoders:
-                    decoders[channel.schema_id] = factory.decoder_for(channel.message_encoding, schema)
-                content = decoders[channel.schema_id](message.data)
-            stamp = _stamp(content) or message.log_time
-            for name, value in _numbers(content):
-                times, values = fields.setdefault((channel.topic, name), ([], []))
-                times.append(stamp)
-                values.append(value)
-                count += 1
-            refuse_larger(NUMBER_BYTES * count, request.limit, request.source)
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the library raise anything)
-        raise InputError(
-            f"is truncated or damaged{said_by_library(error)}", path=str(request.source), mend="Copy or record it again"
-        ) from None
+    decoders, factory, count = {}, DecoderFactory(), 0
+    for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
+        if channel.message_encoding not in ENCODINGS or (schema is None and channel.message_encoding == "cdr"):
+            unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
+            continue
+        if channel.message_encoding == "json":
+            content = json.loads(message.data)
+        else:
+            if channel.schema_id not in decoders:
+                decoders[channel.schema_id] = factory.decoder_for(channel.message_encoding, schema)
+            content = decoders[channel.schema_id](message.data)
+        stamp = _stamp(content) or message.log_time
+        for name, value in _numbers(content):
+            times, values = fields.setdefault((channel.topic, name), ([], []))
+            times.append(stamp)
+            values.append(value)
+            count += 1
+        refuse_larger(2 * NUMBER_BYTES * count, request.limit, request.source)
     notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
-    return _table(fields, request.source, request.table, request.choice, notes)
-
-
-def _table(
-    fields: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice, notes: list[str]
-) -> Table:
+    table = request.table
     chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
     if not chosen:
         raise InputError(
             "holds no messages with numbers that are understood",
-            path=str(source),
+            path=str(request.source),
             value=table,
             allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
             mend="Record messages of ROS 2, or JSON",
@@ -84,8 +69,8 @@ def _table(
     for (topic, field), (times, values) in chosen.items():
         name = field if len(topics) == 1 else f"{topic}/{field}"
         stamps = (np.array(times, dtype=np.int64) - origin) / SECOND
-        series.append(Series(name, np.array(values) if choice(name) else None, stamps, "", topic))
-    return table_of_series(series, source, "MCAP", notes=notes)
+        series.append(Series(name, np.array(values) if request.choice(name) else None, stamps, "", topic))
+    return table_of_series(series, request.source, "MCAP", notes=notes)
 
 
 def _numbers(content: Any) -> Iterator[tuple[str, float]]:

@@ -11,10 +11,10 @@ from typing import IO, Any
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError, said_by_library
+from bristle.core.errors import InputError
+from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table
 from bristle.logs.tables import Arrays, Stored, table_from
-from bristle.logs.words import distinct
 
 __all__ = ["read"]
 
@@ -25,37 +25,25 @@ MOST_ARRAYS = 100_000
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns."""
-    try:
-        if data.startswith(ARRAY):
-            arrays = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
-            return table_from(_columns_in(arrays, []), request, "NPZ")
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            arrays, notes = _members(archive, request.source, request.limit)
-            return table_from(_columns_in(arrays, notes), request, "NPZ")
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            f"is truncated or damaged{said_by_library(error)}", path=str(request.source), mend="Copy it again, or save arrays of numbers"
-        ) from None
+    if data.startswith(ARRAY):
+        stored = {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}
+        return _table(stored, [], request)
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
+        if len(members) > MOST_ARRAYS:
+            raise InputError("holds too many arrays", path=str(request.source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
+        names, notes = distinct(member.filename.removesuffix(".npy") for member in members)
+        stored = {}
+        for name, member in zip(names, members, strict=True):
+            refuse_larger(member.file_size, request.limit, f"{request.source}: {name}")
+            stored[name] = _stored(lambda member=member: archive.open(member), member.file_size, request.source)
+        return _table(stored, notes, request)
 
 
-def _members(archive: zipfile.ZipFile, source: Path, limit: int) -> tuple[dict[str, Stored], list[str]]:
-    members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
-    if len(members) > MOST_ARRAYS:
-        raise InputError("holds too many arrays", path=str(source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
-    names, notes = distinct(member.filename.removesuffix(".npy") for member in members)
-    arrays = {}
-    for name, member in zip(names, members, strict=True):
-        refuse_larger(member.file_size, limit, f"{source}: {name}")
-        arrays[name] = _stored(lambda member=member: archive.open(member), member.file_size, source)
-    return arrays, notes
-
-
-def _columns_in(arrays: dict[str, Stored], notes: list[str]) -> Arrays:
-    left_out = [name for name, array in arrays.items() if not array.holds_columns]
-    remarks = [*notes, *(f"{name} holds no column of numbers and was left out" for name in left_out)]
-    return Arrays({name: array for name, array in arrays.items() if array.holds_columns}, notes=tuple(remarks))
+def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
+    columns = {name: array for name, array in stored.items() if array.holds_columns}
+    remarks = (f"{name} holds no column of numbers and was left out" for name in stored if name not in columns)
+    return table_from(Arrays(columns, notes=(*notes, *remarks)), request, "NPZ")
 
 
 def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:

@@ -8,47 +8,36 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError
-from bristle.logs.table import Request, Table
-from bristle.logs.words import distinct
+from bristle.logs.names import distinct
+from bristle.logs.table import NUMBER_BYTES, Request, Table
+from bristle.logs.tables import Series, table_of_series
 
 __all__ = ["read"]
 
 UNIT_KEYS = (b"unit", b"units")
-NUMBER_BYTES = 8
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read(data: bytes, request: Request) -> Table:
     """Return the columns of a Parquet file; time stamps become seconds from the first one."""
-    import pyarrow
     import pyarrow.parquet
 
-    try:
-        file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
-        names, notes = distinct(file.schema_arrow.names)
-        chosen = [name for name in names if request.choice(name)]
-        # Columns of one name can only be read together.
-        selection = None if notes else chosen
-        count = len(names if selection is None else selection)
-        refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
-        content = file.read(columns=selection, use_threads=False)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise InputError(f"is truncated or damaged ({error})", path=str(request.source), mend="Copy or export it again") from None
-    columns, units = {}, {}
-    read = names if selection is None else content.schema.names
-    for name, part, values in zip(read, content.schema, content.columns, strict=True):
-        numbers = _numbers(values) if request.choice(name) else None
-        if numbers is None:
-            notes += [f"column {name!r} holds no numbers and was left out"] if request.choice(name) else []
-            continue
-        columns[name] = numbers
-        if unit := _unit_of(part):
-            units[name] = unit
-    if not columns and request.choice.names is None:
-        raise InputError("holds no column of numbers", path=str(request.source))
-    numeric = [name for name, part in zip(names, file.schema_arrow, strict=True) if _may_be_numbers(part.type)]
-    return Table(columns, units, notes=tuple(notes), format="Parquet", names=tuple(numeric))
+    file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
+    names, notes = distinct(file.schema_arrow.names)
+    # Columns of one name can only be read together.
+    selection = None if notes else [name for name in names if request.choice(name)]
+    count = len(names if selection is None else selection)
+    refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
+    content = file.read(columns=selection, use_threads=False)
+    columns = dict(zip(names if selection is None else content.schema.names, content.columns, strict=True))
+    series = []
+    for name, part in zip(names, file.schema_arrow, strict=True):
+        values = _numbers(columns[name]) if request.choice(name) else None
+        if request.choice(name) and values is None:
+            notes.append(f"column {name!r} holds no numbers and was left out")
+        elif _may_be_numbers(part.type):
+            series.append(Series(name, values, unit=_unit_of(part)))
+    return table_of_series(series, request.source, "Parquet", notes=notes)
 
 
 def _may_be_numbers(kind: Any) -> bool:

@@ -12,16 +12,17 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.errors import InputError, MissingExtraError, said_by_library
+from bristle.core.errors import InputError, MissingExtraError
 from bristle.core.typography import escaped
 from bristle.logs.assembly import record_of
 from bristle.logs.formats import ARCHIVE, LogFormat, format_of
 from bristle.logs.gather import axis_of
 from bristle.logs.log import Log, log_of
+from bristle.logs.names import names_and_units, with_plain_names
 from bristle.logs.stamped_text import period_told
-from bristle.logs.table import ALL, Choice, Request, Table, columns_of
+from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
-from bristle.logs.words import is_time, names_and_units, with_plain_names
+from bristle.logs.words import is_time
 
 __all__ = ["read_log", "read_table"]
 
@@ -89,17 +90,10 @@ def _read(log_format: LogFormat, content: Content, request: Request) -> Table:
         return read_apart(log_format.name, content.data, request)
     read: Callable[..., Table] = log_format.read or import_module(f"bristle.logs.{log_format.name}").read
     try:
-        return _as_table(read(content.data, request), log_format, content)
-    except InputError:
-        raise
+        with damage_refused(content.source):
+            return _as_table(read(content.data, request), log_format, content)
     except MemoryError:
         raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
-    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
-        raise InputError(
-            f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}",
-            path=str(content.source),
-            mend="Copy or save it again",
-        ) from None
 
 
 def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:

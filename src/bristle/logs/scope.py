@@ -14,33 +14,19 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.cells import cells_of, numbers_in, why_no_number
-from bristle.logs.table import Request, Table
+from bristle.logs.names import distinct, listed
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import distinct
 
 __all__ = ["Head", "head_of", "is_archived", "read_archive", "read_scope"]
 
 NAME = "name"
 # What stands in the first column of the rows below the names, as far as the export was asked for them.
 KEYS = frozenset(
-    {
-        "symbolcomment",
-        "data-type",
-        "sampletime[ms]",
-        "variablesize",
-        "symbolbased",
-        "indexgroup",
-        "indexoffset",
-        "symbolname",
-        "netid",
-        "port",
-        "offset",
-        "scalefactor",
-        "bitmask",
-        "unit",
-        "unit scalefactor",
-        "unit offset",
-    }
+    listed(
+        "bitmask | data-type | indexgroup | indexoffset | netid | offset | port | sampletime[ms] | scalefactor | symbolbased | "
+        "symbolcomment | symbolname | unit | unit offset | unit scalefactor | variablesize"
+    )
 )
 NO_UNIT = ("", "(none)", "none", "-", "1")
 END = "eof"
@@ -48,7 +34,6 @@ DELIMITERS = ("\t", ";", ",", "|")
 FILETIME = 10**15  # counts of 100 ns since 1601 are larger than this, milliseconds since the start are not
 TICKS = 10_000  # of 100 ns in a millisecond
 HEAD_LINES = 120
-NUMBER_BYTES = 8
 
 
 @dataclass(frozen=True)

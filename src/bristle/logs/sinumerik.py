@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.logs.names import distinct
 from bristle.logs.table import Request, Table, without_index
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import distinct
 
 __all__ = ["read"]
 

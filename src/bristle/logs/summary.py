@@ -14,10 +14,10 @@ from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.check import CheckThresholds, checked
-from bristle.logs.checks import problems_of
 from bristle.logs.gather import axis_of, gather
 from bristle.logs.log import Log, log_of
 from bristle.logs.passages import Passage, passages
+from bristle.logs.problems import problems_of
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -14,11 +15,12 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, close_names, shortened
+from bristle.core.errors import InputError, close_names, said_by_library, shortened
 
 __all__ = [
     "ALL",
     "NONE",
+    "NUMBER_BYTES",
     "USUAL_NAMES",
     "Choice",
     "Request",
@@ -26,6 +28,7 @@ __all__ = [
     "axis_in",
     "columns_named",
     "columns_of",
+    "damage_refused",
     "some_of",
     "spellings",
     "split_unit",
@@ -33,6 +36,7 @@ __all__ = [
 ]
 
 LONGEST_SHOWN = 60
+NUMBER_BYTES = 8
 # Of an axis in a SINUMERIK (its unit, its number), or of one of several signals of a name: no unit.
 _INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
 
@@ -134,13 +138,7 @@ class Table:
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
-    """Return the first of several names, and how many more there are.
-
-    Examples
-    --------
-    >>> some_of(["t", "u", "y"], 2)
-    't, u and 1 more'
-    """
+    """Return the first of several names, and how many more there are."""
     listed = list(names)
     left = len(listed) - most
     return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
@@ -153,13 +151,7 @@ def spellings(name: str) -> tuple[str, ...]:
 
 
 def split_unit(header: str) -> tuple[str, str]:
-    """Return name and unit of a header such as ``position [um]``, ``position (um)`` or ``position / um``.
-
-    Examples
-    --------
-    >>> split_unit("position [um]"), split_unit("vir"), split_unit("nckServoDataActPos1stEnc64 [u1, 3]")
-    (('position', 'um'), ('vir', ''), ('nckServoDataActPos1stEnc64 [u1, 3]', ''))
-    """
+    """Return name and unit of a header such as ``position [um]``, ``position (um)`` or ``position / um``."""
     text = header.strip()
     if _INDEX.fullmatch(text):
         return text, ""
@@ -174,25 +166,13 @@ def split_unit(header: str) -> tuple[str, str]:
 
 
 def without_index(name: str) -> str:
-    """Return a name without the index behind it that tells axes, or signals of one name, apart.
-
-    Examples
-    --------
-    >>> without_index("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), without_index("pos[0]"), without_index("pos [mm]")
-    ('/Nck/!SD/nckServoDataActCurr64', 'pos', 'pos [mm]')
-    """
+    """Return a name without the index behind it that tells axes, or signals of one name, apart."""
     match = _INDEX.fullmatch(name.strip())
     return name if match is None else match["name"] or match["plain"]
 
 
 def axis_in(address: str) -> tuple[str, str] | None:
-    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis.
-
-    Examples
-    --------
-    >>> axis_in("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), axis_in("/DriveVsa/Drive/r0080[u3]")
-    (('1', '3'), None)
-    """
+    """Return the unit and the number of the axis in an address of a SINUMERIK; None where it names no axis."""
     match = _INDEX.fullmatch(address.strip())
     return (match["unit"], match["axis"]) if match and match["axis"] else None
 
@@ -236,6 +216,18 @@ def columns_of(axis: Axis | None) -> Choice:
     return columns_named(
         [*(column.name for column in axis.columns.values()), *(channel.column for channel in (*axis.injected, *axis.regressors))]
     )
+
+
+@contextmanager
+def damage_refused(source: Path) -> Iterator[None]:
+    """Refuse a file whose reader raises what it does not foresee: that is damage of the file."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
+        message = f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}"
+        raise InputError(message, path=str(source), mend="Copy or save it again") from None
 
 
 class Request(NamedTuple):

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.table import Request, Table, some_of
+from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
-__all__ = ["TIME", "Arrays", "Series", "Stored", "content_of_log", "table_from", "table_of_series"]
+__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "table_from", "table_of_series", "tall"]
+
+T = TypeVar("T")
 
 WITHIN = "::"  # between the name of a file and that of a table in it
-NUMBER_BYTES = 8
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
@@ -138,8 +140,12 @@ def _numbers_of(values: np.ndarray, part: int | str | None) -> np.ndarray:
         return values[part].ravel().astype(float)
     if part is None:
         return values.reshape(-1).astype(float)
-    tall = values if values.shape[0] >= values.shape[1] else values.T
-    return np.ascontiguousarray(tall[:, part], float)
+    return np.ascontiguousarray(tall(values)[:, part], float)
+
+
+def tall(values: np.ndarray) -> np.ndarray:
+    """Return a matrix with time along its longer side."""
+    return values if values.shape[0] >= values.shape[1] else values.T
 
 
 def _full(table: str, column: str, arrays: Arrays) -> str:
@@ -161,15 +167,25 @@ def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
 TIME = "time"
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
-    """A channel with its times."""
+class Series(NamedTuple):
+    """A channel, its values where they are read, and its times where it brings its own."""
 
     name: str
     values: np.ndarray | None
-    times: np.ndarray | None
+    times: np.ndarray | None = None
     unit: str = ""
     about: str = ""
+
+    def every(self, period: float | None) -> Series:
+        """Return it sampled once in a period [s]."""
+        return self if period is None or self.values is None else self._replace(times=period * np.arange(self.values.size))
+
+
+def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
+    """Return channels by their names where no other has it, else by their group and name, of (name, group, channel)."""
+    listed = list(channels)
+    count = Counter(name for name, *_ in listed)
+    return {(name if count[name] == 1 else f"{group}/{name}"): channel for name, group, channel in listed}
 
 
 def table_of_series(
@@ -177,17 +193,17 @@ def table_of_series(
     source: Path,
     kind: str,
     *,
+    time: str = TIME,
     time_unit: str = "s",
     notes: Sequence[str] = (),
     texts: Mapping[str, InputError] | None = None,
     facts: Mapping[str, str] | None = None,
     constants: Mapping[str, float] | None = None,
-    tables: Sequence[str] = (),
 ) -> Table:
     """Return the table of channels that bring their own times: one column of time for all that share theirs."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
-        raise InputError("holds no column of numbers", path=str(source), mend="Export the signals with their times")
+        raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors, with their times")
     names_used = {channel.name for channel in channels}
     clocks: dict[str, np.ndarray] = {}
     stamps: dict[str, str] = {}
@@ -196,13 +212,13 @@ def table_of_series(
             continue
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
-            name = TIME if not clocks else f"{TIME} of {channel.name}"
+            name = time if not clocks else f"{TIME} of {channel.name}"
             while name in names_used:
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name
     columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
-    units = dict.fromkeys(clocks, time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
+    units = dict.fromkeys(clocks if time_unit else (), time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
     return Table(
         columns,
         units,
@@ -210,7 +226,6 @@ def table_of_series(
         texts or {},
         notes=tuple(notes),
         format=kind,
-        tables=tuple(tables),
         names=(*clocks, *(channel.name for channel in channels)),
         stamps=stamps,
         facts=facts or {},

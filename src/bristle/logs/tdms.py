@@ -5,18 +5,16 @@ from __future__ import annotations
 import io
 import logging
 import math
-from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
-from bristle.logs.table import Choice, Request, Table
-from bristle.logs.tables import Series, table_of_series
+from bristle.logs.table import NUMBER_BYTES, Request, Table
+from bristle.logs.tables import Series, by_name, table_of_series
 
 __all__ = ["read"]
 
@@ -24,104 +22,52 @@ LEAD_IN_BYTES = 28
 BIG_ENDIAN = 1 << 6
 NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
-NUMBER_BYTES = 8
 
 
 def read(data: bytes, request: Request) -> Table:
-    """Return the channels of a TDMS file, scaled as the file says.
-
-    A channel has its own name where no other has it, else ``group/channel``.
-    """
-    _refuse_truncated(data, request.source)
-    with _remarks_kept() as remarks:
-        columns, about = _channels(data, request.source, request.choice, request.limit, remarks)
-    if remarks:
-        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
-    if not about.names:
-        raise InputError("holds no channel of numbers", path=str(request.source))
-    if len(set(about.increments.values())) > 1 and set(about.increments) >= set(columns):
-        return _with_own_times(columns, about, request.source)
-    if len(set(about.increments.values())) > 1:
-        about.notes.append("the channels differ in their sample time, which was ignored")
-    periods = set(about.increments.values())
-    sample_time = periods.pop() if len(periods) == 1 else None
-    return Table(columns, about.units, sample_time=sample_time, notes=tuple(about.notes), format="TDMS", names=tuple(about.names))
-
-
-def _with_own_times(columns: dict[str, np.ndarray], about: _About, source: Path) -> Table:
-    """Return the table of channels that differ in their sample time: each has its times."""
-    times = {name: about.increments[name] * np.arange(values.size) for name, values in columns.items()}
-    series = [Series(name, columns.get(name), times.get(name), about.units.get(name, "")) for name in about.names]
-    return table_of_series(series, source, "TDMS", notes=about.notes)
-
-
-class _About(NamedTuple):
-    """What is told of the channels: their names, units and sample times, and what was left out."""
-
-    names: list[str]
-    units: dict[str, str]
-    increments: dict[str, float]
-    notes: list[str]
-
-
-def _channels(data: bytes, source: Path, choice: Choice, limit: int, remarks: list[str]) -> tuple[dict[str, np.ndarray], _About]:
-    """Return the channels of a file; what its reader would mend by itself goes into `remarks`."""
+    """Return the channels of a TDMS file, scaled as the file says."""
     import nptdms
 
-    columns, about = {}, _About([], {}, {}, [])
-    try:
-        with nptdms.TdmsFile.open(io.BytesIO(data)) as content:
-            channels = [channel for group in content.groups() for channel in group.channels()]
-            count = Counter(channel.name for channel in channels)
-            named = {c.name if count[c.name] == 1 else f"{c.group_name}/{c.name}": c for c in channels}
-            refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in named.items() if choice(name)), limit, source)
-            for name, channel in named.items():
-                _read_channel(name, channel, choice(name), columns, about)
-    except InputError:
-        raise
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
-        remarks.append(f"{error}")
-    return columns, about
+    _refuse_truncated(data, request.source)
+    remarks = _remarks_kept()
+    series, periods, notes = [], {}, []
+    with nptdms.TdmsFile.open(io.BytesIO(data)) as content:
+        called = by_name((channel.name, group.name, channel) for group in content.groups() for channel in group.channels())
+        refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in called.items() if request.choice(name)), request.limit, request.source)
+        for name, channel in called.items():
+            if getattr(channel.dtype, "kind", "O") not in "fiubM" or not len(channel):
+                notes.append(f"channel {name!r} holds no numbers and was left out")
+                continue
+            step = channel.properties.get("wf_increment")
+            if isinstance(step, (int, float)) and 0.0 < step < math.inf:
+                periods[name] = float(step)
+            elif step is not None:
+                notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
+            series.append(_series(name, channel, request.choice(name)))
+    if remarks:
+        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
+    if len(set(periods.values())) > 1:
+        if all(channel.values is None or channel.name in periods for channel in series):
+            series = [channel.every(periods.get(channel.name)) for channel in series]
+        else:
+            notes.append("the channels differ in their sample time, which was ignored")
+    table = table_of_series(series, request.source, "TDMS", notes=notes)
+    return replace(table, sample_time=periods.popitem()[1]) if len(set(periods.values())) == 1 else table
 
 
-def _read_channel(name: str, channel: Any, chosen: bool, columns: dict[str, np.ndarray], about: _About) -> None:
-    kind = getattr(channel.dtype, "kind", "O")
-    if kind not in "fiubM" or not len(channel):
-        about.notes.append(f"channel {name!r} holds no numbers and was left out")
-        return
-    about.names.append(name)
-    step = channel.properties.get("wf_increment")
-    if isinstance(step, (int, float)) and 0.0 < step < math.inf:
-        about.increments[name] = float(step)
-    elif step is not None:
-        about.notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
-    if unit := _unit_of(channel.properties):
-        about.units[name] = unit
-    if not chosen:
-        return
-    numbers = np.asarray(channel[:])
-    if numbers.dtype.kind == "M":
-        about.units[name] = "s"
-        numbers = (numbers - numbers[:1]) / np.timedelta64(1, "s")
-    columns[name] = numbers.astype(float)
+def _series(name: str, channel: Any, chosen: bool) -> Series:
+    unit = next((str(channel.properties[key]).strip() for key in UNIT_PROPERTIES if channel.properties.get(key)), "")
+    numbers = np.asarray(channel[:]) if chosen else None
+    if numbers is not None and numbers.dtype.kind == "M":
+        return Series(name, (numbers - numbers[:1]) / np.timedelta64(1, "s"), unit="s")
+    return Series(name, None if numbers is None else numbers.astype(float), unit=unit)
 
 
-@contextmanager
-def _remarks_kept() -> Iterator[list[str]]:
-    """Keep what the reader prints where a file is damaged, before it reads on."""
+def _remarks_kept() -> list[str]:
+    """Return a list into which goes, in this process, what the library prints where a file is damaged, before it reads on."""
     from nptdms.log import log_manager
 
     remarks: list[str] = []
-    console = log_manager.console_handler
-    console.addFilter(remark := _remark_in(remarks))
-    try:
-        yield remarks
-    finally:
-        console.removeFilter(remark)
-
-
-def _remark_in(remarks: list[str]) -> Callable[[logging.LogRecord], bool]:
-    """Return a filter that keeps what the reader prints where a file is damaged, before it reads on."""
 
     def keep(record: logging.LogRecord) -> bool:
         message = record.getMessage()
@@ -129,11 +75,8 @@ def _remark_in(remarks: list[str]) -> Callable[[logging.LogRecord], bool]:
             remarks.append(message)
         return False
 
-    return keep
-
-
-def _unit_of(properties: Any) -> str:
-    return next((str(properties[key]).strip() for key in UNIT_PROPERTIES if properties.get(key)), "")
+    log_manager.console_handler.addFilter(keep)
+    return remarks
 
 
 def _refuse_truncated(data: bytes, source: Path) -> None:

@@ -21,13 +21,12 @@ from bristle.files.arguments import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
-from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import CUTOFF, treatment_of
-from bristle.identification.simulated_bands import simulated_widths
+from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
 from bristle.logs.check import RECORDED, checked, parted
-from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.log import Log
+from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
@@ -211,6 +210,7 @@ def _inverse(
             *start,
             Diagnostic("filtered_rows", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}),
         ),
+        log=log.source.name.strip("<>"),
     )
 
 
@@ -231,6 +231,7 @@ def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: 
         metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
         status=status,
         diagnostics=about,
+        log=log.source.name.strip("<>"),
     )
 
 

@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from importlib import resources
 from pathlib import Path
+from typing import Any
 
+from markupsafe import Markup
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from bristle.exports.described import version
+from bristle.exports.targets import TARGETS
+from bristle.friction import DEFAULT_MODELS, MODELS, find
+from bristle.lab.page import hash_of, joined
 from bristle.server.bodies import RefusedRequestError
 from bristle.server.cases import Cases
-from bristle.server.gate import Gate
-from bristle.server.limits import Limits
-from bristle.server.opening import Opening
-from bristle.server.page import server_page
+from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.routes import Routes
+from bristle.server.run import Limits
 
-__all__ = ["application"]
+__all__ = ["application", "protocol_with_limits", "server_page"]
 
 
 def application(folder: Path, token: str, port: int, limits: Limits = Limits()) -> Starlette:  # noqa: B008  (frozen)
     """Return the application."""
-    page, policy = server_page(limits)
     cases, opening = Cases(folder, limits), Opening(folder, port, token)
-    routes = Routes(cases, opening, limits, page, policy)
+    routes = Routes(cases, opening, limits, _html(*server_page(limits)), _html(*ENTER))
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -39,7 +46,114 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
     return app
 
 
+def _html(page: str, policy: str) -> Response:
+    return Response(page, media_type="text/html", headers={"content-security-policy": policy})
+
+
 async def _refused(_: Request, error: Exception) -> Response:
     """Tell why a request is not answered; the rest of its body is not waited for."""
     assert isinstance(error, RefusedRequestError)
     return JSONResponse({"message": str(error)}, error.status, headers={"connection": "close"})
+
+
+OF_LAB = ("paths.js", "plot.js", "controls.js")
+SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "steps.js", "server.js")
+FIRST_TARGET = "table"
+TO_PAGE = 'location.replace("/" + location.hash)'
+ENTER = (
+    f'<!DOCTYPE html><html lang="en"><title>bristle</title><script>{TO_PAGE}</script></html>',
+    f"default-src 'none'; script-src {hash_of(TO_PAGE)}; frame-ancestors 'none'",
+)
+"""What leads on to the page with the fragment as it is, and the policy under which a browser runs it."""
+
+
+def server_page(limits: Limits) -> tuple[str, str]:
+    """Return the page, and the policy under which a browser runs it."""
+    import jinja2
+
+    script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
+    style = joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.get_template("server.html").render(
+        style=Markup(style), script=Markup(script), data=Markup(_data(limits)), version=version()
+    )
+    return page, _policy(script, style)
+
+
+def _template(name: str) -> str:
+    return resources.files("bristle.server").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _policy(script: str, style: str) -> str:
+    """Return what the page may do: run its script, use its style, speak to its server and show a report of it."""
+    return (
+        f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
+        "connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+
+
+def _data(limits: Limits) -> str:
+    first = DEFAULT_MODELS.split(",")
+    models: list[dict[str, Any]] = [
+        {"name": name, "description": find(name).description, "first": name in first} for name in dict.fromkeys([*first, *MODELS])
+    ]
+    targets = [
+        {"name": name, "title": target.title or name, "description": target.description, "first": name == FIRST_TARGET}
+        for name, target in TARGETS.items()
+        if not target.needs
+    ]
+    data = {"models": models, "targets": targets, "file_size": limits.file_size, "jobs": limits.jobs}
+    return json.dumps(data).replace("<", "\\u003c")
+
+
+ARRIVES = 0.1  # [s] within which what was sent with a connection is read
+
+
+def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
+    """Return the protocol of a connection that ends it where no request is whole within a time."""
+
+    class PatientProtocol(H11Protocol):
+        """HTTP/1.1 with a watch over the time in which no request is being answered."""
+
+        def connection_made(self, transport: Any) -> None:
+            super().connection_made(transport)
+            self._begun = self._connected_at = self.loop.time()
+            self._watch()
+            self.loop.call_later(ARRIVES, self._make_room)
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._timer.cancel()
+            super().connection_lost(exc)
+
+        def on_response_complete(self) -> None:
+            self._begun = self.loop.time()
+            super().on_response_complete()
+
+        def _has_token(self) -> bool:
+            """Return whether the last request had the token."""
+            return self.scope is not None and HAS_TOKEN in self.scope.get("state", {})
+
+        def _make_room(self) -> None:
+            """Drop the oldest connections without the token where there are too many."""
+            strangers = [protocol for protocol in self.connections if isinstance(protocol, PatientProtocol) and not protocol._has_token()]
+            strangers.sort(key=lambda protocol: protocol._connected_at)
+            for oldest in strangers[: max(0, len(strangers) - limits.strangers)]:
+                oldest.transport.abort()
+
+        def _watch(self) -> None:
+            answering = self.cycle is not None and not self.cycle.response_complete
+            if self.transport.is_closing() and self._closing:
+                self.transport.abort()
+                return
+            self._closing = self.transport.is_closing()
+            patience = limits.silence_seconds if self._has_token() else limits.stranger_seconds
+            if not answering and self.loop.time() - self._begun >= patience:
+                self.transport.abort()
+                return
+            self._timer: asyncio.TimerHandle = self.loop.call_later(patience / 4.0, self._watch)
+
+        _closing = False
+
+    return PatientProtocol

@@ -16,15 +16,13 @@ from starlette.routing import Route
 
 from bristle.server.bodies import RefusedRequestError, json_of, stored
 from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
-from bristle.server.gate import ENTRANCE, HAS_TOKEN
+from bristle.server.errand import DATA
+from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
-from bristle.server.limits import Limits
-from bristle.server.opening import Opening
-from bristle.server.page import entrance
+from bristle.server.run import Limits
 
 __all__ = ["Routes"]
 
-DATA = "data.json"
 FAREWELL = 5.0  # [s] for processes that were killed to be gone
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted", "export": "exported", "excite": "excited"}
@@ -46,8 +44,8 @@ SHOWN_POLICY = (
 class Routes:
     """The answers to what the page asks."""
 
-    def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: str, policy: str) -> None:
-        self._cases, self._opening, self._limits, self._page, self._policy = cases, opening, limits, page, policy
+    def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: Response, entrance: Response) -> None:
+        self._cases, self._opening, self._limits, self._page, self._entrance = cases, opening, limits, page, entrance
         self._work: set[asyncio.Task[None]] = set()
         self._tickets: dict[str, tuple[Path, float]] = {}
 
@@ -73,14 +71,13 @@ class Routes:
 
     async def page(self, request: Request) -> Response:
         """Return the page, in which nothing stands that not everybody may see."""
-        return Response(self._page, media_type="text/html", headers={"content-security-policy": self._policy})
+        return self._page
 
     async def enter(self, request: Request) -> Response:
         """Lead a browser that was opened to the page, which is asked for from this server then."""
         if not self._opening.redeem(request.path_params["ticket"]):
             raise RefusedRequestError(404, "is no way in any more", path="file", mend="Open the address that bristle printed")
-        page, policy = entrance()
-        return Response(page, media_type="text/html", headers={"content-security-policy": policy})
+        return self._entrance
 
     async def begin(self, request: Request) -> Response:
         """Open an analysis."""

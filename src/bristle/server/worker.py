@@ -10,15 +10,12 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import Any
 
 from bristle.core.errors import BristleError, told_by
 
-__all__ = ["DATA", "main"]
+__all__ = ["main"]
 
-DATA = "data.json"
-"""What a job leaves for the page, in its folder."""
 AGAIN = 0.02  # [s]
 
 
@@ -33,10 +30,6 @@ class _Answers:
         """Write an event."""
         self._stream.write(json.dumps(event) + "\n")
         self._stream.flush()
-
-    def report(self, share: float, text: str) -> None:
-        """Say how far the work is."""
-        self.tell({"share": share, "text": text})
 
 
 class Interruption:
@@ -112,11 +105,13 @@ def main() -> None:
     os.chdir(request["folder"])  # files that results name lie beside them, as for a person who works there
     interruption = Interruption()
     try:
-        from bristle.server.tasks import TASKS, Errand
+        from bristle.files.summary import plain
+        from bristle.server.errand import DATA, Errand
+        from bristle.server.tasks import TASKS
 
-        errand = Errand.of(request, answers.report, interruption.allowed)
+        errand = Errand.of(request, lambda share, text: answers.tell({"share": share, "text": text}), interruption.allowed)
         facts, data = TASKS[request["task"]](errand)
-        _write(errand.folder / DATA, data)
+        (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
     except KeyboardInterrupt:
         answers.tell({"refused": "cancelled before anything was found"})
         os._exit(2)
@@ -131,9 +126,3 @@ def main() -> None:
         raise
     answers.tell({"facts": facts})
     os._exit(0)  # threads of a search that was interrupted are not waited for
-
-
-def _write(file: Path, data: Mapping[str, Any]) -> None:
-    from bristle.files.summary import plain
-
-    file.write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")

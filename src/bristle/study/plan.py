@@ -14,10 +14,9 @@ from bristle.core.content import Origin
 from bristle.core.experiment import Experiment, Run
 from bristle.core.lazy import cached_property
 from bristle.files.sources import Sources
-from bristle.study.cause import Cause
 from bristle.study.metrics import Metric
 from bristle.study.sampling import Sampling, seed_of_run
-from bristle.study.target import Target
+from bristle.study.values import Cause, Target
 
 __all__ = ["BLOCK_MOST", "Block", "Study", "block_for", "steps_of"]
 

@@ -20,13 +20,10 @@ from bristle.files.pipeline import with_models
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.files.variant import SECTIONS
-from bristle.study.cause import Cause, Drawn, Joint
-from bristle.study.distribution import distribution_from
-from bristle.study.joint import Fitted, columns_of, fitted_at
 from bristle.study.metrics import Metric, metrics_from, usual_metrics
 from bristle.study.plan import BLOCK_MOST, Study, block_for
 from bristle.study.sampling import SAMPLINGS, Sampling
-from bristle.study.target import Target, target_at
+from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
 __all__ = ["read_study_file"]
 
@@ -162,7 +159,7 @@ class _Reader:
                 units |= _units(columns, experiment)
             else:
                 target = target_at(key, experiment, tables, path)
-                causes.append(Drawn(target, distribution_from(value, target, path)))
+                causes.append(drawn_from(value, target, path))
         return tuple(causes)
 
     def _fitted(self, table: dict[str, Any], path: str) -> Fitted:

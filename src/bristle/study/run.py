@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+import io
 import time
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Future
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.cores import Abreast, core_count
+import numpy as np
+
+from bristle.core.cores import core_count
 from bristle.core.errors import InputError
-from bristle.study.block import Simulator, without_warnings
+from bristle.simulation import SimulationResult
+from bristle.study.block import FAILED, Simulator
 from bristle.study.cluster import Cluster
-from bristle.study.crew import Crew
+from bristle.study.dataset import Runs
 from bristle.study.plan import Block, Study
-from bristle.study.store import Store, opened
+from bristle.study.store import TRACES, Store, opened
+from bristle.study.varied import row_of
+from bristle.study.workers import Crew, Here
 
-__all__ = ["Cost", "Progress", "Ran", "cost_of", "run_study", "run_within"]
+__all__ = [
+    "Cost",
+    "Progress",
+    "Ran",
+    "cost_of",
+    "in_words",
+    "repeat_run",
+    "run_study",
+    "run_within",
+    "values_of",
+    "worst_runs",
+    "write_traces",
+]
 
+SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 Progress = Callable[[float, str], None]
 ENOUGH = 1.0  # [s] of runs, by which the cost of one is measured
 MOST_PROBED = 2000
@@ -123,67 +140,28 @@ def run_within(
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     tally = _Tally(study.count, sum(block.count for block in missing), progress)
-    with _crew(study, len(missing), workers, scheduler, simulator) as crew:
-        for block, columns in crew.results(missing):
+    crew = _crew(study, bool(missing), workers, scheduler, simulator)
+    with closing(crew.results(missing)) as results:  # whatever ends this ends the workers
+        for block, columns in results:
             store.write(block, columns)
             tally.add(block.count, crew.workers if scheduler is not None else None)
     return Ran(len(study.blocks), len(present), tuple(crew.lost), time.monotonic() - begin)
 
 
-def _crew(
-    study: Study, missing: int, workers: int | None, scheduler: str | None, simulator: Callable[[Any], Any]
-) -> AbstractContextManager[Crew | Cluster | _ThisProcess | _Threads]:
+def _crew(study: Any, is_missing: bool, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
     """Return what simulates the blocks that are missing."""
     if scheduler is not None and workers is not None:
         raise InputError("are those of the cluster where there is a scheduler", path="workers", value=workers, mend="Leave one of them out")
-    if scheduler is not None and missing:
+    if scheduler is not None and is_missing:
         return Cluster(study, scheduler)
-    if workers is None and simulator is Simulator and missing:
-        simulated = Simulator(study)
-        if simulated.in_batches:  # threads have begun before another process has
-            return nullcontext(_Threads(simulated, core_count()))
-    count = min(workers or core_count(), max(missing, 1))
-    return Crew(study, count, simulator) if count > 1 else nullcontext(_ThisProcess(study, simulator))
-
-
-@dataclass(frozen=True)
-class _ThisProcess:
-    """What simulates the blocks of a study where no other process does."""
-
-    study: Any
-    make: Callable[[Any], Any]
-    lost: tuple[tuple[Block, int | None], ...] = ()
-
-    @property
-    def workers(self) -> int:
-        return 1
-
-    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-        simulator = None
-        for block in blocks:
-            simulator = simulator or self.make(self.study)
-            yield block, simulator.columns(block)
-
-
-@dataclass(frozen=True)
-class _Threads:
-    """What simulates blocks many runs in one call, several of them at once, while one before is written."""
-
-    simulator: Simulator
-    workers: int
-    lost: tuple[tuple[Block, int | None], ...] = ()
-
-    def results(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, dict[str, Any]]]:
-        # Around all threads: what each restores of its own would otherwise be what another one had set.
-        with without_warnings(), Abreast(self.workers) as threads:
-            under_way = deque[tuple[Block, Future[dict[str, Any]]]]()
-            for block in blocks:
-                under_way.append((block, threads.submit(self.simulator.columns, block)))
-                if len(under_way) > self.workers:
-                    first, columns = under_way.popleft()
-                    yield first, columns.result()
-            for first, columns in under_way:
-                yield first, columns.result()
+    count = min(workers or core_count(), len(study.blocks))
+    if not is_missing or (workers is not None and count > 1):
+        return Crew(study, count, make)
+    if workers is None and make is Simulator:
+        simulator = Simulator(study)
+        if simulator.in_batches:  # threads have begun before another process has
+            return Here(simulator.columns, core_count())
+    return Crew(study, count, make) if count > 1 else Here(make(study).columns)
 
 
 class _Tally:
@@ -221,3 +199,43 @@ def in_words(seconds: float) -> str:
     if seconds < 90.0:
         return f"{max(seconds, 1.0):.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def repeat_run(study: Study, number: int) -> SimulationResult:
+    """Return one run of a study, simulated again with its signals."""
+    if not 0 <= number < study.count:
+        raise InputError("is no run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
+    return Simulator(study).run(number)
+
+
+def values_of(study: Study, number: int) -> dict[str, Any]:
+    """Return what a run is made with, by dotted key in SI."""
+    return row_of(study.values(Block(number, number + 1)), 0)
+
+
+def worst_runs(runs: Runs, count: int) -> list[int]:
+    """Return the numbers of the worst runs, the worst first: those with the largest first metric.
+
+    Runs without numbers, which failed, are not among them; of equal ones the earlier comes first.
+    """
+    metric = runs.columns[runs.described["metrics"][0]]
+    usable = np.flatnonzero(np.isfinite(metric) & ~np.isin(runs.columns["status"], FAILED))
+    order = usable[np.argsort(-metric[usable], kind="stable")][:count]
+    return runs.columns["run"][order].astype(int).tolist()
+
+
+def write_traces(store: Store, numbers: list[int]) -> list[str]:
+    """Write the signals of runs into the folder of their study, a file for each; return the names of the files."""
+    simulator, names = Simulator(store.study), []
+    for number in numbers:
+        result = simulator.run(number)
+        columns: dict[str, Any] = {"variant": []}
+        for variant in result.variants.values():
+            columns["variant"] += [variant.name] * variant.time.size
+        for signal in SIGNALS:
+            columns[signal] = np.concatenate([getattr(variant, signal) for variant in result.variants.values()])
+        name, sink = f"{TRACES}/{number:010d}.parquet", io.BytesIO()
+        store.parquet.write_table(store.pyarrow.table(columns), sink)
+        store.grown.write(name, sink.getvalue())
+        names.append(name)
+    return names

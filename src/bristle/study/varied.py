@@ -23,7 +23,7 @@ from bristle.core.values import check_relations, check_value, coerced, looked_at
 from bristle.files.components import key_of
 from bristle.files.experiment import experiment_from
 from bristle.study.plan import Block, Study
-from bristle.study.target import sections_of
+from bristle.study.values import sections_of
 
 __all__ = ["Varied", "with_changes", "with_columns"]
 

@@ -6,9 +6,13 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bristle.core.errors import place_in_own_code, told_by
+import numpy as np
 
-__all__ = ["Check", "Demand", "Fact", "UnmetError", "outcomes"]
+from bristle.core.errors import place_in_own_code, told_by
+from bristle.core.variable import Kind, unit_of
+from bristle.engine import interpreted
+
+__all__ = ["Check", "Demand", "Fact", "UnmetError", "compiled_as_plain", "judged", "outcomes"]
 
 Demand = Callable[[Any], Any]
 
@@ -66,6 +70,13 @@ class UnmetError(Exception):
         super().__init__(self.fact.detail)
 
 
+def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
+    """Return what was seen; raise it with the advice where the demand is not met."""
+    if unmet:
+        raise UnmetError(fact, advice)
+    return fact
+
+
 def _outcome(check: Demand, subject: Any, where_it_stops: str = "Kernels never raise") -> Check:
     """Return what became of a demand on a model, or what else has a contract; what to do where its code stops."""
     name = check.__name__.replace("_", " ")
@@ -93,3 +104,16 @@ def _told_place(error: BaseException) -> str:
     """Return where in a user's file it stopped, in brackets; nothing where that is not known."""
     place = place_in_own_code(error)
     return f" ({place})" if place else ""
+
+
+def compiled_as_plain(forces: Callable[[], np.ndarray], kind: Kind) -> Fact:
+    """Return that some signals are the same in plain Python and compiled, to the bit."""
+    fast = forces()
+    with interpreted():
+        slow = forces()
+    worst = float(np.max(np.abs(fast - slow)))
+    return judged(
+        Fact(f"largest difference {worst:.3g} in {fast.size} steps", worst, unit_of("force", kind), 0.0),
+        "Use bristle.core.mathematics, not math or **",
+        unmet=fast.tobytes() != slow.tobytes(),
+    )

@@ -25,9 +25,8 @@ from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
 from bristle.testing import slot
-from bristle.testing.bits import compiled_as_plain
-from bristle.testing.check import Check, Demand, Fact, UnmetError, outcomes
-from bristle.testing.sampled import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
+from bristle.testing.check import Check, Demand, Fact, UnmetError, compiled_as_plain, judged, outcomes
+from bristle.testing.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 
 __all__ = ["CHECKS", "COMPILED", "OF_SLOT", "SLOT_FORM", "Check", "check_model", "example_of"]
 
@@ -165,10 +164,11 @@ def one_sided_limits(model: Model) -> Fact:
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     least = -1e-12 * abs(backward)
-    fact = Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
-    if forward - backward < least:
-        raise UnmetError(fact, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
-    return fact
+    return judged(
+        Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least),
+        "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
+        unmet=forward - backward < least,
+    )
 
 
 def opposes_sliding(model: Model) -> Fact:
@@ -176,10 +176,7 @@ def opposes_sliding(model: Model) -> Fact:
     steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
     forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
     detail = f"least at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
-    fact = Fact(detail, forward - backward, unit_of("force", model.kind), 0.0)
-    if forward < backward:
-        raise UnmetError(fact, "Check signs")
-    return fact
+    return judged(Fact(detail, forward - backward, unit_of("force", model.kind), 0.0), "Check signs", unmet=forward < backward)
 
 
 def dissipates(model: Model) -> Fact:
@@ -212,10 +209,11 @@ def refines(model: Model) -> Fact:
     scale = float(np.max(np.abs(errors[-1]))) or 1.0
     steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
     most = 0.8 * steps[0] + 1e-9
-    fact = Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most)
-    if steps[-1] > most:
-        raise UnmetError(fact, "The force must be the mean over the step")
-    return fact
+    return judged(
+        Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most),
+        "The force must be the mean over the step",
+        unmet=steps[-1] > most,
+    )
 
 
 def rate_agrees(model: Model) -> Fact:
@@ -235,10 +233,9 @@ def rate_agrees(model: Model) -> Fact:
             error = np.max(np.abs(np.array(after) - expected)) / (np.max(np.abs(expected)) + 1e-300)
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
-    fact = Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
-    if worst > 1e-3:
-        raise UnmetError(fact, "rate and trial are the same equations")
-    return fact
+    return judged(
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "rate and trial are the same equations", unmet=worst > 1e-3
+    )
 
 
 def flow_agrees(model: Model) -> Fact:
@@ -264,10 +261,9 @@ def flow_agrees(model: Model) -> Fact:
                 expected = before + dt * change
                 worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
             worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
-    fact = Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
-    if worst > 1e-3:
-        raise UnmetError(fact, "flow and trial are the same equations")
-    return fact
+    return judged(
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "flow and trial are the same equations", unmet=worst > 1e-3
+    )
 
 
 # --- how it runs ------------------------------------------------------------------------------------------------

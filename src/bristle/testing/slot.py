@@ -1,4 +1,4 @@
-"""What is demanded of a slot of a person's own: a factor that is one, and friction that stays friction with it.
+"""What is demanded of what runs once a sample (control laws, sensors), and of a slot of a person's own.
 
 Each check runs the slot itself, around models of bristle; the first sentence of its docstring says what is demanded.
 """
@@ -12,17 +12,27 @@ from typing import Any
 
 import numpy as np
 
+from bristle.controllers import cascade
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.motion import Reference
 from bristle.core.slot import Slot, refuse_unfit
-from bristle.engine import force_along, interpreted
+from bristle.core.variable import unit_of
+from bristle.engine import force_along, interpreted, run_closed_loop
+from bristle.exports.build import Builder
 from bristle.exports.proof import compiler, proved
-from bristle.friction import coulomb_viscous, lugre, with_slots
+from bristle.exports.scope import NotExportableError, is_kernel
+from bristle.exports.tree import REAL, struct_of, type_of
+from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
 from bristle.friction.variation import SMALLEST_FACTOR
-from bristle.testing.bits import compiled_as_plain
-from bristle.testing.check import Demand, Fact, UnmetError
+from bristle.plants import inertia
+from bristle.sensors import encoder
+from bristle.testing.check import Demand, Fact, UnmetError, compiled_as_plain, judged
 
 __all__ = [
+    "FORM_OF_SAMPLED",
+    "LAW_CHECKS",
+    "SENSOR_CHECKS",
     "described_parameters",
     "factor_above_zero",
     "model_with",
@@ -71,10 +81,11 @@ def described_parameters(slot: Slot) -> Fact:
 def neutral_defaults(slot: Slot) -> Fact:
     """With its defaults a slot changes nothing: the factor is 1, whatever the channel."""
     apart = float(np.max(np.abs(_factors(slot, slot.neutral) - 1.0)))
-    fact = Fact(f"largest difference from 1: {apart:.3g}", apart, "1", ROUNDING)
-    if not apart <= ROUNDING:
-        raise UnmetError(fact, "Take other defaults, such as 0 for a coefficient: with them friction must not vary")
-    return fact
+    return judged(
+        Fact(f"largest difference from 1: {apart:.3g}", apart, "1", ROUNDING),
+        "Take other defaults, such as 0 for a coefficient: with them friction must not vary",
+        unmet=not apart <= ROUNDING,
+    )
 
 
 def factor_above_zero(slot: Slot) -> Fact:
@@ -126,3 +137,84 @@ def same_bits_exported(slot: Slot) -> Fact:
         if message:
             raise UnmetError(message, "Use bristle.core.mathematics, not math or **")
     return Fact(f"{total} steps compiled by {command}")
+
+
+DT, SAMPLES = 1e-3, 400
+AMPLITUDE, FREQUENCY = 1e-3, 5.0  # [m] [Hz]
+
+
+def law_kernels(model: Model) -> Fact:
+    """Keep the functions of a law in the part of Python that can be compiled and exported."""
+    reference = struct_of(Reference, [REAL] * len(Reference._fields))
+    state, p = type_of(_begun(model)), type_of(model.parameters)
+    built = [_built(model.component.start, [REAL, REAL, REAL, REAL, p]), _built(model.component.step, [state, reference, REAL, REAL, p])]
+    if model.component.resume is not None:
+        built.append(_built(model.component.resume, [state, reference, REAL, REAL, REAL, p]))
+    return Fact(f"{sum(built)} kernels", 0.0, "1", 0.0)
+
+
+def sensor_kernels(model: Model) -> Fact:
+    """Keep the functions of a sensor in the part of Python that can be compiled and exported."""
+    state, p = (type_of(value) for value in (model.component.State(), model.parameters))
+    return Fact(f"{_built(model.component.step, [state, REAL, REAL, p])} kernels", 0.0, "1", 0.0)
+
+
+def law_results(model: Model) -> Fact:
+    """Return a finite effort and a state from a step, a state from a start; the same call gives the same twice."""
+    reference, p = Reference(2e-6, 1e-3, 0.0, 0.5), model.parameters
+    state = _begun(model)
+    if type(state) is not model.component.State:
+        raise UnmetError(f"start returned a {type(state).__name__}", "start returns a State")
+    return _sampled(model, "effort", lambda: model.component.step(state, reference, 1e-6, DT, p), "force")
+
+
+def sensor_results(model: Model) -> Fact:
+    """Return a finite position and a state from a step; the same call gives the same twice."""
+    state = model.component.State()
+    return _sampled(model, "position", lambda: model.component.step(state, 1e-6, DT, model.parameters), "length")
+
+
+def same_bits_in_a_loop(model: Model) -> Fact:
+    """Plain Python and compiled code agree to the bit, in a loop around a mass with friction."""
+    law = model if model.component.family == "controller" else cascade(k_p=50.0, k_v=100.0)
+    sensor = model if model.component.family == "sensor" else encoder(resolution=1e-7)
+    return compiled_as_plain(lambda: _effort_of_loop(law, sensor), law.kind)
+
+
+FORM_OF_SAMPLED = (law_kernels, sensor_kernels, law_results, sensor_results)
+LAW_CHECKS = (law_kernels, law_results, same_bits_in_a_loop)
+SENSOR_CHECKS = (sensor_kernels, sensor_results, same_bits_in_a_loop)
+
+
+def _begun(model: Model) -> Any:
+    return model.component.start(0.0, 0.0, 0.0, DT, model.parameters)
+
+
+def _built(function: Any, types: list[Any]) -> int:
+    """Return how many functions of the tree a kernel becomes."""
+    if not is_kernel(function):
+        raise UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+    builder = Builder()
+    try:
+        builder.function(function, types)
+    except NotExportableError as error:
+        raise UnmetError(Fact(str(error), 1, "1", 0.0)) from None
+    return len(builder.unit.functions)
+
+
+def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
+    value, after = step()
+    if not isinstance(value, (float, int)) or not math.isfinite(value):
+        raise UnmetError(f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state), both finite")
+    if type(after) is not model.component.State:
+        raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
+    if step() != (value, after):
+        raise UnmetError("the same step gave another result later", "Keep no state outside State")
+    return Fact(value=float(value), unit=unit_of(quantity, model.kind))
+
+
+def _effort_of_loop(law: Model, sensor: Model) -> np.ndarray:
+    turn = 2.0 * np.pi * FREQUENCY
+    angle = turn * DT * np.arange(SAMPLES)
+    reference = AMPLITUDE * np.array([1.0 - np.cos(angle), turn * np.sin(angle), turn**2 * np.cos(angle), 0.0 * angle])
+    return np.asarray(run_closed_loop(inertia(M=1.0), coulomb(F_C=0.1), law, sensor, reference, DT).effort)

@@ -1,0 +1,238 @@
+"""What the rules of a check measure in a log, each once, and from where on they say something.
+
+A line through a log knows inertia, levels and slopes by direction, a fall with speed, and the rate of the effort: a delay
+or a filter of one of both channels is then no error of the inertia. No fit takes a number from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
+from bristle.core.threshold import Thresholds, threshold
+from bristle.logs.channel import LogData
+from bristle.logs.legs import graininess
+from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share
+from bristle.logs.problems import Cut, clipped
+from bristle.logs.turns import turning_points
+
+__all__ = ["DEFAULT", "CheckThresholds", "Look", "likeness_of"]
+
+MOVED = 100.0  # encoder steps of the range from which the position tells a velocity
+FEWEST_MOVED = 50  # rows to compare velocities
+NEAR_ZERO, OFF = 0.02, 0.2  # of the largest effort; of the log near it, from which on a drive is off
+VISITS = 8  # of an effort to zero
+FALLS = (0.1, 0.02)  # of the largest speed, over which friction may fall
+SIDE = 0.02  # share of the rows in a direction from which it has columns of its own
+EXPLAINED = 0.95  # of the scatter of the effort: a line that leaves more says nothing
+TREMBLE = 1e-3  # of the range: a turn by less is none
+
+
+@dataclass(frozen=True)
+class CheckThresholds(Thresholds):
+    """The thresholds of the checks before a fit; `bristle.core.threshold.thresholds` tells what each of them is."""
+
+    # A log by itself, before anything is fitted.
+    reversed_work: float = threshold(
+        0.1, "share of the work over closed motion, taken as put in, from which the sign of the effort is doubted", most=1.0
+    )
+    kept_work = 0.3  # share of the work over closed motion that stays in the axis below which it may be a spring
+    spring_likeness = 0.6  # correlation of effort and position from which an effort is that of a spring
+    one_way: float = threshold(0.03, "share of the way that goes in the lesser direction below which a log has one", most=0.5)
+    one_speed: float = threshold(1.3, "ratio of the 90 % to the 10 % quantile of the speed below which a log has one", least=1.0)
+    steady_share = 0.35  # share of the way at steady speeds from which one speed is told
+    steps_of_motion = 10.0  # encoder steps of a way between two reversals below which a motion is below the resolution [steps]
+    repeated: float = threshold(0.98, "correlation from which two motions are the same", most=1.0)
+    repeated_periods = 3.0  # periods in a log from which it repeats itself [periods]
+    clipped_samples = 10.0  # samples in a row at an extreme from which an effort is clipped [samples]
+    soft_limit = 0.2  # share by which the largest effort reads too little from which a channel bends over
+    lost_step = 8.0  # times what the steps around it scatter by that a step of the position must stand out to be a loss
+    velocity_scale = 0.05  # relative deviation of a recorded velocity from that of the position
+    velocity_likeness = 0.8  # correlation with the velocity of the position below which a recorded one is another signal
+    velocity_delay = 0.005  # time between a recorded velocity and that of the position from which it is told [s]
+    mass_ratio: float = threshold(
+        1.15, "ratio of the known mass or inertia to the one that the log shows from which they contradict", least=1.0
+    )
+    mass_error = 0.05  # relative standard error of the mass that the log shows up to which it is compared
+    inertia_share = 0.06  # share of the scatter of the effort that inertia must have for a mass to be compared
+    gear_near = 0.06  # relative deviation from 2, pi, 60 and the like that is a gear
+    fastest: float = threshold(20.0, "speed of a linear axis above which the unit of the position is doubted", "m/s")
+    fastest_turning: float = threshold(2500.0, "speed of a rotary axis above which the unit of the position is doubted", "rad/s")
+    shortest_sample = 1e-5  # time between samples below which the unit of time is doubted [s]
+    longest_sample = 0.5  # time between samples above which the unit of time is doubted [s]
+    level_drift: float = threshold(0.1, "share of the level of friction by which it must change over time, or over the range, to be told")
+    sure: float = threshold(5.0, "standard errors by which what a line through the log shows must differ from none", "σ")
+
+
+DEFAULT = CheckThresholds()
+
+
+@dataclass(frozen=True)
+class Look:
+    """A log with what several rules measure of it, each once."""
+
+    log: LogData
+    axis: Axis
+    settings: CheckThresholds
+    resolution: float
+    lost: np.ndarray
+
+    @cached_property
+    def share(self) -> float:
+        """Work over closed motion that stays in the axis, as a share of what friction would keep."""
+        return work_share(self.log)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The log in rows behind one filter."""
+        return rows_of(self.log, self.resolution)
+
+    @cached_property
+    def cut(self) -> Cut | None:
+        """Where the effort is cut off: at a limit, or below its noise."""
+        log, run = self.log, int(self.settings.clipped_samples)
+        if log.effort is None:
+            return None
+        limit = self.axis.controller.values.get("limit") if isinstance(self.axis.controller, Model) else None
+        # The controller bounds its own part: known inputs are added behind its limit.
+        own = clipped(log.effort.values - log.injected_effort, limit, run) if log.injected else None
+        cut = own or clipped(log.effort.values, self.axis.effort_limit or limit, run)
+        return cut or piled_up(log, self.rows, self.resolution, run, self.settings.sure)
+
+    @cached_property
+    def is_unsigned(self) -> bool:
+        """Whether an effort turns back at zero again and again, as a magnitude does, and never crosses it."""
+        values = np.zeros(1) if self.log.effort is None else self.log.effort.values
+        size = np.abs(values)
+        if values.min() < 0.0 < values.max() or not size.any():
+            return False
+        # An effort that stays at zero is that of a drive that is off.
+        near = size < NEAR_ZERO * float(np.quantile(size, 0.95))
+        return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= VISITS and float(np.mean(near)) < OFF
+
+    @cached_property
+    def velocity(self) -> tuple[float, float, float] | None:
+        """Scale, likeness and delay of a recorded velocity against that of the position; None where it is that one."""
+        moved, settings = self.rows.sliding, self.settings
+        moves = float(np.ptp(self.log.position.values)) > MOVED * self.resolution
+        if not self.rows.recorded.size or not moves or moved.velocity.size < FEWEST_MOVED:
+            return None
+        v, recorded = moved.velocity, moved.recorded
+        likeness = likeness_of(v, recorded)
+        # A velocity that is late by a time is less by that time of the acceleration.
+        scale, late = unbounded(np.column_stack([v, -moved.acceleration]), recorded).tolist()
+        of_size = likeness >= settings.velocity_likeness and abs(scale - 1.0) <= settings.velocity_scale
+        delay = late / scale if of_size else 0.0
+        return None if of_size and abs(delay) <= settings.velocity_delay else (scale, likeness, delay)
+
+    @cached_property
+    def sliding(self) -> tuple[Rows, np.ndarray]:
+        """The rows that slide, with the columns of a line through them."""
+        slid = self.rows.sliding
+        v = slid.velocity
+        top = float(np.abs(v).max(initial=0.0)) or 1.0
+        columns = [slid.acceleration, -slid.rate]
+        for side in ((v > 0.0).astype(float), (v < 0.0).astype(float)):
+            if v.size and side.mean() > SIDE:
+                columns += [side, side * v, *(side * np.exp(-np.abs(v) / (fall * top)) for fall in FALLS)]
+        return slid, np.column_stack(columns)
+
+    def line(self, *further: np.ndarray) -> Line | None:
+        """Return a line through the log with further columns; None where it says nothing, or the effort has a wrong sign."""
+        if self.log.effort is None or self.share < -self.settings.reversed_work:
+            return None
+        rows, columns = self.sliding
+        line = Line.through(np.column_stack([columns, *further]), rows.effort)
+        return line if line is not None and line.explained > EXPLAINED else None
+
+    @cached_property
+    def plain(self) -> Line | None:
+        """The line through the log."""
+        return self.line()
+
+    @cached_property
+    def bend(self) -> float | None:
+        """By how much of itself the largest effort reads too little; None where that does not show."""
+        if self.plain is None or self.cut or self.is_unsigned:
+            return None
+        effort = self.sliding[0].effort
+        top = float(np.abs(effort).max())
+        line = self.line(-((effort / top) ** 3) * top)
+        share, deviation = line.last if line is not None else (0.0, 0.0)
+        return share if share > self.settings.soft_limit and share > self.settings.sure * deviation else None
+
+    @cached_property
+    def mass(self) -> tuple[float, float] | None:
+        """The mass that the log shows, and what the known one is of it, where they contradict each other."""
+        axis, line, settings = self.axis, self.plain, self.settings
+        if line is None or self.cut or self.is_unsigned or self.bend is not None or not axis.mass or axis.plant != "inertia":
+            return None
+        mass, deviation = float(line.coefficients[0]), float(line.deviations[0])
+        share = abs(mass) * float(np.std(self.sliding[0].acceleration)) / float(np.std(self.sliding[0].effort))
+        if not (axis.mass > 0.0 < mass and deviation < settings.mass_error * mass and share > settings.inertia_share):
+            return None
+        ratio = axis.mass / mass
+        contradicts = max(ratio, 1.0 / ratio) >= settings.mass_ratio * (1.0 + settings.sure * deviation / mass)
+        return (mass, ratio) if contradicts else None
+
+    @cached_property
+    def changes(self) -> tuple[float, dict[int, float]]:
+        """The level of friction, and by how much of it it changes over time (-2) and over the position (-1), where it does."""
+        line = self.plain
+        if line is None:
+            return 0.0, {}
+        rows = self.sliding[0]
+        side = np.sign(rows.velocity)
+        if min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
+            return 0.0, {}
+        time, position = (_centred(values) for values in (rows.time, rows.position))
+        changing = self.line(time, position, side * time, side * position)
+        if changing is None:
+            return 0.0, {}
+        rest = rows.effort - line.coefficients[0] * rows.acceleration + line.coefficients[1] * rows.rate
+        level = float(np.mean(np.abs(rest - np.median(rest))))
+        shares = {k: (float(changing.coefficients[k] / level), float(changing.deviations[k] / level)) for k in (-2, -1)}
+        least, sure = self.settings.level_drift, self.settings.sure
+        return level, {k: share for k, (share, deviation) in shares.items() if abs(share) > max(least, sure * deviation)}
+
+    @cached_property
+    def ways(self) -> list[np.ndarray]:
+        """How far the axis goes in each segment [m or rad], shape (way,): to its first turn, from turn to turn, to the end."""
+        return [np.diff(x[self.turns(x)]) for x in self.segments]
+
+    @cached_property
+    def way(self) -> float:
+        """The usual way between two turns [m or rad]."""
+        between = np.abs(np.concatenate([part[1:-1] for part in self.ways]))
+        return float(np.median(between)) if between.size else float(np.ptp(self.log.position.values))
+
+    @property
+    def is_fine(self) -> bool:
+        """Whether the encoder resolves the motion."""
+        return self.way >= self.settings.steps_of_motion * self.resolution
+
+    @property
+    def segments(self) -> list[np.ndarray]:
+        """The positions of each segment."""
+        return [self.log.position.values[segment] for segment in self.log.segments]
+
+    def turns(self, position: np.ndarray) -> np.ndarray:
+        """Return the first sample, those at which the motion turns, and the last, shape (turn,)."""
+        least = max(graininess(position, self.resolution), TREMBLE * float(np.ptp(position)))
+        return np.array([0, *turning_points(position, least), position.size - 1])
+
+
+def likeness_of(first: np.ndarray, second: np.ndarray) -> float:
+    """Return by how much two signals are one, but for their size."""
+    size = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(first @ second) / size if size > 0.0 else 0.0
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    low, high = float(values.min()), float(values.max())
+    return (values - 0.5 * (low + high)) / ((high - low) or 1.0)

@@ -1,0 +1,133 @@
+"""`Errand`: what a job is to do, with bytes and labels and no name of a file on this machine that a browser chose."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.content import Content
+from bristle.core.errors import InputError
+
+__all__ = ["DATA", "Answer", "Errand", "LabelledLog", "command", "thinned", "zipped"]
+
+Answer = tuple[dict[str, Any], dict[str, Any]]
+"""What the page is told at once, and the rest, which it asks for."""
+BUCKETS, DIGITS = 1500, 8  # of a curve: points of a screen in pairs, and digits of a number
+DATA = "data.json"
+"""What a job leaves for the page, in its folder."""
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the same results are the same archive
+
+
+@dataclass(frozen=True)
+class LabelledLog:
+    """A log that was dropped."""
+
+    place: Path
+    label: str
+    role: str
+
+    @property
+    def content(self) -> Content:
+        """The bytes under the label."""
+        return Content(Path(self.label), self.place.read_bytes())
+
+
+@dataclass(frozen=True)
+class Errand:
+    """What a job is to do."""
+
+    folder: Path
+    logs: tuple[LabelledLog, ...]
+    axis_text: str
+    axis_label: str
+    options: Mapping[str, Any]
+    size_limit: int
+    results: Path | None
+    report: Callable[[float, str], None]
+    interruptible: Callable[[], AbstractContextManager[None]]
+
+    @classmethod
+    def of(
+        cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
+    ) -> Errand:
+        """Return the errand that the server asks for."""
+        own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
+        logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
+        results = None if request["results"] is None else Path(request["results"])
+        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, **own)
+
+    @property
+    def fitted(self) -> list[LabelledLog]:
+        """The logs that are fitted to."""
+        logs = [log for log in self.logs if log.role == "fit"]
+        if not logs:
+            raise InputError("is missing", path="log", mend="Drop a log that is to be fitted to")
+        return logs
+
+    @property
+    def axis_file(self) -> Content:
+        """The axis file under its label."""
+        return Content(Path(self.axis_label), self.axis_text.encode())
+
+    def axis(self) -> Axis:
+        """Return the axis."""
+        import bristle
+
+        return bristle.read_axis(self.axis_file)
+
+    def text(self, name: str, default: str = "") -> str:
+        """Return an option that is text."""
+        value = self.options.get(name, default)
+        if not isinstance(value, str):
+            raise InputError("must be text", path=name, value=value)
+        return value.strip()
+
+    def count(self, name: str, default: int) -> int:
+        """Return an option that is a whole number."""
+        value = self.options.get(name, default)
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise InputError("must be a whole number", path=name, value=value)
+        return value
+
+
+def command(*words: str) -> str:
+    """Return the command line that does the same."""
+    return shlex.join(["bristle", *words])
+
+
+def zipped(folder: Path) -> None:
+    """Write the files of a folder into an archive beside it, without the note by which bristle knows its own folders."""
+    import zipfile
+
+    from bristle.files.owned import NOTE
+
+    with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.rglob("*")):
+            if file.is_file() and file.name != NOTE:
+                entry = zipfile.ZipInfo(str(file.relative_to(folder)), EPOCH)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(entry, file.read_bytes())
+
+
+def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
+    """Return a time and signals along it, each reduced to the smallest and the largest sample of many in turn."""
+    count = time.size
+    places = np.arange(count)
+    if count > 2 * BUCKETS:
+        edges = np.linspace(0, count, BUCKETS + 1).astype(int)
+        first = np.nan_to_num(signals[0])
+        ends = [begin + np.array([np.argmin(first[begin:end]), np.argmax(first[begin:end])]) for begin, end in pairwise(edges)]
+        places = np.unique(np.concatenate([*ends, [0, count - 1]]))
+    return [[_short(value) for value in np.asarray(values, float)[places]] for values in (time, *signals)]
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None

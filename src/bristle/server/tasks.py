@@ -1,0 +1,222 @@
+"""What jobs do: each a function of an errand, all of it through the public face of bristle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bristle.core.content import Content
+from bristle.core.dimensions import KINDS, kind_called, unit_of
+from bristle.core.errors import InputError
+from bristle.exports.face import NAME
+from bristle.files.toml import read_toml
+from bristle.friction import DEFAULT_MODELS
+from bristle.report.log import passage_table
+from bristle.server.axis_form import EMPTY, edited
+from bristle.server.errand import Answer, Errand, command, thinned, zipped
+from bristle.server.look import look
+from bristle.workflow.inspected import inspect_log
+
+if TYPE_CHECKING:
+    from bristle.report.table import Table
+    from bristle.workflow import Identified, Outcome
+
+__all__ = ["TASKS"]
+
+POINTS = 20  # of a table of a drive
+DRAWS = 100
+MODE = "inverse"
+COLUMNS = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
+"""What a log of the motion is taken to hold, where nobody has said it."""
+
+
+def check(errand: Errand) -> Answer:
+    """Return rates, experiments, diagnostics and problems of every log."""
+    axis, logs = errand.axis(), []
+    for place, log in enumerate(errand.logs):
+        errand.report(place / len(errand.logs), f"reading {log.label}")
+        try:
+            summary = inspect_log(log.content, axis, size_limit=errand.size_limit).summary
+        except InputError as error:
+            logs.append({"label": log.label, "role": log.role, "problems": [str(error)]})
+            continue
+        chosen = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")
+        passages = passage_table(summary["passages"], summary["kind"]) if summary["passages"] else None
+        facts = {name: summary[name] for name in chosen}
+        logs.append({"label": log.label, "role": log.role, **facts, "passages": passages and passages._asdict()})
+    problems = sum(len(log["problems"]) for log in logs)
+    warnings = sum(entry["severity"] != "info" for log in logs for entry in log.get("diagnostics", ()))
+    return {"problems": problems, "warnings": warnings, "ready": not problems}, {"logs": logs}
+
+
+def identify(errand: Errand) -> Answer:
+    """Return the verdict of an identification, and leave its results."""
+    import bristle
+    from bristle.files.results import results_folder
+
+    axis, axis_file = errand.axis(), errand.axis_file
+    logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
+    models, options = _options(errand)
+    with errand.interruptible():
+        identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=errand.report, **options)
+    outcome = identified.outcome_with(command=_command(errand), axis_name=axis.name, progress=errand.report, files={"axis": [axis_file]})
+    with results_folder(errand.folder / "results") as folder:
+        outcome.write(folder)
+    zipped(errand.folder / "results")
+    verdict = outcome.summary["verdict"]
+    facts = {"level": verdict["level"], "model": identified.best.name, "unfinished": identified.unfinished}
+    return facts, _findings(identified, outcome)
+
+
+def _options(errand: Errand) -> tuple[list[str], dict[str, Any]]:
+    models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
+    return models, {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
+
+
+def _command(errand: Errand) -> str:
+    """Return the command line that gives the same."""
+    words = ["identify", *(log.label for log in errand.fitted), "--axis", errand.axis_label]
+    models, options = _options(errand)
+    words += ["--model", ",".join(models)]
+    words += ["--draws", str(options["draws"])] if options["draws"] != DRAWS else []
+    words += ["--cutoff", options["cutoff"]] if options["cutoff"] else []
+    return command(*words, "--out", "results")
+
+
+def _findings(identified: Identified, outcome: Outcome) -> dict[str, Any]:
+    """Return what the page shows: the verdict, the models, what to type in."""
+    from bristle.report.identification import answers
+    from bristle.report.judgement import judged
+    from bristle.report.messages import warnings_of
+    from bristle.report.model_tables import comparison_table, drive_rows, parameter_table
+
+    best, kind = identified.best, identified.best.plant.kind
+    judgement = judged(best, identified.settings, outcome.following)
+    front = answers(identified, outcome.simulation, outcome.following, outcome.axis, usable=judgement.level != "measure_again")
+    traces = best.traces
+    return {
+        "verdict": judgement.as_data(),
+        "answers": front,
+        "command": outcome.command,
+        "kind": kind,
+        "unfinished": identified.unfinished,
+        "parameters": _table(parameter_table(best, outcome.axis)),
+        "comparison": _table(comparison_table(identified)) if len(identified.fits) > 1 else None,
+        "warnings": warnings_of(best),
+        "notes": identified.notes,
+        "drive": _table(drive_rows(outcome.table, kind, outcome.axis)) if outcome.table else None,
+        "time": thinned(traces.time, traces.measured, traces.predicted),
+        "velocity": thinned(traces.velocity, traces.friction, traces.friction - traces.residual),
+    }
+
+
+def _table(table: Table) -> dict[str, Any]:
+    trimmed = table.without_empty_columns()
+    numbers = [trimmed.is_number(column) for column in range(len(trimmed.heads))]
+    return trimmed._asdict() | {"numbers": numbers}
+
+
+def predict(errand: Errand) -> Answer:
+    """Return the error of the model on each log that was held out."""
+    import bristle
+    from bristle.report.prediction import prediction_ruling
+
+    if errand.results is None:
+        raise InputError("is missing", path="model", mend="Identify first")
+    axis, model, logs = errand.axis(), bristle.load(errand.results), []
+    chosen = [log for log in errand.logs if log.role == "held_out"]
+    for place, log in enumerate(chosen):
+        errand.report(place / len(chosen), f"predicting {log.label}")
+        recorded = bristle.read_log(log.content, axis, size_limit=errand.size_limit)
+        prediction = model.predict(recorded, MODE, axis=axis)
+        assert prediction.effort is not None
+        assert prediction.effort_predicted is not None
+        ruling = prediction_ruling(prediction)
+        logs.append(
+            {
+                "label": log.label,
+                "error_percent": prediction.metrics["force_error_percent"],
+                "inside_percent": prediction.inside_percent,
+                "verdict": ruling.as_data(),
+                "time": thinned(prediction.time, prediction.effort, prediction.effort_predicted),
+            }
+        )
+    return {"logs": len(logs)}, {"logs": logs, "mode": MODE, "kind": axis.kind}
+
+
+def export(errand: Errand) -> Answer:
+    """Leave the model as an archive of files for a target, and return what the target loses."""
+    from bristle.files.results import results_folder
+    from bristle.workflow.exported import export_model_file
+
+    if errand.results is None:
+        raise InputError("is missing", path="model", mend="Identify first")
+    target, name = errand.text("target", "table"), errand.text("name") or NAME
+    points = errand.count("points", POINTS)
+    errand.report(0.2, f"writing for {target}")
+    axis = errand.axis_file if errand.axis_text else None
+    words = ["export", "results", "--to", target, "--out", f"{name}_{target}", "--name", name]
+    words += ["--axis", errand.axis_label] if axis else []
+    words += ["--points", str(points)] if points != POINTS else []
+    exported = export_model_file(errand.results / "model.toml", target, command=command(*words), name=name, axis=axis, points=points)
+    with results_folder(errand.folder / "export") as folder:
+        exported.write(folder)
+    zipped(errand.folder / "export")
+    texts = [(file, text) for file, text in exported.product.files.items() if isinstance(text, str)]
+    facts = {"target": target, "file": f"{name}_{target}.zip"}
+    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": _preview(texts)}
+    return facts, data
+
+
+def _preview(texts: list[tuple[str, str]]) -> dict[str, str] | None:
+    """Return the first short text, which a person may want to see before it is loaded."""
+    short = [(file, text) for file, text in texts if len(text) < 6000]
+    return {"file": short[0][0], "text": short[0][1]} if short else None
+
+
+def excite(errand: Errand) -> Answer:
+    """Leave a motion as an archive of files, and return what its log will tell."""
+    from bristle.files.results import results_folder
+    from bristle.report.excitation import outlook_table, piece_table
+    from bristle.workflow.excited import designed_motion
+
+    text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
+    axis_file = Content(Path(errand.axis_label), text.encode())
+    duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
+    words = ["excite", errand.axis_label, "--out", "motion", "--duration", duration]
+    words += ["--for", purposes] if purposes else []
+    travel = errand.text("travel") or None
+    words += ["--travel", travel] if travel else []
+    with errand.interruptible():
+        motion = designed_motion(
+            axis_file, command=command(*words), duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
+        )
+    following = motion.next_command("motion/axis.toml")
+    with results_folder(errand.folder / "motion") as folder:
+        motion.write(folder, following)
+    zipped(errand.folder / "motion")
+    excitation = motion.excitation
+    data = {
+        "pieces": piece_table(excitation).without_empty_columns()._asdict(),
+        "notes": excitation.notes,
+        "next": following,
+        "outlook": outlook_table(excitation)._asdict() if excitation.rehearsal is not None else None,
+        "kind": excitation.axis.kind,
+        "curve": thinned(excitation.motion.time, excitation.motion.position),
+    }
+    return {"duration": float(excitation.motion.time[-1])}, data
+
+
+def _with_columns(text: str) -> str:
+    """Return an axis file that says what the log of the motion holds: by usual names and in SI, if nobody did."""
+    tables = read_toml(text.encode()).data
+    if "columns" in tables:
+        return text
+    named = kind_called(tables.get("kind"))
+    kind = named if named in KINDS else KINDS[0]  # what is none is refused where the file is read
+    entries = {f"columns.{name}.column": name for name in COLUMNS}
+    return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in COLUMNS.items()})
+
+
+TASKS = {"look": look, "check": check, "identify": identify, "predict": predict, "export": export, "excite": excite}
+"""By the name that the page knows."""

@@ -1,0 +1,313 @@
+"""What a study varies: a value of the experiment by its dotted key, drawn by itself or together with others of a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.content import Origin, content_of
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, Experiment, Variant
+from bristle.core.variable import Kind, Variable
+from bristle.files.arrays import read_arrays
+from bristle.files.components import check_keys, key_of, number_at
+from bristle.files.model import read_model
+from bristle.files.run import effort_variables
+
+__all__ = ["Cause", "Fitted", "Joint", "Target", "columns_of", "drawn_from", "fitted_at", "sections_of", "target_at"]
+
+WHOLE_NUMBERS = ("delay", "substeps", "trials")
+OF_RUNS = "each run has a seed of its own, which is added to those of sensor and friction"
+DISTRIBUTIONS = ("normal", "uniform", "log_uniform", "choice")
+EXAMPLES = {
+    "normal": 'normal = ["34 mN*m", "2 mN*m"], mean and standard deviation',
+    "uniform": 'uniform = ["0.8e-4 kg*m^2", "1.2e-4 kg*m^2"], lowest and highest',
+    "log_uniform": 'log_uniform = ["1e4 N/m", "1e6 N/m"], lowest and highest',
+    "choice": 'choice = ["1 mm", "5 mm"], values that are drawn equally often',
+}
+OF_FIT = ("from", "draws")
+KINDS = ("bootstrap",)
+SECTIONS = ("plant", "friction")
+
+
+@dataclass(frozen=True)
+class Target:
+    """A value of the experiment that a study sets: its dotted key, what it is, the kind of axis, whether it is a whole number."""
+
+    path: str
+    variable: Variable
+    kind: Kind
+    is_whole: bool = False
+
+    @property
+    def is_discrete(self) -> bool:
+        """Whether it takes steps: a whole number, or one of several names."""
+        return self.is_whole or bool(self.variable.choices)
+
+    @property
+    def unit(self) -> str:
+        """Its unit in SI, empty for names and pure numbers."""
+        return "" if self.variable.choices or self.variable.quantity == "1" else self.variable.unit(self.kind)
+
+    def number(self, raw: Any, path: str) -> Any:
+        """Return a value of the file in SI, or the name that it is; refuse another unit, and what is out of range."""
+        if self.variable.choices:
+            self.variable.code(raw, path)
+            return raw
+        value = number_at(raw, self.variable, self.kind, path)
+        if self.is_whole and not value.is_integer():
+            raise InputError("must be a whole number", path=path, value=raw)
+        return value
+
+    def numbers(self, raw: list[Any], path: str) -> tuple[Any, ...]:
+        """Return several values of the file, each as `number` does."""
+        return tuple(self.number(value, f"{path}[{place}]") for place, value in enumerate(raw))
+
+
+def sections_of(variant: Variant) -> dict[str, Model]:
+    """Return the models of a variant by the section of the file that describes them."""
+    models = {"plant": variant.plant, "friction": variant.friction, "sensor": variant.sensor}
+    if variant.table is not None:
+        models["table_friction"] = variant.table
+    if variant.effort is None:
+        models |= {"controller": variant.controller, "reference": variant.reference}
+    return models
+
+
+def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place: str) -> Target:
+    """Return what stands under a dotted key of an experiment."""
+    keys = path.split(".")
+    variant, keys = _variant_of(keys, experiment, place)
+    registry = _variables(keys[:-1], variant, data, place)
+    names = {key_of(name): name for name in registry}
+    if keys[-1] == "seed" or keys == ["run", "seeds"]:
+        raise InputError("is not varied", path=place, mend=f"Leave it out: {OF_RUNS}")
+    if keys[-1] not in names:
+        raise InputError(
+            "is no value of this experiment",
+            path=place,
+            allowed=", ".join(".".join((*keys[:-1], name)) for name in names if name != "seed"),
+            mend=did_you_mean(keys[-1], names),
+        )
+    model = _model_at(keys[:-1], variant)
+    name = names[keys[-1]]
+    if model is not None and model.component.is_array(name):
+        raise InputError(
+            "is a list, which is not varied as one number",
+            path=place,
+            mend='Take joint draws of a fit, from = "results", or vary another value',
+        )
+    is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
+    kind = "translational" if keys[0] == "table_friction" else experiment.kind
+    return Target(path, registry[name], kind, is_whole and not registry[name].choices)
+
+
+def _variant_of(keys: list[str], experiment: Experiment, place: str) -> tuple[Variant, list[str]]:
+    variants = {variant.name: variant for variant in experiment.variants}
+    if keys[0] != "compare":
+        return experiment.variants[0], keys
+    if len(keys) < 4 or keys[1] not in variants:
+        raise InputError("names no variant of the experiment", path=place, allowed=", ".join(f"compare.{name}.…" for name in variants))
+    return variants[keys[1]], keys[2:]
+
+
+def _model_at(keys: list[str], variant: Variant) -> Model | None:
+    if keys == ["controller", "feedforward", "friction"]:
+        return variant.feedforward.friction
+    return sections_of(variant).get(keys[0]) if len(keys) == 1 else None
+
+
+def _variables(keys: list[str], variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
+    model = _model_at(keys, variant)
+    if model is not None:
+        return model.component.variables
+    section = ".".join(keys)
+    if section == "effort" and variant.effort is not None:
+        return effort_variables(data.get("effort", {}).get("model"))
+    if section == "run":
+        return RUN
+    if section == "controller.feedforward" and variant.effort is None:
+        return FEEDFORWARD
+    if section == "controller.learning" and variant.learning is not None:
+        return LEARNING
+    sections = [*sections_of(variant), "run"]
+    raise InputError(
+        "is no value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)
+    )
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A quantity that is drawn by itself, from a distribution with these numbers."""
+
+    target: Target
+    distribution: str
+    numbers: tuple[Any, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the cause."""
+        return self.target.path
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each value by dotted key."""
+        return {self.target.path: self.target.unit}
+
+    def values(self, unit_numbers: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the values by dotted key for numbers between 0 and 1, shape (draw,), by the inverse distribution function."""
+        return {self.target.path: self._values(unit_numbers)}
+
+    def _values(self, unit_numbers: np.ndarray) -> np.ndarray:
+        if self.distribution == "choice":
+            places = np.minimum((unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1)
+            return np.array(self.numbers)[places]
+        first, second = self.numbers
+        if self.distribution == "normal":
+            from scipy.special import ndtri
+
+            return first + second * ndtri(unit_numbers)
+        if self.distribution == "uniform":
+            return first + (second - first) * unit_numbers
+        return np.exp(math.log(first) + (math.log(second) - math.log(first)) * unit_numbers)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Quantities that were drawn together: whole rows of a table, each as often as any other."""
+
+    name: str
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+
+    @property
+    def count(self) -> int:
+        """How many rows there are."""
+        return len(next(iter(self.columns.values())))
+
+    def values(self, unit_numbers: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the values by dotted key for numbers between 0 and 1, shape (draw,) or (draw, element)."""
+        rows = np.minimum((unit_numbers * self.count).astype(int), self.count - 1)
+        return {path: values[rows] for path, values in self.columns.items()}
+
+
+Cause = Drawn | Joint
+
+
+def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
+    """Return the quantity that is drawn as a table of ``[vary]`` describes."""
+    name = _name_in(table, path)
+    values, place = table[name], f"{path}.{name}"
+    count = "at least one value" if name == "choice" else "two values"
+    if not isinstance(values, list) or not values or (name != "choice" and len(values) != 2):
+        raise InputError("does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
+    if name == "choice":
+        return Drawn(target, name, target.numbers(values, place))
+    if target.is_discrete:
+        raise InputError(
+            f"is for quantities that vary without steps, and {target.path} is a whole number or a name",
+            path=place,
+            value=values,
+            mend="Write choice = [...] instead",
+        )
+    first = target.number(values[0], f"{place}[0]")
+    if name == "normal":
+        width = number_at(values[1], replace(target.variable, min=0.0, max=math.inf), target.kind, f"{place}[1]")
+        if not width > 0.0:
+            raise InputError(
+                "must be positive", path=f"{place}[1]", value=values[1], allowed="> 0", mend="The second value is the standard deviation"
+            )
+        return Drawn(target, name, (first, width))
+    second = target.number(values[1], f"{place}[1]")
+    if not first < second:
+        raise InputError(
+            "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
+        )
+    if name == "log_uniform" and not first > 0.0:
+        raise InputError("must be positive: it has a logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
+    return Drawn(target, name, (first, second))
+
+
+def _name_in(table: Mapping[str, Any], path: str) -> str:
+    allowed = f"{', '.join(DISTRIBUTIONS)}, or from and draws"
+    for key in table:
+        if key not in DISTRIBUTIONS:
+            raise InputError(
+                "is no distribution", path=f"{path}.{key}", value=table[key], allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
+            )
+    if len(table) != 1:
+        fault = "has two distributions" if table else "has no distribution"
+        raise InputError(fault, path=path, allowed=allowed, mend=f"Write {EXAMPLES['normal']}")
+    return next(iter(table))
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The draws of an identification."""
+
+    folder: str
+    plant: Model | None
+    friction: Model
+    draws: Mapping[str, np.ndarray] = field(repr=False)
+    origin: Origin
+
+    @property
+    def count(self) -> int:
+        """How many draws there are."""
+        return min(len(values) for values in self.draws.values())
+
+
+def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False) -> Fitted:
+    """Return the draws that a table such as ``{ from = "results", draws = "bootstrap" }`` names."""
+    check_keys(table, OF_FIT, path)
+    for key in OF_FIT:
+        if key not in table:
+            raise InputError(f"needs {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
+    if table["draws"] not in KINDS:
+        raise InputError("are no draws of a fit", path=f"{path}.draws", value=table["draws"], allowed=KINDS[0])
+    named = table["from"]
+    if not isinstance(named, str) or not named:
+        raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
+    results = folder / named
+    try:
+        plant, friction, info = read_model(results / "model.toml", allow_code=allow_code)
+        draws = read_arrays(results, "draws")
+    except InputError as error:
+        raise error.at(f"{path}.from") from None
+    file = next((results / f"draws{end}" for end in (".parquet", ".npz") if draws), results / "model.toml")
+    if not draws:
+        draws = (info["bands"] or {}).get("draws", {})
+    if not draws:
+        raise InputError(
+            "holds no draws: it was identified without intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+        )
+    file = file if file.is_file() else results / "draws.npz"
+    return Fitted(named, plant, friction, draws, content_of(file).origin)
+
+
+def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> dict[str, np.ndarray]:
+    """Return the draws of one section of an experiment by dotted key, in SI."""
+    if section not in SECTIONS:
+        raise InputError("takes no draws of a fit", path=path, allowed=" or ".join(SECTIONS))
+    own = sections_of(experiment.variants[0])[section]
+    drawn = fitted.friction if section == "friction" else fitted.plant
+    if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
+        raise InputError(
+            f"the fit is of {'no plant' if drawn is None else f'{drawn.name}, {drawn.kind}'}, and the experiment has "
+            f"{own.name}, {own.kind}",
+            path=path,
+            value=fitted.folder,
+            mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
+        )
+    columns = {
+        f"{section}.{key_of(name)}": values[: fitted.count] for name, values in fitted.draws.items() if name in own.component.variables
+    }
+    if not columns:
+        raise InputError(f"the fit drew no parameter of {own.name}", path=path, value=fitted.folder, allowed=", ".join(fitted.draws))
+    return columns

@@ -1,0 +1,94 @@
+"""``bristle identify --each``: rows, pages, JSON, exit codes."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from tests.fleet.conftest import write_log
+from tests.report.pages import Page
+
+from bristle.cli.main import main
+
+AXIS = """
+schema = 1
+name = "press"
+kind = "translational"
+columns.time = { column = "time", unit = "s" }
+columns.position = { column = "position", unit = "m" }
+columns.effort = { column = "effort", unit = "N" }
+columns.temperature = { column = "temperature", unit = "K" }
+plant.mass = "12 kg"
+"""
+EACH = ("identify", "logs", "--each", "--axis", "axis.toml", "--draws", "0", "--workers", "1")
+
+
+@pytest.fixture(scope="module")
+def hall(tmp_path_factory):
+    """A folder with logs of two axes, one of which changes, and a log that is cut off."""
+    folder = tmp_path_factory.mktemp("hall")
+    (folder / "axis.toml").write_text(AXIS)
+    rng = np.random.default_rng(8)
+    for name in ("left", "right"):
+        for day in range(1, 17):
+            size = 5.0 * (1.0 + 0.01 * rng.standard_normal()) * (1.2 if name == "right" and day >= 11 else 1.0)
+            write_log(folder / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500)
+    (folder / "logs" / "left" / "left_2026-03-17.csv").write_text("time,position\n0.0")
+    return folder
+
+
+@pytest.fixture
+def at(hall, monkeypatch):
+    monkeypatch.chdir(hall)
+    return hall
+
+
+def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
+    assert main([*EACH, "--out", "fleet"]) == 0
+    said = capsys.readouterr()
+    assert "32 of 33 logs were fitted, 1 failed." in said.out
+    assert "left_2026-03-17.csv" in said.out
+    summary = json.loads((at / "fleet" / "summary.json").read_text())
+    assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
+    level = summary["parameters"]["friction.F_C"]
+    assert level["count"] == 32
+    assert level["median"] == pytest.approx(5.0, rel=0.03)
+    assert {entry["folder"] for entry in level["apart"]} == {"right"}
+    page = Page((at / "fleet" / "report.html").read_text())
+    assert page.unbalanced == []
+    assert "left_2026-03-17.csv" in page.words
+    assert "friction.F_C" in page.words
+    named = next(line for line in said.out.splitlines() if line.startswith("Logs that stand apart"))
+    assert "of right in friction.F_C" in named
+    assert "of left in friction.F_C" not in named
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (EACH, "needs a folder to write into"),
+        ((*EACH, "--out", "x", "--force"), "is gone on with, never replaced"),
+        ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
+        (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
+        (("watch", "fleet", "--out", "watched"), "bristle watch is retired. Use bristle identify LOGS --each"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(at, capsys, options, message):
+    assert main([*options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_fleet_none_of_whose_logs_is_fitted_ends_with_1(at, capsys):
+    (at / "bad").mkdir()
+    for day in (1, 2):
+        (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
+    assert main(["identify", "bad", *EACH[2:], "--out", "none"]) == 1
+    assert "0 of 2 logs were fitted, 2 failed." in capsys.readouterr().out
+
+
+def test_a_link_to_nowhere_does_not_end_a_fleet(at, capsys):
+    (at / "linked").mkdir()
+    shutil.copy(next((at / "logs").rglob("*.csv")), at / "linked" / "good_2026-03-01.csv")
+    (at / "linked" / "gone_2026-03-02.csv").symlink_to(at / "nowhere.csv")
+    assert main(["identify", "linked", *EACH[2:], "--out", "links"]) == 0
+    assert "1 of 2 logs were fitted, 1 failed." in capsys.readouterr().out
