@@ -548,8 +548,8 @@ RUN = Path(__file__).parent / "theory" / "robust.json"
 
 def robustness() -> str:
     """Return the page of the compensation on other truths: what the run of ``bristle paper --robust`` wrote."""
-    from bristle.paper.robust.conditions import MEANINGS
-    from bristle.paper.robust.tables import LOOPS, SET_NAMES
+    from bristle.paper.robust.findings import LOOPS, SET_NAMES
+    from bristle.paper.robust.truths import MEANINGS
 
     told = json.loads(RUN.read_text(encoding="utf-8"))
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}

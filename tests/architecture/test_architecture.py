@@ -7,6 +7,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -181,3 +182,10 @@ def test_the_package_knows_no_machine_and_no_working_paper():
         if path.suffix in (".py", ".toml", ".html", ".css", ".md") and path.is_file():
             text = path.read_text()
             assert not re.search(r"/(root|work|farm)/|\.\./shared|theory\.md|design\.md|[Ii]ssue \d", text), path
+
+
+def test_each_room_belongs_to_the_library_or_to_the_applications():
+    project = tomllib.loads((ROOT.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    (storeys,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Two storeys"))
+    named = [*storeys["source_modules"], *storeys["forbidden_modules"]]
+    assert sorted(named) == sorted(f"bristle.{file.parent.name}" for file in ROOT.glob("*/__init__.py"))

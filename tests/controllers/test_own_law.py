@@ -62,7 +62,7 @@ def test_the_integral_gain_is_told_in_the_units_of_a_drive():
     axis = Axis(kind="translational", columns=columns)
     quantity = PID.variables["K_I"].quantity
     for text, value in (("3 V/(m*s)", 105.0), ("3 V/(count*s)", 105e6), ("3 N/(count*s)", 3e6)):
-        assert in_effort(text, quantity, axis.kind, axis.columns, "K_I") == pytest.approx(value, rel=1e-12)
+        assert in_effort(text, quantity, axis.kind, axis, "K_I") == pytest.approx(value, rel=1e-12)
 
 
 def test_the_integral_takes_away_what_a_constant_force_leaves():

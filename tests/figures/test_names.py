@@ -10,9 +10,7 @@ from tests.figures.test_figures import assert_legible
 
 from bristle import figures
 from bristle.figures import style
-from bristle.figures.lettering import width
-from bristle.figures.names import shortened, shortened_apart
-from bristle.figures.plain import one_line, printable
+from bristle.figures.lettering import one_line, printable, shortened, shortened_apart, width
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {
@@ -46,19 +44,14 @@ def letters(svg):
 
 
 def test_the_gallery_holds_every_figure():
-    others = {
-        "Mechanics",
-        "ReportFigure",
-        "Spread",
-        "as_csv",
-        "figure_file",
-        "fits_as_png",
-        "has_completed",
-        "inline_svg",
-        "load_figure_file",
-        "numbers_of",
-    }
+    others = {"ReportFigure", "as_csv", "figure_file", "fits_as_png", "has_completed", "inline_svg", "load_figure_file", "numbers_of"}
     assert set(figures.__all__) - others <= set(gallery())
+
+
+@pytest.mark.parametrize(("name", "place"), [("tracking", "loop_rows"), ("error_over_level", "errors.error_over")])
+def test_a_figure_of_the_source_paper_is_refused_by_name_with_its_place(name, place):
+    with pytest.raises(AttributeError, match=rf"no {name} any more; it is in bristle\.figures\.{place}"):
+        getattr(figures, name)
 
 
 def named(names, many=None):

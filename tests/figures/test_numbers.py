@@ -12,7 +12,7 @@ from tests.figures.gallery import PLAIN, gallery
 from tests.figures.hostile_names import NAMES
 
 from bristle.figures import as_csv, numbers_of
-from bristle.figures.settings import GREY, INK
+from bristle.figures.drawing import GREY, INK
 
 GALLERY = sorted(gallery())
 

@@ -205,7 +205,7 @@ def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
 def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_users_settings(tmp_path):
     told, _ = run(
         "import os, signal, threading, warnings, matplotlib\n"
-        "from bristle.figures.settings import own_settings\n"
+        "from bristle.figures.drawing import own_settings\n"
         f"{DRAW}\n"
         "warnings.simplefilter('ignore')\n"
         "matplotlib.rcParams['font.size'] = 31\n"

@@ -7,7 +7,7 @@ from bristle import friction, plants
 from bristle.core import InputError
 from bristle.files import read_model
 from bristle.files.model import write_model
-from bristle.identification.prediction_interval import Bands
+from bristle.identification.simulated_bands import Bands
 
 BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 0.2, 1.2, 3e-6, 4e-5)
 MODEL = friction.find("coulomb_viscous")(F_C=8.0, F_v=40.0)

@@ -21,8 +21,7 @@ from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
 from bristle.identification import Fit, identify, inverse_dynamics
-from bristle.identification.disturbance import Disturbance, disturbance_of
-from bristle.identification.half_cycles import Groups, scatter_in
+from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat

@@ -9,7 +9,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slidi
 
 from bristle.friction import find
 from bristle.identification import HeldOut, identify
-from bristle.identification.diagnostics.excitation import spread_between_repeats
+from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.validation import ranked
 

@@ -6,8 +6,8 @@ from tests.identification.known_logs import Motion, log_of, sines, sliding_effor
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.covariance import covariance_of
 from bristle.identification.parameter_space import ParameterSpace, Solution
+from bristle.identification.problem import covariance_of
 from bristle.report.messages import assumptions_of, message, note_of
 
 

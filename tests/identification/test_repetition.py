@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.diagnostics.excitation import about_repeated_logs, repeats_after, stroke_lengths
+from bristle.identification.excitation import about_repeated_logs, repeats_after, stroke_lengths
 from bristle.identification.preprocessing import treat, treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.report.messages import warnings_of

@@ -8,7 +8,7 @@ from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.prediction_interval import Bands
+from bristle.identification.simulated_bands import Bands
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of
 

@@ -13,13 +13,13 @@ from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
 from bristle.identification.half_cycles import Groups
+from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.identification.slow_force import _LowPass, _no_chance
+from bristle.report.identification import sentences
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
-from bristle.report.verdict import sentences
 
 LEVEL = 8.0  # [N], of the sliding effort
 

@@ -8,7 +8,7 @@ from tests.identification.test_redundancy import one_way
 
 from bristle.core import Axis
 from bristle.identification import identify
-from bristle.identification.covariance import _root
+from bristle.identification.problem import _root
 
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS

@@ -10,7 +10,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 from bristle import friction
 from bristle.core.normal import NORMAL_95
 from bristle.identification import identify, uncertainty
-from bristle.identification.alignment import Alignment
+from bristle.identification.dataset import Alignment
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat

@@ -10,8 +10,7 @@ from tests.lab.proved import GIVEN, blocks_with_given
 
 from bristle.lab import lab_page
 from bristle.lab.described import example_named
-from bristle.paper.experiment_files import EXPERIMENTS
-from bristle.paper.setting import read_setting
+from bristle.paper.setting import EXPERIMENTS, read_setting
 
 pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 

@@ -13,8 +13,7 @@ from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
 from bristle.loop import Verdict, assess, doubts_of, error_budget, proposals_for, runnable, verdict_of
-from bristle.paper.sound_loop import Sound
-from bristle.paper.tracking import Tracked
+from bristle.paper.tracking import Sound, Tracked
 from bristle.report.messages import message
 from bristle.simulation import simulate
 

@@ -9,14 +9,14 @@ from tests.figures.test_figures import assert_legible
 from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.core.dispatch import everett
-from bristle.figures.error_distribution import RANGE
-from bristle.figures.preisach_stages import trapezoids
+from bristle.figures.loop_rows import RANGE
+from bristle.figures.preisach import trapezoids
 from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, FIGURES
-from bristle.paper.bench import SETS
-from bristle.paper.ripple import rippled
+from bristle.paper.bench import plant_of
+from bristle.paper.drift import rippled
+from bristle.paper.rig import SETS
 from bristle.paper.sums import summed_as_printed
-from bristle.paper.torque_bench import plant_of
 
 WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 

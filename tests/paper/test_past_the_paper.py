@@ -8,8 +8,7 @@ import pytest
 
 from bristle.files.experiment import read_experiment
 from bristle.files.model import read_model
-from bristle.paper.bench import SETS, compensator_from_log
-from bristle.paper.rig import rig_friction
+from bristle.paper.rig import SETS, compensator_from_log, rig_friction
 from bristle.simulation import simulate
 
 FOLDER = files("bristle.paper") / "experiments"

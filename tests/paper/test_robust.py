@@ -21,13 +21,11 @@ from bristle.files.axis import read_axis
 from bristle.logs.log import Log
 from bristle.paper.economy import WAYS, Economy
 from bristle.paper.robust import trial as trials
-from bristle.paper.robust.conditions import CONDITIONS, MEANINGS, NOMINAL, under
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
-from bristle.paper.robust.store import opened
-from bristle.paper.robust.trial import Cell, Plan, run_trial
-from bristle.paper.robust.truths import FOLDER, SIMULATED, is_own, truths_named
+from bristle.paper.robust.trial import Cell, Plan, opened, run_trial
+from bristle.paper.robust.truths import CONDITIONS, FOLDER, MEANINGS, NOMINAL, SIMULATED, is_own, truths_named, under
 from bristle.paper.robust.uneven import uneven
 
 ROOT = Path(__file__).parents[2]
@@ -335,7 +333,7 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     monkeypatch.setattr(
         trials, "economy_on", lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0)
     )
-    asked = ("paper", "--robust", "--truth", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
+    asked = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
     done = bristle(*asked)
     assert done.code == 0, done.err
     for key in keys_of_the_docs():
@@ -359,10 +357,10 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
         (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
         (("--robust", "--force"), "--force: says nothing beside --robust"),
         (("--seeds", "3"), "--seeds: says nothing without --robust"),
-        (("--truth", "gms"), "--truth: says nothing without --robust"),
-        (("--robust", "--truth", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
+        (("gms",), "TRUTH: says nothing without --robust"),
+        (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "--truth", "gms"), "--axis"),
+        (("--robust", "--axis", "axis.toml", "gms"), "--axis"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811

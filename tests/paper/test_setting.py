@@ -7,10 +7,10 @@ from bristle import friction, response
 from bristle.core.errors import InputError
 from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, reproduce, write_experiments
+from bristle.paper.bench import follow, walk
 from bristle.paper.setting import read_setting
 from bristle.paper.sums import summed
 from bristle.paper.tracking import DivergedError
-from bristle.paper.walk import follow, walk
 
 
 def written(folder, text, name="fig_01.toml"):

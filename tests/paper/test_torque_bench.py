@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from bristle.engine import run_open_loop
-from bristle.paper.measurement import measured
-from bristle.paper.ripple import rippled
-from bristle.paper.torque_bench import bench_of, led, plant_of, sensor_numbers, sensor_says
-from bristle.paper.walk import walk
+from bristle.paper.bench import bench_of, led, measured, plant_of, sensor_numbers, sensor_says, walk
+from bristle.paper.drift import rippled
 
 RIG = "virtual rig"
 

@@ -8,8 +8,7 @@ import pytest
 from bristle.files.experiment import read_experiment
 from bristle.paper import write_experiments
 from bristle.paper.following import figure_12
-from bristle.paper.sound_loop import Sound
-from bristle.paper.tracking import Tracked
+from bristle.paper.tracking import Sound, Tracked
 from bristle.simulation import simulate
 from bristle.simulation.compensation import on_another_rig
 

@@ -14,9 +14,9 @@ from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.controller import controller_from
 from bristle.loop import design
-from bristle.report.design import design_report, design_sentences, design_summary
-from bristle.report.design_tables import budget_table, controller_text, margin_table
-from bristle.report.fronts.design import design_ruling
+from bristle.report.design import design_report, design_ruling, design_sentences, design_summary
+from bristle.report.design_tables import budget_table, margin_table
+from bristle.report.loops import controller_text
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_a_law_is_told_as_an_experiment_file_takes_it(law):
     variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
     table = tomllib.loads(controller_text(variant))["controller"]
     assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
-    assert controller_from(table, kind=law.kind, columns={}, path="controller") == law
+    assert controller_from(table, kind=law.kind, path="controller") == law
 
 
 def test_an_unstable_loop_is_told_with_what_is_stable():

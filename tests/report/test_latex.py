@@ -7,8 +7,7 @@ import subprocess
 import pytest
 from tests.figures.hostile_names import NAMES
 
-from bristle.paper.errata import ERRATA
-from bristle.paper.latex import errata_tex
+from bristle.paper.errata import ERRATA, errata_tex
 from bristle.paper.reproduced import _all_words
 from bristle.report.figure_files import captions
 from bristle.report.latex import as_latex, roman

@@ -1,8 +1,6 @@
-"""`Content`: what a file held when it was read. It is read once, whole, and nothing that has no end is begun.
+"""`Content`: what a file held when it was read, once and whole: the bytes that are hashed are the bytes that are used.
 
-A pipe can be read once only, and a file may change between two reads: so the bytes that are hashed are the bytes
-that are used. What is neither a regular file nor a pipe (a device, a socket, a folder) is refused by name, a pipe that
-says nothing is not waited for, and what is larger than a limit is not taken into memory.
+Devices, sockets and folders are refused by name, a silent pipe is not waited for, and a size limit keeps memory free.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ import stat
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,8 +113,6 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
         noted.add(os.path.realpath(source))
     try:
         return Content(Path("<stdin>") if str(source) == "-" else source, _bytes_of(source, limit))
-    except InputError:
-        raise
     except OSError as error:
         raise _refusal(source, error) from None
 
@@ -132,20 +128,14 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
             allowed=f"up to {size_in_words(limit)}",
             mend="Is it the right file?"
             if fixed
-            else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
+            else f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
             " (size_limit in Python); reading takes several times as much memory",
         )
     return True
 
 
 def size_of(text: int | str, path: str = "size_limit") -> int:
-    """Return a size in bytes, of a number or of text such as ``"2 GB"``.
-
-    Examples
-    --------
-    >>> size_of("1.5 GB"), size_of("64 MiB")
-    (1500000000, 67108864)
-    """
+    """Return a size in bytes, of a number or of text such as ``"2 GB"``."""
     match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
     if match is not None:
         number, prefix, binary = match.groups()
@@ -160,13 +150,7 @@ def size_of(text: int | str, path: str = "size_limit") -> int:
 
 
 def size_in_words(size: float) -> str:
-    """Return a size as people say it.
-
-    Examples
-    --------
-    >>> size_in_words(1.5e9), size_in_words(700)
-    ('1.5 GB', '700 B')
-    """
+    """Return a size as people say it."""
     for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
         if size >= 10**power:
             return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
@@ -256,16 +240,12 @@ def _refusal(source: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
         if os.path.islink(source):
             return InputError(f"is a link to {os.readlink(source)}, which does not exist", path=str(source))
-        close = close_names(source.name, _names_beside(source), cutoff=0.75)
+        names: list[str] = []
+        with suppress(OSError):
+            names = os.listdir(source.parent)
+        close = close_names(source.name, names, cutoff=0.75)
         mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
         return InputError("there is no such file", path=str(source), mend=mend)
     if error.errno == errno.ENAMETOOLONG:
         return InputError("is too long for the name of a file", path=str(source))
     return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))
-
-
-def _names_beside(source: Path) -> list[str]:
-    try:
-        return os.listdir(source.parent)
-    except OSError:
-        return []

@@ -307,10 +307,7 @@ class Model(WithParameters):
 def make_model(
     component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True, path: str = ""
 ) -> Model:
-    """Return `component` with validated parameters; `path` goes before the names in error messages.
-
-    With ``related=False`` every value is held to its range, but relations between them are not asked for.
-    """
+    """Return `component` with validated parameters; `path` goes before the names in error messages."""
     from bristle.core import units
 
     prefix = f"{path}." if path else ""

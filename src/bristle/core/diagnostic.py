@@ -62,10 +62,7 @@ UNFINISHED = Diagnostic("unfinished")
 
 
 def to_the_end(work: Callable[[], T]) -> tuple[T, bool]:
-    """Return what short work comes to, and whether a person interrupted it: it is then done again.
-
-    What took long lies before it, and would be lost with it.
-    """
+    """Return what short work comes to, and whether a person interrupted it: it is then done again."""
     try:
         return work(), False
     except KeyboardInterrupt:

@@ -26,13 +26,7 @@ OTHER_NAMES: dict[str, Kind] = {"linear": "translational", "rotary": "rotational
 
 
 def kind_called(name: Any) -> Any:
-    """Return a kind of axis by its own name, whatever it was called; what is none as it is.
-
-    Examples
-    --------
-    >>> kind_called("linear"), kind_called("rotary"), kind_called("magnetic")
-    ('translational', 'rotational', 'magnetic')
-    """
+    """Return a kind of axis by its own name, whatever it was called; what is none as it is."""
     return OTHER_NAMES.get(name, name) if isinstance(name, str) else name
 
 
@@ -88,13 +82,7 @@ _STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 
 
 def canonical(quantity: Any) -> str:
-    """Return a quantity in the one spelling that it has.
-
-    Examples
-    --------
-    >>> canonical("time * force/length/length"), canonical("length/length")
-    ('force*time/length^2', '1')
-    """
+    """Return a quantity in the one spelling that it has."""
     if not isinstance(quantity, str):
         raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
     return _canonical(quantity)
@@ -110,13 +98,7 @@ def _canonical(quantity: str) -> str:
 
 
 def exponents_of(quantity: str) -> dict[str, float]:
-    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out.
-
-    Examples
-    --------
-    >>> exponents_of("mass*length/time^2"), exponents_of("frequency")
-    ({'force': 1.0}, {'time': -1.0})
-    """
+    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out."""
     products = {name: entry.product or name for name, entry in NAMES.items()}
     return _expanded(_names_in(quantity), products)
 
@@ -161,13 +143,7 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
 
 
 def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
-    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none.
-
-    Examples
-    --------
-    >>> unit_elsewhere("N*s/m", "translational", "rotational"), unit_elsewhere("N", "rotational", "translational")
-    ('N*m*s/rad', None)
-    """
+    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none."""
     rest = factors_of(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
     powers = {}
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):

@@ -1,9 +1,6 @@
 """Dispatch by the type of the parameters: how one driver serves every model, ours or a user's.
 
-In plain Python each function below looks the component up by ``type(p)``. For the compiler each has an overload on
-the same type, which returns the same plain function: one source, both worlds. It is the only form in
-which a component holds another one as data (a controller its compensator, an asymmetric model its two sides)
-without importing it.
+In plain Python each function looks the component up by ``type(p)``; for the compiler it has an overload on that type.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
-"""What bristle says to a person whose input it cannot use.
+"""What bristle says to a person whose input it cannot use: an `InputError` names place, value, what is allowed, the mend.
 
-Everything that a person hands in is validated once, where it enters. What is refused there is an
-`InputError`: it names the place, the value, what is allowed and what to write instead. Trouble met while
-computing is a status in the result (`bristle.core.status`), never an exception.
+Trouble met while computing is a status in the result (`bristle.core.status`), never an exception.
 """
 
 from __future__ import annotations
@@ -95,25 +93,13 @@ class InputWarning(UserWarning):
 
 
 def did_you_mean(name: object, names: Iterable[str]) -> str:
-    """Return the question after the name that was meant; nothing where no known one is close.
-
-    Examples
-    --------
-    >>> did_you_mean("F_c", ["F_v", "F_C"])
-    "Did you mean 'F_C'?"
-    """
+    """Return the question after the name that was meant; nothing where no known one is close."""
     close = close_names(str(name), names, cutoff=0.6)
     return f"Did you mean {close[0]!r}?" if close else ""
 
 
 def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[str]:
-    """Return those of `names` that resemble `name`, the closest first, whatever their case.
-
-    Examples
-    --------
-    >>> close_names("Positon", ["time", "position"])
-    ['position']
-    """
+    """Return those of `names` that resemble `name`, the closest first, whatever their case."""
     import difflib
 
     if len(name) > LONGEST_NAME:
@@ -131,25 +117,13 @@ def told_by(error: BaseException) -> str:
 
 
 def said_by_library(error: BaseException) -> str:
-    """Return in brackets what a library says of a file, but for what it says of its own objects.
-
-    Examples
-    --------
-    >>> said_by_library(ValueError("unexpected end")), said_by_library(ValueError("<Call object at 0x7f> is odd"))
-    (' (unexpected end)', '')
-    """
+    """Return in brackets what a library says of a file, but for what it says of its own objects."""
     message = told_by(error)
     return f" ({shortened(message, 120)})" if message and not set("<>[{") & set(message) else ""
 
 
 def in_one_line(text: str) -> str:
-    r"""Return text in one line in which every character can be printed: names in files may hold any.
-
-    Examples
-    --------
-    >>> in_one_line("two\nlines, and \x1b[31m")
-    'two lines, and \\x1b[31m'
-    """
+    """Return text in one line in which every character can be printed: names in files may hold any."""
     if text.isprintable():
         return text
     line = " ".join(escaped(text).splitlines())
@@ -180,10 +154,7 @@ OWN_CODE = "bristle_user_"
 
 
 def place_in_own_code(error: BaseException) -> str:
-    """Return the file and the last line of a user's own on the way to an error; nothing where there is none.
-
-    Files are told by name, for what is told may be mailed.
-    """
+    """Return the file and the last line of a user's own on the way to an error; nothing where there is none."""
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         if str(frame.f_globals.get("__name__", "")).startswith(OWN_CODE):
             return f"{Path(frame.f_code.co_filename).name}, line {line}"

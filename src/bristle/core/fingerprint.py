@@ -1,9 +1,4 @@
-"""A fingerprint of code: what the compiler would see of a function, so that a change is never overlooked.
-
-The compiler freezes into its product not only the body of a function but every global that the body reads: other
-functions, constants, classes, and what the dispatch calls for a class. The fingerprint follows the same references. It
-is taken of the code that is loaded, not of the files that it was loaded from: these may have changed since.
-"""
+"""A fingerprint of code that is loaded: what the compiler would see of a function and of all that it refers to."""
 
 from __future__ import annotations
 

@@ -1,15 +1,10 @@
 r"""Docstrings of modules as people read them: text, equations and references, formulas in Unicode and line by line.
 
-A model is explained once, in the docstring of its file: `help`, the command line and the reference say it from there.
-Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use: fractions, roots,
-indices, accents, Greek letters, functions, cases. Of a command that is not known the name stays.
+Known is the LaTeX of the docstrings of bristle, and what a person's own model is likely to use. Of a command that is not
+known the name stays.
 
-Examples
---------
 >>> as_text(r"\dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right)")
 'ż = v (1 − (σ₀ z/G(v)) sgn v)'
->>> lines_of(r"F = F_v\,v, \qquad F \ge 0")
-('F = F_v v', 'F ≥ 0')
 """
 
 from __future__ import annotations
@@ -109,13 +104,7 @@ _APART = re.compile(r".[rsfFq]|[rsfq,].")
 
 
 def as_text(latex: str) -> str:
-    r"""Return a formula in one line of text.
-
-    Examples
-    --------
-    >>> as_text(r"e^{-(v/v_S)^2}"), as_text(r"\tfrac12 h + \sqrt{|\varsigma|}"), as_text(r"|z|^{\nu-1}")
-    ('exp(−(v/v_S)²)', '½ h + √|ς|', '|z|^(ν−1)')
-    """
+    """Return a formula in one line of text."""
     flat = _ENVIRONMENT.sub(" ", latex).replace("&", " ")
     return unicodedata.normalize("NFC", _Reader(_UNSEEN.sub("", flat)).line())
 
@@ -126,13 +115,7 @@ def lines_of(latex: str) -> tuple[str, ...]:
 
 
 def spelt_out(sign: str) -> str:
-    """Return a sign as it is spelt where only plain letters can be written: of a formula by its name, else ``?``.
-
-    Examples
-    --------
-    >>> "".join(map(spelt_out, "σ₀ ż ≤ v²"))
-    'sigma_0 z_dot <= v^2'
-    """
+    """Return a sign as it is spelt where only plain letters can be written: of a formula by its name, else ``?``."""
     if sign in SPELT or sign.isascii():
         return SPELT.get(sign, sign)
     apart = unicodedata.normalize("NFD", sign)
@@ -296,13 +279,7 @@ class Paragraph(NamedTuple):
 
 
 def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
-    r"""Return the paragraphs of a docstring, in order; of its sections only that of the references is known.
-
-    Examples
-    --------
-    >>> [kind for kind, _ in paragraphs_of(".. math:: F = F_v v\n\nOpposes :math:`v`.")]
-    ['equation', 'text']
-    """
+    """Return the paragraphs of a docstring, in order; of its sections only that of the references is known."""
     paragraphs: list[Paragraph] = []
     kind = TEXT
     for block in re.split(r"\n(?:[ \t]*\n)+", inspect.cleandoc(docstring)):
@@ -367,13 +344,7 @@ def _whole_terms(line: str) -> str:
 
 
 def as_markdown(paragraph: Paragraph) -> str:
-    r"""Return a paragraph as Markdown, with its formulas in LaTeX, and without numbers of references.
-
-    Examples
-    --------
-    >>> as_markdown(Paragraph("text", r"The slope is :math:`\sigma_0`, as in ``dahl`` [1]_."))
-    'The slope is $\\sigma_0$, as in `dahl`.'
-    """
+    """Return a paragraph as Markdown, with its formulas in LaTeX, and without numbers of references."""
     if paragraph.kind == EQUATION:
         aligned = "&" in paragraph.text and "cases" not in paragraph.text
         formula = " ".join(paragraph.text.split())

@@ -1,9 +1,6 @@
-"""`kernel`: the one decorator of the functions that run compiled, and it does nothing until they do.
+"""`kernel`: the one decorator of the functions that run compiled; each stays the plain Python function that it is.
 
-A kernel is a plain Python function in a small subset of the language (scalars, tuples, 1-D arrays, ``if``,
-``while``, ``for`` over a range, calls to other kernels). Decorated, it stays that plain function: it can be
-called, read and stepped through as it stands. Only when the engine first compiles something are all kernels
-made known to the compiler, and only then is the compiler imported.
+Only when the engine first compiles something is the compiler imported, and are all kernels made known to it.
 """
 
 from __future__ import annotations
@@ -103,8 +100,5 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
 
 
 def kernel_options(inline: bool) -> dict[str, Any]:
-    """Return the options that a kernel is compiled with.
-
-    What is not to be inlined says so: unsaid, a kernel takes it over from the one that calls it.
-    """
+    """Return the options that a kernel is compiled with."""
     return {"error_model": "numpy", "forceinline": inline} | ({} if inline else {"nogil": True})

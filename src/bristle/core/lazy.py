@@ -13,11 +13,7 @@ T = TypeVar("T")
 
 
 class cached_property(functools.cached_property[T]):  # noqa: N801, TID251  (stands in for the one that it is)
-    """A property that is computed once and kept, without a lock.
-
-    Up to Python 3.11 the one of the standard library holds a lock while it computes, one for all instances: a process
-    forked meanwhile by another thread waits for it forever. Without it two threads that ask at once both compute.
-    """
+    """A property that is computed once and kept, without a lock."""
 
     def __get__(self, instance: Any, owner: type | None = None) -> Any:
         """Return the value, and leave it where it is found from then on."""
@@ -30,11 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def once(factory: F) -> F:
-    """Let a factory be called once for the same positional arguments, and return what it made then ever after.
-
-    Components are told apart by identity. A cache of the standard library calls a slow factory twice where two threads
-    ask at once, and hands out two of them.
-    """
+    """Let a factory be called once for the same positional arguments, and return what it made then ever after."""
     values: dict[tuple[Any, ...], Any] = {}
 
     @wraps(factory)

@@ -1,8 +1,7 @@
 r"""Linear least squares, :math:`\min_x |A x - b|`, free, within bounds, and without negative parts.
 
-The only place where linear solvers are called: they are native code, which on numbers that are not finite, or whose
-squares are not, writes beyond its memory or never returns. What is out of reach is scaled by a power of two, which
-changes no digit; what is within reach is left as it is.
+The only place where linear solvers are called: on numbers whose squares are not finite they write beyond their memory or
+never return, so what is out of reach is scaled by a power of two, which changes no digit.
 """
 
 from __future__ import annotations

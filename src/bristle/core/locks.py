@@ -1,7 +1,4 @@
-"""Locks of the whole process, which are free in every process that is forked from it.
-
-A fork takes over each lock as it stands, but not the threads that would give it back: one that another thread holds at
-that moment would stay closed for good, and what it guards half done. So forking waits until nobody else holds one.
+"""Locks of the whole process: forking waits until nobody else holds one, so that none stays closed in the child.
 
 A thread that holds a lock takes only those that come after it here.
 """

@@ -1,14 +1,8 @@
-"""Parameters and states as flat vectors of numbers, and back.
+"""Parameters and states as flat vectors of numbers, and back: a driver is compiled once for all models.
 
-Compiled entry points take flat vectors only: their signature does not depend on the model, so that a driver is
-compiled once for all models, nothing of a user's classes is stored in the cache, and identification
-and batches work on the same vectors.
-
-A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers,
-a nested NamedTuple its own layout.
-
-In lanes, the vectors of `LANES` trajectories lie side by side: number `i` of all of them, then number ``i + 1``. What
-the compiler sees is a loop over neighbouring numbers, and it runs several trajectories in one instruction.
+A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers, a nested
+NamedTuple its own layout. In lanes, number `i` of `LANES` trajectories lies side by side, then number ``i + 1``: the
+compiler runs several of them in one instruction.
 """
 
 from __future__ import annotations
@@ -113,20 +107,12 @@ def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
 
 @cache
 def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
-
-    It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
-    each field; arrays are views of the vector.
-    """
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`."""
     return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 class LaneConstants(NamedTuple):
-    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else.
-
-    An infinite parameter switches a part of a model off, and what is the same in both directions needs no choice: the
-    compiler, told so, leaves that out instead of computing it and throwing it away.
-    """
+    """What holds of numbers in every lane, by their place among the scalars of a structure that holds nothing else."""
 
     infinite: frozenset[int] = frozenset()
     twins: frozenset[tuple[int, int]] = frozenset()
@@ -236,10 +222,7 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
 
 @cache
 def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
-    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions.
-
-    `around` holds what surrounds a contact, one signal after the other, each as long as `v`.
-    """
+    """Return the kernel ``moved(v, x, around, k) -> motion`` of one step, by the class of motions."""
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
     return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
 

@@ -1,7 +1,4 @@
-"""What can happen while computing: codes that kernels return, with a sentence for people.
-
-Kernels never raise. They return one of these codes, and the result carries it.
-"""
+"""What can happen while computing: codes that kernels return, for they never raise, with a sentence for people."""
 
 from __future__ import annotations
 

@@ -28,35 +28,17 @@ class Scale(NamedTuple):
 
 
 def escaped(text: str) -> str:
-    r"""Return text that can be written: bytes of a file's name that are no letters stand there as their numbers.
-
-    Examples
-    --------
-    >>> escaped("a\udcff\nb")
-    'a\\xff\nb'
-    """
+    """Return text that can be written: bytes of a file's name that are no letters stand there as their numbers."""
     return _BYTE.sub(lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)
 
 
 def printable(text: str) -> str:
-    r"""Return text in which everything can be printed; the name of a file or a column may hold anything.
-
-    Examples
-    --------
-    >>> printable("a\udcff\nb")
-    'a\\xff b'
-    """
+    """Return text in which everything can be printed; the name of a file or a column may hold anything."""
     return "".join(letter if letter.isprintable() else " " for letter in escaped(text))
 
 
 def typeset(unit: str) -> str:
-    """Return a unit set for reading; nothing for a plain number.
-
-    Examples
-    --------
-    >>> typeset("kg*m^2"), typeset("N*s/m"), typeset("1")
-    ('kg·m²', 'N·s/m', '')
-    """
+    """Return a unit set for reading; nothing for a plain number."""
     if unit == "1":
         return ""
     unit = re.sub(r"\bu(?=(m|rad|s|N)\b)", "µ", unit).replace("*", "·")
@@ -64,13 +46,7 @@ def typeset(unit: str) -> str:
 
 
 def typeset_sentence(text: str) -> str:
-    """Return a sentence with the units behind its numbers set for reading.
-
-    Examples
-    --------
-    >>> typeset_sentence("using 0.5 N*m over 7 um, at 2 rad/s^2")
-    'using 0.5 N·m over 7 µm, at 2 rad/s²'
-    """
+    """Return a sentence with the units behind its numbers set for reading."""
     return _UNIT_IN_TEXT.sub(lambda match: typeset(match[0]), text)
 
 
@@ -93,26 +69,12 @@ def scale_of(unit: str, magnitude: float) -> Scale:
 
 
 def interval_text(low: str, high: str) -> str:
-    """Return an interval whose ends are written out; of two that are written alike, the digit that it is known to.
-
-    Examples
-    --------
-    >>> interval_text("1.2", "1.4"), interval_text("1.5674", "1.5674")
-    ('1.2 to 1.4', '1.5674, to the last digit')
-    """
+    """Return an interval whose ends are written out; of two that are written alike, the digit that it is known to."""
     return f"{low} to {high}" if low != high else f"{low}, to the last digit"
 
 
 def number(value: float, resolution: float | None = None, digits: int = 4) -> str:
-    """Return a number to two digits of its resolution, such as a standard error, or to `digits` of its own.
-
-    Examples
-    --------
-    >>> number(95.10893, 0.108), number(-3.16481), number(123456.0)
-    ('95.11', '−3.165', '123456')
-    >>> number(3088.0, 30029.0), number(-0.0001, 0.1), number(-8.2499e59)
-    ('3000', '0.00', '−8.250e+59')
-    """
+    """Return a number to two digits of its resolution, such as a standard error, or to `digits` of its own."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
     if resolution is not None and 0.0 < resolution < math.inf:
@@ -130,13 +92,7 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
 
 
 def typed(value: Any) -> str:
-    """Return a value as one types it: a number in six digits, several in brackets, a name as it is.
-
-    Examples
-    --------
-    >>> typed(2e-6), typed([1.0, 0.5]), typed("central")
-    ('2e-06', '[1, 0.5]', 'central')
-    """
+    """Return a value as one types it: a number in six digits, several in brackets, a name as it is."""
     if isinstance(value, str):
         return value
     if hasattr(value, "__len__"):
@@ -145,13 +101,7 @@ def typed(value: Any) -> str:
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
-    """Return a number in SI with a fitting multiple of its unit behind it, to `digits` at most.
-
-    Examples
-    --------
-    >>> with_unit(7.12e-6, "m"), with_unit(0.5, "1")
-    ('7.12 µm', '0.5')
-    """
+    """Return a number in SI with a fitting multiple of its unit behind it, to `digits` at most."""
     scale = scale_of(unit, value)
     text = number(value * scale.factor, digits=digits)
     if "." in text and "e" not in text:
@@ -160,12 +110,6 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
 
 
 def stiffness_text(stiffness: float, kind: str) -> str:
-    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad.
-
-    Examples
-    --------
-    >>> stiffness_text(23.08e6, "translational"), stiffness_text(36.0, "rotational")
-    ('23.1 N/µm', '36.0 N·m/rad')
-    """
+    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad."""
     factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
     return f"{number(factor * stiffness, digits=3)} {unit}"

@@ -1,9 +1,4 @@
-"""`Variable`: the one description of a quantity from which everything else derives.
-
-Bounds for identification, the schema of files, tables in the docs, captions and units all come from the
-`Variable` in the annotation of a field. Its attributes carry the names that the Functional Mock-up Interface
-gives them. What a quantity is, and its unit on each kind of axis: `bristle.core.dimensions`.
-"""
+"""`Variable`: the one description of a quantity from which bounds, schemas, tables, captions and units derive."""
 
 from __future__ import annotations
 

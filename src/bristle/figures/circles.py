@@ -10,22 +10,19 @@ from matplotlib.figure import Figure
 
 from bristle.core.typography import number
 from bristle.figures import style
-from bristle.figures.drawing import Drawing
+from bristle.figures.drawing import AT_TICKS, Drawing
 from bristle.figures.envelope import line
 from bristle.figures.labels import scale_for
-from bristle.figures.names import label, shortened_apart
+from bristle.figures.lettering import label, shortened_apart
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.loop import Circle
 
-__all__ = ["circles"]
+__all__ = ["FIGURE", "circles"]
 
-HEIGHT = 4.6
-LABELS = 0.25 * np.pi  # where the numbers of the radius stand
-HANDLE = 0.4  # of the legend [inch]
-FULL = 5  # lines of it
-MARGIN = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
+QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
 
 
 @style.styled
@@ -40,35 +37,31 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
         The kind of axis.
     """
     scale = scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
-    lowest, highest = (scale.factor * pick([pick(circle.deviation) for circle in curves]) for pick in (np.min, np.max))
-    low, high = min(float(lowest), 0.0), max(float(highest), 0.0)
+    low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
     span = max(high - low, 1e-12)
-    figure = Drawing(figsize=(style.WIDTH, HEIGHT))
+    figure = Drawing(figsize=(style.WIDTH, 4.6))
     round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
     unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
-    round_.plot(turn, np.zeros_like(turn), color=style.GREY, linewidth=0.9)
-    for look, circle in zip(style.SERIES, curves, strict=False):
-        drawn = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+    round_.plot(turn, np.zeros_like(turn), **style.AID)
+    for look, circle in zip(style.LINES, curves, strict=False):
         angle, deviation = line(circle.angle, circle.deviation)
-        round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **drawn)
-        unrolled.plot(np.degrees(angle), deviation * scale.factor, **drawn)
-    round_.set_ylim(low - MARGIN * span, high + 0.05 * span)
+        round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **look)
+        unrolled.plot(np.degrees(angle), deviation * scale.factor, **look)
+    round_.set_ylim(low - span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [-step, 0.0] if -low > high else [0.0, step]
     round_.set_yticks(ticks, [""] * len(ticks))
     for tick in ticks:
         # Above the lines, where the ticks of the axis itself would lie below them.
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
-        round_.text(LABELS, tick, number(tick, digits=1), ha="center", va="center", fontsize=8, bbox=box, zorder=5)
-    round_.set_thetagrids((0.0, 90.0, 180.0, 270.0))
+        round_.text(0.25 * np.pi, tick, number(tick, digits=1), ha="center", va="center", fontsize=AT_TICKS, bbox=box, zorder=5)
+    round_.set_thetagrids(QUARTERS[:-1])
     round_.spines["polar"].set_visible(False)
     round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
-    unrolled.set_xticks([0.0, 90.0, 180.0, 270.0, 360.0])
-    unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
-    unrolled.set_ylabel(scale.label("Deviation"))
+    unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
     handles, labels = round_.get_legend_handles_labels()
-    space = style.WIDTH * unrolled.get_position().width - HANDLE
+    space = style.WIDTH * unrolled.get_position().width - 0.4
     unrolled.legend(
         handles,
         shortened_apart(labels, space),
@@ -79,6 +72,16 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
         handlelength=2.2,
         borderpad=0.1,
         borderaxespad=0.2,
-        labelspacing=0.5 if len(labels) < FULL else 0.3,
+        labelspacing=0.3,
     )
     return figure
+
+
+FIGURE = ReportFigure(
+    name="circles",
+    takes=("circles", "kind"),
+    draw=circles,
+    alternative="Radial deviation of the circle, around it and unrolled",
+    caption="How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes sides, and the path bulges.",
+)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core.typography import Scale
 from bristle.figures import style
-from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
-from bristle.figures.legends import LINE
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
     from bristle.comparison.result import Change, Comparison, Turn
     from bristle.core.variable import Kind
 
-__all__ = ["comparison", "comparison_in_short"]
+__all__ = ["FIGURE", "SHORT", "comparison", "comparison_in_short"]
 
 BEFORE: style.Look = style.MEASURED
 AFTER: style.Look = style.PREDICTED
@@ -33,7 +31,7 @@ WORDS = {
     "effort.peak": "effort, peak",
     "friction.level": "friction",
 }
-POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o", "markersize": 5.5}
+POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o", "markersize": style.SMALL}
 
 
 @style.styled
@@ -46,25 +44,14 @@ def comparison(compared: Comparison) -> Figure:
         Two logs, held against each other.
     """
     small = len(compared.turns) + bool(compared.friction_curve)
-    changes_told = [change for change in compared.changes.values() if change.interval_percent is not None]
-    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.18 + 0.145 * len(changes_told)] * bool(changes_told))]
-    rows = len(heights)
-    figure, grid = style.panels(
-        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
-        rows=rows,
-        columns=max(small, 1),
-        heights=heights,
-        undivided=[row for row in range(rows) if not (small and row == 2)],
-        left=1.2,
-        between=0.68,
-    )
+    changes = _changes_with_interval(compared)
+    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changes, 2, small)
     _draw_course(grid[0][0], grid[1][0], compared)
     if small:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
         if compared.friction_curve:
             _draw_friction(grid[2][-1], compared)
-    if changes_told:
-        _draw_changes(grid[-1][0], changes_told)
+    _draw_changes(grid[-1][0], changes)
     style.legend(grid[1][0])
     return figure
 
@@ -78,39 +65,44 @@ def comparison_in_short(compared: Comparison) -> Figure:
     compared : Comparison
         Two logs, held against each other.
     """
-    told = [change for change in compared.changes.values() if change.interval_percent is not None]
-    heights = [1.5, *([0.3 + 0.19 * len(told)] * bool(told))]
-    rows = len(heights)
-    # Above the titles of the panels there is a line for the names.
-    figure, grid = style.panels(
-        0.5 + LINE + 0.66 * (rows - 1) + 1.25 * sum(heights),
-        rows=rows,
-        columns=max(len(compared.turns), 1),
-        heights=heights,
-        undivided=[row for row in range(rows) if not compared.turns or row > 0],
-        left=1.2,
-        between=0.68,
-        top=0.32 + LINE,
-    )
+    changes = _changes_with_interval(compared)
+    figure, grid = _rows([1.5], changes, 0, len(compared.turns), names=("before", "after"), over_titles=True)
     if compared.turns:
         _draw_turns(grid[0], compared.turns, compared.window, compared.kind)
     else:
         _draw_errors(grid[0][0], compared)
-    if told:
-        _draw_changes(grid[-1][0], told)
-    style.legend(grid[0][0], top=True)
+    _draw_changes(grid[-1][0], changes)
+    style.legend(grid[0][0])
     return figure
+
+
+def _changes_with_interval(compared: Comparison) -> list[Change]:
+    return [change for change in compared.changes.values() if change.interval_percent is not None]
+
+
+def _rows(
+    heights: list[float], changes: Sequence[Change], divided: int, columns: int, **layout: Any
+) -> tuple[Figure, list[list[style.Axes]]]:
+    """Return panels of these heights, one row of them divided, and at the end one for the changes."""
+    heights = [*heights, *([0.25 + 0.17 * len(changes)] * bool(changes))]
+    rows = len(heights)
+    return style.panels(
+        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
+        rows=rows,
+        columns=max(columns, 1),
+        heights=heights,
+        undivided=[row for row in range(rows) if not columns or row != divided],
+        left=1.2,
+        **layout,
+    )
 
 
 def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
     course_, kind = compared.course, compared.kind
     follows = "following_error.rms" in compared.changes
-    length, span = scale_for("length", kind, course_.motion), time_scale(course_.time)
-    x, y = line(course_.time, course_.motion)
-    motion.plot(x * span.factor, y * length.factor, color=style.INK, linewidth=1.0)
-    motion.set_ylabel(length.label(position_word(kind)))
+    length, look = scale_for("length", kind, course_.motion), {"color": style.INK, "linewidth": 1.0}
+    style.over_time(motion, course_.time, (course_.motion, look, ""), scale=length, word=position_word(kind))
     motion.set_title("reference" if follows else "position")
-    motion.set_xlabel(span.label("Time"))
     _draw_errors(course, compared)
 
 
@@ -120,32 +112,18 @@ def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
     scale, word = (scale_for("length", kind, course.before, course.after), "Following error")
     if "following_error.rms" not in compared.changes:
         scale, word = effort_scale(kind, course.before, course.after)
-    _draw_pair(axes, course.time, course.before, course.after, scale)
-    axes.set_ylabel(scale.label(word))
-    axes.set_xlabel(time_scale(course.time).label("Time"))
-
-
-def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, scale: Scale) -> None:
-    span = time_scale(time)
-    for signal, look, name in ((before, BEFORE, "before"), (after, AFTER, "after")):
-        x, y = line(time, signal)
-        axes.plot(x * span.factor, y * scale.factor, label=name, **look)
+    style.over_time(axes, course.time, (course.before, BEFORE, "before"), (course.after, AFTER, "after"), scale=scale, word=word)
 
 
 def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: float | None, kind: Kind) -> None:
     scale = scale_for("length", kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
     for axes, turn in zip(panels, turns, strict=False):
-        span = time_scale(turn.time)
-        _draw_pair(axes, turn.time, turn.before, turn.after, scale)
-        axes.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
-        style.mark_window(axes, np.array([0.0, window or 0.0]) * span.factor)
+        pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
+        style.over_time(axes, turn.time, *pair, scale=scale, word="Following error")
+        axes.axhline(0.0, zorder=0, **style.AID)
+        style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
-        axes.set_xlabel(span.label("Time"))
-        axes.set_ylabel(scale.label("Following error"))
-    if turns:
-        limits = [axes.get_ylim() for axes, _ in zip(panels, turns, strict=False)]
-        for axes, _ in zip(panels, turns, strict=False):
-            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+    style.one_height(panels[: len(turns)])
 
 
 def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
@@ -155,25 +133,56 @@ def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
     for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
         axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
     axes.margins(0.08)
-    axes.set_title("friction")
-    axes.set_xlabel(speed.label("Speed"))
-    axes.set_ylabel(force.label(word))
+    axes.set(title="friction", xlabel=speed.label("Speed"), ylabel=force.label(word))
 
 
 def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     """Draw each change with its interval; a full point is one whose interval leaves out zero."""
+    if not changes_told:
+        return
     places = np.arange(len(changes_told), dtype=float)
     ends = np.array([change.interval_percent for change in changes_told], dtype=float)
     x = np.column_stack([ends, np.full(len(changes_told), np.nan)]).ravel()
-    axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=1.4)
-    shown = np.array([change.change_percent for change in changes_told])
+    axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=style.WIDE)
+    percents = np.array([change.change_percent for change in changes_told])
     sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
     for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change told")):
         if part.any():
-            axes.plot(shown[part], places[part], label=name, markerfacecolor=face, **POINTS)
-    axes.axvline(0.0, color=style.INK, linewidth=0.8, zorder=0)
+            axes.plot(percents[part], places[part], label=name, markerfacecolor=face, **POINTS)
+    axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
-    axes.set_ylim(len(changes_told) - 0.4, -0.6)
-    axes.set_ylabel("Quantity")
-    axes.set_xlabel("Change [%]")
-    axes.set_title("change, with its 95 % interval")
+    axes.set(ylim=(len(changes_told) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
+
+
+CHANGES = "each change in percent of before: a full point is one whose interval leaves out zero."
+
+
+def _signal(compared: Comparison) -> str:
+    return "following error" if "following_error.rms" in compared.changes else "effort"
+
+
+def _caption(compared: Comparison) -> str:
+    turns = "Then the mean around reversals, with the window shaded in which the peak is looked for. " * bool(compared.turns)
+    friction = "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+    return f"Above, the mean over cycles of the {_signal(compared)}: light before, dark after. {turns}{friction}Below, {CHANGES}"
+
+
+def _short_caption(compared: Comparison) -> str:
+    place = "around reversals" if compared.turns else "over the cycles"
+    return f"Above, the mean {_signal(compared)} {place}: light before, dark after. Below, {CHANGES}"
+
+
+FIGURE = ReportFigure(
+    name="comparison",
+    takes="comparison",
+    draw=comparison,
+    alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
+    caption=_caption,
+)
+SHORT = ReportFigure(
+    name="short",
+    takes="comparison",
+    draw=comparison_in_short,
+    alternative=lambda compared: f"{_signal(compared).capitalize()} before and after, and each change",
+    caption=_short_caption,
+)

@@ -9,7 +9,8 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.names import shortened_apart
+from bristle.figures.drawing import AT_TICKS
+from bristle.figures.lettering import shortened_apart
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ __all__ = ["FIGURE", "correlation"]
 
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
-LIGHT_TEXT_ABOVE = 0.6
-LONGEST = 1.6  # inches: a name at an axis
 SLOPE = 0.7  # height of a slanted name over its length, the height of its letters included
 
 
@@ -34,9 +33,9 @@ def correlation(fit: Fit) -> Figure:
         A model with the correlation of its estimates.
     """
     matrix = np.asarray(fit.correlation)
-    names = shortened_apart(fit.correlation_names, LONGEST, style.AT_AXES)
+    names = shortened_apart(fit.correlation_names, style.NARROW, AT_TICKS)
     count = len(names)
-    label_width = min(style.room_for(names), LONGEST)
+    label_width = style.at_axis(names, style.NARROW)
     left = 0.5 + label_width
     cell = min(0.62, (style.WIDTH - left - 0.15) / count)
     slanted = label_width > cell
@@ -47,10 +46,9 @@ def correlation(fit: Fit) -> Figure:
     for row in range(count):
         for column in range(count):
             value = matrix[row, column]
-            text = _signed(value) if np.isfinite(value) else "–"
-            color = "white" if abs(value) > LIGHT_TEXT_ABOVE else style.INK
-            size = min(8.0, 16.0 * cell)
-            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=size)
+            text = ("0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")) if np.isfinite(value) else "–"
+            color = "white" if abs(value) > 0.6 else style.INK
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=min(AT_TICKS, 16.0 * cell))
     ticks = np.arange(count) + 0.5
     axes.set_xticks(ticks, names, rotation=45 if slanted else 0, ha="right" if slanted else "center")
     axes.set_yticks(ticks, names)
@@ -59,13 +57,8 @@ def correlation(fit: Fit) -> Figure:
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    axes.set_xlabel("Parameter")
-    axes.set_ylabel("Parameter")
+    axes.set(xlabel="Parameter", ylabel="Parameter")
     return figure
-
-
-def _signed(value: float) -> str:
-    return "0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")
 
 
 FIGURE = ReportFigure(

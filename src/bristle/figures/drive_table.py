@@ -29,15 +29,14 @@ def drive_table(table: Sequence[tuple[float, float]], curve: Sequence[tuple[floa
         The kind of axis.
     """
     entries, fine = (np.array(list(points), dtype=float).reshape(-1, 2) for points in (table, curve))
-    scale, _ = effort_scale(kind, entries[:, 1], fine[:, 1])
+    scale, word = effort_scale(kind, entries[:, 1], fine[:, 1])
     speed = scale_for("length/time", kind, entries[:, 0], fine[:, 0])
-    figure, ((axes,),) = style.panels(3.1)
+    figure, ((axes,),) = style.panels(3.4)
     factors = (speed.factor, scale.factor)
     style.plot_by_side(axes, fine * factors, "model, steady sliding", style.MEASURED | {"linewidth": 3.4})
     style.plot_by_side(axes, entries * factors, f"table, {len(entries)} entries", style.PREDICTED | {"marker": "o", "markersize": 3.6})
-    axes.axhline(0.0, color=style.GREY, linewidth=0.7)
-    axes.set_xlabel(speed.label("Velocity"))
-    axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
+    axes.axhline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
     style.legend(axes)
     return figure
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.envelope import envelope, line, runs
+from bristle.figures.envelope import envelope, runs
 from bristle.figures.labels import effort_scale, time_scale
 from bristle.figures.report_figure import ReportFigure
 
@@ -51,14 +51,10 @@ def draw_pair(
     scale, word = effort_scale(kind, measured, predicted)
     near = window(time, measured - predicted)
     for axes, part in ((full, slice(None)), (close, near)):
-        span = time_scale(time[part])
         if half_width is not None:
-            draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
-        for signal, look, name in ((measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted")):
-            x, y = line(time[part], signal[part])
-            axes.plot(x * span.factor, y * scale.factor, label=name, **look)
-        axes.set_xlabel(span.label("Time"))
-        axes.set_ylabel(scale.label(word))
+            draw_band(axes, time[part] * time_scale(time[part]).factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
+        pair = (measured[part], style.MEASURED, "measured"), (predicted[part], style.PREDICTED, "predicted")
+        style.over_time(axes, time[part], *pair, scale=scale, word=word)
     style.mark_window(full, time[near] * time_scale(time).factor)
     close.set_title("close up, around the largest difference")
 

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.labels import scale_for
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.loop import Budget
 
-__all__ = ["error_budget"]
+__all__ = ["FIGURE", "error_budget"]
 
 BAR = 0.36
 
@@ -35,27 +36,21 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     without = np.array([entry.without.peak_to_peak for entry in entries])
     total = budget.all_causes.peak_to_peak
     scale = scale_for("length", kind, alone, without, np.array([total, 1e-6]))
-    left = max(0.4 + style.room_for([entry.cause for entry in entries]), 1.0)
-    figure, ((axes,),) = style.panels(0.95 + 0.42 * len(entries), left=left)
+    figure, (axes,) = style.named_rows([entry.cause for entry in entries], style.PAIR)
     rows = np.arange(len(entries))
-    axes.barh(rows - 0.5 * BAR, alone * scale.factor, BAR, color=style.PREDICTED["color"], label="this cause alone")
-    axes.barh(
-        rows + 0.5 * BAR,
-        without * scale.factor,
-        BAR,
-        color=style.MEASURED["color"],
-        hatch="////",
-        edgecolor="white",
-        linewidth=0.0,
-        label="all but this cause",
-    )
-    axes.axvline(total * scale.factor, color=style.INK, linewidth=1.0, linestyle="--", label="all causes")
-    axes.set_yticks(rows, [entry.cause for entry in entries])
-    axes.set_ylim(len(entries) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.06 * (axes.dataLim.x1 or 1.0))
-    axes.grid(axis="y", visible=False)
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlabel(scale.label("Following error, peak to peak"))
-    axes.set_ylabel("Cause")
+    axes.barh(rows - 0.5 * BAR, alone * scale.factor, BAR, label="this cause alone", **style.BAR)
+    axes.barh(rows + 0.5 * BAR, without * scale.factor, BAR, label="all but this cause", **style.HATCHED_BAR)
+    axes.axvline(total * scale.factor, label="all causes", **style.DASHED)
+    axes.set(xlim=(0.0, 1.06 * (axes.dataLim.x1 or 1.0)), xlabel=scale.label("Following error, peak to peak"), ylabel="Cause")
     style.legend(axes)
     return figure
+
+
+FIGURE = ReportFigure(
+    name="budget",
+    takes=("budget", "kind"),
+    draw=error_budget,
+    alternative="Following error with each cause of error alone and without each",
+    caption="A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
+    "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
+)

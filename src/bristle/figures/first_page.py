@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "first_page"]
 
-HEIGHT, ALONE = 2.3, 3.4  # inch, of each of two panels and of one
-
 
 @style.styled
 def first_page(
@@ -42,7 +40,7 @@ def first_page(
     """
     loop = simulation if simulation is not None and has_completed(simulation) else None
     rows = 1 if loop is None else 2
-    figure, grid = style.panels(ALONE if loop is None else HEIGHT * rows, rows=rows, gap=0.95)
+    figure, grid = style.panels(3.4 if loop is None else style.PANEL * rows, rows=rows, gap=0.95)
     draw_friction(grid[0][0], fit, curve)
     if loop is not None:
         draw_worst_reversal(grid[1][0], loop, measured)

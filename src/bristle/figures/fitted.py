@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.envelope import line
-from bristle.figures.labels import effort_scale, time_scale
+from bristle.figures.labels import effort_scale
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
@@ -27,17 +26,10 @@ def fitted(fit: Fit) -> Figure:
     """
     traces, kind = fit.traces, fit.plant.kind
     figure, ((effort,), (rest,)) = style.panels(3.9, rows=2, heights=(2.0, 1.0))
-    span = time_scale(traces.time)
     scale, word = effort_scale(kind, traces.measured, traces.predicted)
-    for signal, look, name in ((traces.measured, style.MEASURED, "measured"), (traces.predicted, style.PREDICTED, "predicted")):
-        x, y = line(traces.time, signal)
-        effort.plot(x * span.factor, y * scale.factor, label=name, **look)
+    pair = (traces.measured, style.MEASURED, "measured"), (traces.predicted, style.PREDICTED, "predicted")
+    style.over_time(effort, traces.time, *pair, scale=scale, word=word)
     small, _ = effort_scale(kind, traces.residual)
-    x, y = line(traces.time, traces.residual)
-    rest.plot(x * span.factor, y * small.factor, color=style.PREDICTED["color"], linewidth=0.7)
-    effort.set_ylabel(scale.label(word))
-    rest.set_ylabel(small.label("Residual"))
-    for axes in (effort, rest):
-        axes.set_xlabel(span.label("Time"))
+    style.over_time(rest, traces.time, (traces.residual, style.REST, ""), scale=small, word="Residual")
     style.legend(effort)
     return figure

@@ -13,18 +13,15 @@ from bristle.core.status import Status
 from bristle.core.typography import Scale
 from bristle.figures import style
 from bristle.figures.effort_over_time import window
-from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
-from bristle.figures.legends import LINE, lines
-from bristle.figures.names import label
+from bristle.figures.lettering import label
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.reversals import worst_reversal
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Variant
     from bristle.core.variable import Kind
     from bristle.prediction.following import Following
-    from bristle.simulation.result import SimulationResult, VariantResult
+    from bristle.simulation.result import SimulationResult
 
 __all__ = ["FIGURE", "draw_worst_reversal", "following_error", "has_completed", "loops_at_reversal"]
 
@@ -78,18 +75,15 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     near = near if 0 < len(near) < len(simulated) else loops
     rows = 4 if len(near) == len(loops) else 5
     undivided = [row for row in range(rows) if row != rows - 3]
-    # More names than a line takes stand at the top, where room can be made for them.
-    name_rows = lines([loop.name for loop in loops])
-    above = LINE * name_rows if name_rows > 1 else 0.0
     figure, grid = style.panels(
-        1.7 * rows + above,
+        style.ROW * rows,
         rows=rows,
         columns=2,
         heights=(0.6, *(1.2,) * (rows - 2), 1.0),
         widths=(3.2, 1.0),
         undivided=undivided,
         between=0.2,
-        top=0.32 + above,
+        names=[loop.name for loop in loops],
     )
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
@@ -98,9 +92,10 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
         _draw_errors(axes, loops, result.experiment.kind)
     scale = _draw_errors(full, near, result.experiment.kind)
     _draw_close_up(close, full, near, result.experiment.kind)
+    close.set_title("close up, at a reversal of the reference")
     _draw_distributions(spread, near, scale)
     spread.set_ylim(full.get_ylim())
-    style.legend((all_ or [full])[0], top=name_rows > 1)
+    style.legend((all_ or [full])[0])
     if all_:
         style.title(full, " and ".join(loop.name for loop in near) + " only")
     return figure
@@ -108,29 +103,31 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
 
 def _draw_signals(motion: style.Axes, effort: style.Axes, loops: list[_Loop], kind: Kind) -> None:
     reference = scale_for("length", kind, loops[0].reference)
-    force, word = effort_scale(kind, *(loop.effort for loop in loops))
-    _plot(motion, loops[0].time, loops[0].reference, reference, {"color": style.INK, "linewidth": 1.0})
-    motion.set_ylabel(reference.label(position_word(kind)))
+    look = {"color": style.INK, "linewidth": 1.0}
+    style.over_time(motion, loops[0].time, (loops[0].reference, look, "_"), scale=reference, word=position_word(kind))
     motion.set_title("reference")
+    _draw_efforts(effort, loops, kind)
+
+
+def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+    force, word = effort_scale(kind, *(loop.effort for loop in loops))
     for loop in loops:
-        _plot(effort, loop.time, loop.effort, force, loop.look)
-    effort.set_ylabel(force.label(word))
+        style.over_time(axes, loop.time, (loop.effort, loop.look, "_"), scale=force, word=word)
 
 
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     scale = scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
-        _plot(axes, loop.time, loop.error, scale, loop.look, loop.name)
-    axes.set_ylabel(scale.label("Following error"))
+        style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word="Following error")
     return scale
 
 
 def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np.ndarray | None) -> None:
     """Draw the following error around the reversal with its widest swing: as measured, as it is, and the last one."""
     loops = _settled(result, measured)
-    shown = [loops[number] for number in sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})]
-    times = _turn(shown[0])
-    _draw_errors(axes, [loop.between(times[0], times[-1]) for loop in shown], result.experiment.kind)
+    times = _turn(loops[0])
+    numbers = sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})
+    _draw_errors(axes, [loops[number].between(times[0], times[-1]) for number in numbers], result.experiment.kind)
 
 
 @style.styled
@@ -151,31 +148,24 @@ def loops_at_reversal(result: SimulationResult, names: Sequence[str], close_name
     looks = (BEHIND, style.MEASURED, style.PREDICTED)[-min(len(names), 3) :] if len(names) > 1 else (style.PREDICTED,)
     loops = [by_name[name]._replace(look=look) for name, look in zip(names, looks, strict=False) if name in by_name]
     near = [loop for loop in loops if loop.variant in close_names] or loops
-    kind, times = result.experiment.kind, _turn(near[0])
-    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in near) if loop.time.size]
-    name_rows = lines([loop.name for loop in loops])
-    above = LINE * name_rows if name_rows > 1 else 0.0
-    figure, grid = style.panels(5.1 + above, rows=3, heights=(1.0, 1.2, 0.8), top=0.32 + above)
-    (full,), (close,), (effort,) = grid
+    kind, names = result.experiment.kind, [loop.name for loop in loops]
+    figure, ((full,), (close,), (effort,)) = style.panels(5.1, rows=3, heights=(1.0, 1.2, 0.8), names=names)
     _draw_errors(full, loops, kind)
-    _draw_errors(close, cut, kind)
+    cut = _draw_close_up(close, full, near, kind)
     apart = "" if len(near) == len(loops) else ", " + " and ".join(loop.name for loop in near) + " only"
     style.title(close, f"at the worst reversal{apart}")
-    force, word = effort_scale(kind, *(loop.effort for loop in cut))
-    for loop in cut:
-        _plot(effort, loop.time, loop.effort, force, loop.look)
-    effort.set_ylabel(force.label(word))
-    style.mark_window(full, times * time_scale(loops[0].time).factor)
-    style.legend(full, top=name_rows > 1)
+    _draw_efforts(effort, cut, kind)
+    style.legend(full)
     return figure
 
 
-def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
+    """Draw the errors around a reversal of the first loop, shaded in the whole; return what of the loops lies there."""
     times = _turn(loops[0])
-    cut = [loop.between(times[0], times[-1]) for loop in loops]
-    _draw_errors(close, [loop for loop in cut if loop.time.size], kind)
-    close.set_title("close up, at a reversal of the reference")
+    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
+    _draw_errors(close, cut, kind)
     style.mark_window(full, times * time_scale(loops[0].time).factor)
+    return cut
 
 
 def _turn(loop: _Loop) -> np.ndarray:
@@ -189,37 +179,22 @@ def _turn(loop: _Loop) -> np.ndarray:
 
 def has_completed(result: SimulationResult) -> bool:
     """Return whether there is a variant to draw: one that stayed finite and outlasted its settling time."""
-    return any(_completed(result.variants[variant.name], _judged(variant)) for variant in result.experiment.variants)
-
-
-def _judged(variant: Variant) -> slice:
-    return slice(round(variant.run.settle / variant.run.sample_time), None)
-
-
-def _completed(result: VariantResult, part: slice) -> bool:
-    return result.status is not Status.NOT_FINITE and result.time[part].size > 0
+    return bool(_settled(result, None))
 
 
 def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loop]:
     loops: list[_Loop] = []
     for number, variant in enumerate(result.experiment.variants, 0 if measured is None else 1):
-        outcome, part = result.variants[variant.name], _judged(variant)
-        if not _completed(outcome, part):
+        outcome, part = result.variants[variant.name], slice(round(variant.run.settle / variant.run.sample_time), None)
+        if outcome.status is Status.NOT_FINITE or not outcome.time[part].size:
             continue
-        look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
+        look = style.LINES[number % len(style.LINES)]
         error = outcome.reference[part] - outcome.measured[part]
         if measured is not None and not loops:
             own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
             loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), is_measured=True))
         loops.append(_Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part]))
     return loops
-
-
-def _plot(axes: style.Axes, time: np.ndarray, signal: np.ndarray, scale: Scale, look: style.Look, name: str = "_") -> None:
-    span = time_scale(time)
-    x, y = line(time, signal)
-    axes.plot(x * span.factor, y * scale.factor, label=name, **look)
-    axes.set_xlabel(span.label("Time"))
 
 
 def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> None:
@@ -229,11 +204,9 @@ def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> N
     edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
     for loop in loops:
         counts, _ = np.histogram(loop.error * scale.factor, edges)
-        look = {key: loop.look[key] for key in ("color", "linestyle", "linewidth")}
-        axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **look)
+        axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **loop.look)
     # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
-    axes.set_xscale("log")
-    axes.set_xlim(SHARES[0], SHARES[-1])
+    axes.set(xscale="log", xlim=(SHARES[0], SHARES[-1]))
     axes.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("Share [%]")

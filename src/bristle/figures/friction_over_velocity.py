@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["FIGURE", "draw_friction", "friction_over_velocity"]
 
 BRANCHES = (
-    ("measured, speeding up", 1.0, {"marker": "o", "color": "#e0a83c", "markersize": 2.6}),
-    ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": 4.0}),
+    ("measured, speeding up", 1.0, {"marker": "o", "color": style.MEASURED["color"], "markersize": 2.6}),
+    ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": style.SMALL}),
 )
 
 
@@ -35,7 +35,7 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
     """
-    figure, ((axes,),) = style.panels(3.7)
+    figure, ((axes,),) = style.panels(3.4)
     draw_friction(axes, fit, curve)
     style.legend(axes)
     return figure
@@ -46,21 +46,18 @@ def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float
     traces, kind = fit.traces, fit.plant.kind
     friction = traces.friction
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
-    scale, _ = effort_scale(kind, friction, steady[:, 1])
+    scale, word = effort_scale(kind, friction, steady[:, 1])
     speed = scale_for("length/time", kind, traces.velocity, steady[:, 0])
     rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
     for name, side, look in BRANCHES:
         chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
         drawn = chosen[spread(traces.velocity[chosen], friction[chosen])]
-        axes.plot(
-            traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor, linestyle="none", markeredgewidth=0.7, label=name, **look
-        )
-    look = {"color": style.INK, "linewidth": 2.0}
-    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", look)
-    axes.axhline(0.0, color=style.GREY, linewidth=0.7)
-    axes.axvline(0.0, color=style.GREY, linewidth=0.7)
-    axes.set_xlabel(speed.label("Velocity"))
-    axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
+        points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
+        axes.plot(*points, linestyle="none", markeredgewidth=0.7, label=name, **look)
+    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", {"color": style.INK, "linewidth": 2.0})
+    axes.axhline(0.0, **style.AID)
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
 
 
 FIGURE = ReportFigure(

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from bristle.figures.drawing import own_settings
 from bristle.figures.numbers import names_at
-from bristle.figures.settings import own_settings
 
 __all__ = ["illegible_texts", "texts_of", "unlabelled_axes"]
 

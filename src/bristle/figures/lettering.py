@@ -1,11 +1,13 @@
-"""The text of figures, set in the fonts that come with matplotlib, whatever others there are and whatever it says.
+"""The text of figures: what a person wrote, made fit for a page, measured, shortened, and set in fonts of matplotlib's own.
 
 A page is read with the fonts of its reader; the room for a text is measured with these, the same everywhere.
 """
 
 from __future__ import annotations
 
+import re
 import unicodedata
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,9 +16,9 @@ import matplotlib
 from matplotlib.font_manager import FontProperties, get_font
 from matplotlib.textpath import TextToPath
 
-from bristle.figures.plain import printable
+from bristle.core.typography import escaped
 
-__all__ = ["Lettering", "width"]
+__all__ = ["LETTERS", "Lettering", "label", "one_line", "printable", "shortened", "shortened_apart", "width"]
 
 FOLDER = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 REGULAR = FOLDER / "DejaVuSans.ttf"
@@ -30,6 +32,44 @@ BOLD = {"semibold", "demibold", "demi", "bold", "heavy", "extra bold", "black"}
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
 WITHOUT_WIDTH = {"Mn", "Me", "Cf"}
 POINTS = 72.0  # in an inch
+LETTERS = 8.5  # points
+LONGEST_READ = 400  # letters: more than fit anywhere
+CUT = "…"
+
+# What XML and HTML forbid: control characters but tab and line break, halves of pairs, what is no character; and what
+# turns around the text behind it.
+_UNFIT = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef\u202a-\u202e\u2066-\u2069"
+    + "".join(f"{chr(plane + 0xFFFE)}{chr(plane + 0xFFFF)}" for plane in range(0, 0x110000, 0x10000))
+    + "]"
+)
+MARK = "\ufffd"
+# Hebrew, Arabic and their like: what stands behind their last letter would be read to the left of them.
+_RIGHT_TO_LEFT = "\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc"
+FROM_LEFT_ON = "\u200e"
+_LAST_OF_THEM = re.compile(f"([{_RIGHT_TO_LEFT}])(?!{FROM_LEFT_ON})(?=[^{_RIGHT_TO_LEFT}]*$)")
+
+
+def printable(text: str) -> str:
+    r"""Return a text with a mark in place of each character that a page must not hold.
+
+    Examples
+    --------
+    >>> printable("a\x00b\ud800c")
+    'a�b�c'
+    """
+    return _UNFIT.sub(MARK, escaped(text))
+
+
+def one_line(text: str) -> str:
+    r"""Return a name as one line; a dash for one without letters.
+
+    Examples
+    --------
+    >>> one_line("left\n  arm\x07"), one_line(" ")
+    ('left arm�', '–')
+    """
+    return _LAST_OF_THEM.sub(rf"\1{FROM_LEFT_ON}", printable(" ".join(text.split()))) or "–"
 
 
 class Lettering:
@@ -93,3 +133,43 @@ def _as_wide(letter: str) -> str:
 @cache
 def _letters(font: Path) -> frozenset[str]:
     return frozenset(map(chr, get_font(font).get_charmap()))
+
+
+def shortened(name: str, available: float, size: float = LETTERS) -> str:
+    """Return a name as one line, without its middle where it is too long: names differ at their beginnings and ends."""
+    text = one_line(name[:LONGEST_READ] + name[-LONGEST_READ:] if len(name) > 2 * LONGEST_READ else name)
+    if width(text, size) <= available:
+        return text
+    fits, too_many = 1, len(text)
+    while too_many - fits > 1:
+        count = (fits + too_many) // 2
+        if width(_without_middle(text, count), size) <= available:
+            fits = count
+        else:
+            too_many = count
+    return _without_middle(text, fits)
+
+
+def _without_middle(text: str, count: int) -> str:
+    """Return the first and the last letters of a text, `count` in all."""
+    tail = count // 2
+    return f"{text[: count - tail].rstrip()}{CUT}{text[len(text) - tail :].lstrip()}"
+
+
+def shortened_apart(names: Sequence[str], available: float, size: float = LETTERS) -> list[str]:
+    """Return names shortened, with a number behind those that would read like one before them."""
+    labels: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        text, number = shortened(name, available, size), 1
+        while text in labels.values():
+            number += 1
+            behind = f" ({number})"
+            text = shortened(name, available - width(behind, size), size) + behind
+        labels[name] = text
+    return [labels[name] for name in names]
+
+
+def label(name: str) -> str:
+    """Return a name for a legend, which hides those that begin with an underscore."""
+    text = one_line(name)
+    return f"‘{text}’" if text.startswith("_") else text

@@ -1,65 +1,117 @@
-"""Families of hysteresis loops, panel by panel, the model narrow and dark over what was measured."""
+"""Force over position of one contact: families of loops, the way to break-away, and a torque up and down below it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.core.variable import Kind
 from bristle.figures import style
-from bristle.figures.labels import effort_scale, position_word, scale_for
-from bristle.figures.legends import LINE, line_width, lines
-from bristle.figures.lettering import width
-from bristle.figures.names import LETTERS, label
-from bristle.figures.plain import one_line
+from bristle.figures.labels import effort_word, time_scale
+from bristle.figures.lettering import LETTERS, label, width
+from bristle.figures.small_multiples import LoopUnits, Traces, loop_units, plot_parts
 
-__all__ = ["Loops", "loop_family"]
+__all__ = ["break_away", "loop_family", "ripple"]
 
 Loops = Sequence[tuple[np.ndarray, np.ndarray]]
-MEASURED: style.Look = style.MEASURED | {"linewidth": 1.8}
-BETWEEN, APART = 0.3, 0.12  # inches: panels; a title and a legend
-LOOKS: tuple[style.Look, ...] = (MEASURED, style.PREDICTED)
 
 
 @style.styled
 def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None) -> Figure:
-    """Return force over position, loops upon loops.
-
-    Parameters
-    ----------
-    panels : mapping of str to mapping of str to sequence of (x, force)
-        By the title of the panel, loops by their name in the legend: measured ones first, modelled ones after them.
-        Positions [m or rad], forces [N or N*m].
-    kind, effort : {"translational", "rotational"}
-        The kind of axis, and that of the forces where it is another one.
-    """
-    all_loops = [loop for families in panels.values() for loops in families.values() for loop in loops]
-    length = scale_for("length", kind, *(x for x, _ in all_loops))
-    force, word = effort_scale(effort or kind, *(f for _, f in all_loops))
-    low, high = (edge(float(edge(f)) for _, f in all_loops) * force.factor for edge in (min, max))
-    more = 0.0 if _fits(panels) else LINE * lines([label(name) for name in next(iter(panels.values()))])
-    figure, (row,) = style.panels(3.5 + more, columns=len(panels), between=BETWEEN, top=0.32 + more)
-    for column, (axes, (title, families)) in enumerate(zip(row, panels.items(), strict=True)):
-        looks = LOOKS[-1:] if len(families) == 1 else LOOKS
+    """Return force over position, loops upon loops."""
+    curves = [curve for families in panels.values() for loops in families.values() for curve in loops]
+    names = max(panels.values(), key=len)
+    units, named = loop_units(curves, kind, effort), len(names) > 1
+    figure, (row,) = style.panels(3.5, columns=len(panels), between=0.45, names=names if named else (), over_titles=named)
+    for axes, (title, families) in zip(row, panels.items(), strict=True):
+        looks = (style.MEASURED, style.PREDICTED)[-len(families) :]
         for look, (name, loops) in zip(looks, families.items(), strict=False):
-            for index, (x, f) in enumerate(loops):
-                axes.plot(x * length.factor, f * force.factor, label=f"_{name}" if index else label(name), **look)
-        axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
-        axes.set_xlabel(length.label(position_word(kind)))
-        if column:
-            axes.tick_params(labelleft=False)
-        else:
-            axes.set_ylabel(force.label(f"Friction {word.lower()}"))
+            for index, loop in enumerate(loops):
+                units.plot(axes, *loop, label=f"_{name}" if index else label(name), **look)
+        axes.set(ylim=units.height(curves), xlabel=units.x)
         style.title(axes, title)
-    if max(map(len, panels.values())) > 1:
-        style.legend(row[0], 2, top=more > 0.0)
+    style.share_y(row, units.y)
+    if named:
+        style.legend(row[0])
     return figure
 
 
-def _fits(panels: Mapping[str, Mapping[str, Loops]]) -> bool:
-    """Return whether the title of the first panel has room beside the legend."""
-    title, families = next(iter(panels.items()))
-    needed = line_width([label(name) for name in families]) + width(one_line(title), LETTERS)
-    return needed + APART <= style.panel_width(len(panels), BETWEEN)
+@style.styled
+def break_away(
+    traces: Traces, reached: Mapping[str, float], published: float, kind: Kind = "translational", effort: Kind | None = None
+) -> Figure:
+    """Return force over position with the place marked where each contact has nearly reached its largest force."""
+    units = loop_units(traces.values(), kind, effort)
+    figure, ((axes,),) = style.panels(3.4, names=["the paper", *traces])
+    axes.axvline(published * units.length.factor, label="the paper", **style.DOTTED)
+    for (name, (x, force)), look in zip(traces.items(), style.SERIES, strict=False):
+        units.plot(axes, x, force, label=label(name), **look | {"marker": ""})
+        if np.isfinite(at := reached[name]):
+            mark = {"marker": look["marker"], "color": look["color"], "markersize": style.SMALL}
+            units.plot(axes, at, float(np.interp(at, x, force)), label="_reached", **mark)
+    axes.set(ylim=(0.0, None), xlabel=units.x, ylabel=units.y)
+    style.legend(axes)
+    return figure
+
+
+@style.styled
+def ripple(
+    time: np.ndarray,
+    driving: np.ndarray,
+    traces: Traces,
+    cycle: int,
+    titles: Mapping[str, str],
+    kind: Kind = "translational",
+    effort: Kind | None = None,
+    close_up: tuple[str, Traces] | None = None,
+) -> Figure:
+    """Return the driving force over time, and below it friction over position for each contact, from the ripple on."""
+    curves = list(traces.values())
+    units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), effort_word(effort or kind)
+    count = len(traces) + (close_up is not None)
+    columns, rows = min(count, 2), -(-count // 2)
+    figure, ((above,), *grid) = style.panels(
+        style.ROW + style.PANEL * rows + 0.4,
+        rows=1 + rows,
+        columns=columns,
+        heights=(0.75, *([1.0] * rows)),
+        undivided=(0,),
+        between=0.75 if close_up else 0.45,
+        top=0.4,
+    )
+    below = [axes for row in grid for axes in row]
+    for unused in below[count:]:
+        unused.remove()
+    del below[count:]
+    span = time_scale(time)
+    above.plot(time * span.factor, driving * units.force.factor, color=style.INK)
+    above.set(xlabel=span.label("Time"), ylabel=units.force.label(f"Driving {word.lower()}"))
+    under = units.x.replace(" [", ", from the first cycle on [")
+    under = under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
+    if close_up is not None:
+        _compare(below.pop(1), *close_up, units, under, word)
+    for axes, (name, trace) in zip(below, traces.items(), strict=True):
+        plot_parts(axes, units, trace, cycle, ("first cycle", "later cycles"))
+        style.title(axes, titles[name], name)
+        axes.set(ylim=units.height(curves), xlabel=under)
+        if axes.get_position().x0 > above.get_position().x0 + 0.1:
+            axes.tick_params(labelleft=False)
+        else:
+            axes.set_ylabel(units.y)
+    style.legend_in_corner(figure, below[0])
+    return figure
+
+
+def _compare(axes: Axes, title: str, traces: Traces, units: LoopUnits, under: str, word: str) -> None:
+    """Draw traces over one another, less one straight line, with their names in room above them."""
+    line = np.polynomial.Polynomial.fit(*next(iter(traces.values())), 1)
+    for look, (name, (x, force)) in zip((style.MEASURED, style.PREDICTED), traces.items(), strict=False):
+        units.plot(axes, x, force - line(x), label=label(name), **look)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.45 * (high - low))
+    axes.legend(loc="upper left", frameon=False)
+    axes.set(xlabel=under, ylabel=units.force.label(f"{word} less a line"))
+    style.title(axes, title)

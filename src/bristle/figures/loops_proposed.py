@@ -9,18 +9,16 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, scale_for
-from bristle.figures.names import shortened_apart
+from bristle.figures.report_figure import ReportFigure
+from bristle.loop import PHASE_ENOUGH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bristle.core.variable import Kind
+    from bristle.loop import Design
 
-__all__ = ["loops_proposed"]
-
-BAR, ROW = 0.55, 0.5
-NAMES = 1.5  # inch
-LOOKS = ({"color": style.PREDICTED["color"]}, {"color": style.MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0})
+__all__ = ["FIGURE", "loops_proposed"]
 
 
 @style.styled
@@ -46,7 +44,7 @@ def loops_proposed(
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    figure, (row,) = style.panels(0.85 + ROW * len(names), columns=3, left=NAMES, between=0.2)
+    figure, row = style.named_rows(names, style.PAIR, style.NARROW, 3, between=0.2)
     columns = [np.array([np.nan if value is None else value for value in side]) for side in (errors, efforts, phases)]
     length = scale_for("length", kind, columns[0][np.isfinite(columns[0])], np.array([1e-6]))
     force, word = effort_scale(kind, columns[1][np.isfinite(columns[1])])
@@ -58,17 +56,33 @@ def loops_proposed(
         (length.label("Error, p-p"), force.label(f"{word}, rms"), "Phase margin [°]"),
         strict=True,
     )
-    for number, (axes, values, factor, label) in enumerate(panels):
+    for axes, values, factor, label in panels:
         for place, value in zip(places, values * factor, strict=True):
             if np.isfinite(value):
-                axes.barh(place, value, BAR, **LOOKS[int(place > 0)])
-        axes.set_ylim(len(names) - 0.4, -0.6)
-        axes.set_yticks(places, shortened_apart(names, NAMES - 0.4) if number == 0 else [])
-        axes.set_xlim(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0))
-        axes.tick_params(axis="y", length=0)
-        axes.grid(axis="y", visible=False)
-        axes.set_xlabel(label)
-        axes.set_ylabel("Loop", visible=number == 0)  # the numbers of each panel have this head
-    row[-1].axvline(enough, color=style.INK, linewidth=1.0, linestyle="--")
+                axes.barh(place, value, 0.55, **style.HATCHED_BAR if place else style.BAR)
+        axes.set(xlim=(0.0, 1.08 * (np.nanmax(values, initial=0.0) * factor or 1.0)), xlabel=label)
+        axes.set_ylabel("Loop", visible=axes is row[0])  # the numbers of each panel have this head
+    row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
     return figure
+
+
+def _draw(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> Figure:
+    errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals]
+    return loops_proposed(names, errors, [loop.effort_rms for loop in design.proposals], phases, PHASE_ENOUGH, design.experiment.kind)
+
+
+def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> str:
+    return (
+        f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
+        "is the loop as it is, the others are proposed."
+    )
+
+
+FIGURE = ReportFigure(
+    name="loops",
+    takes=("design", "names", "phases"),
+    draw=_draw,
+    alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
+    caption=_caption,
+)

@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from bristle.figures import style
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.loop import Assessment, WorkingPoint
 
-__all__ = ["margins"]
+__all__ = ["FIGURE", "margins"]
 
-LOWEST, POINTS = 0.003, 600  # of the Nyquist frequency
-FLOOR = 0.03  # of the gain that is drawn
+LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
 
 
@@ -38,24 +38,21 @@ def margins(assessment: Assessment) -> Figure:
     rest.remove()
     above = poles.get_position()
     poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
-    for look, point in zip(style.SERIES[1:], points, strict=False):
-        _draw_open_loop(gain, phase, point, look)
     _draw_circle(poles)
     for look, point in zip(style.SERIES[1:], points, strict=False):
+        _draw_open_loop(gain, phase, point, look)
         at = point.loop.poles
-        poles.plot(np.real(at), np.imag(at), linestyle="none", marker=look["marker"], color=look["color"], fillstyle="none", markersize=6)
-    gain.axhline(1.0, color=style.GREY, linewidth=0.8)
-    phase.axhline(-180.0, color=style.GREY, linewidth=0.8)
+        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none")
+    gain.axhline(1.0, **style.AID)
+    phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
-    phase.set_ylabel("Phase [°]")
-    phase.set_xlabel("Frequency [Hz]")
+    phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
     # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
     for axis in (gain.yaxis, phase.xaxis):
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     gain.tick_params(labelbottom=False)
-    gain.set_ylim(bottom=FLOOR)
-    phase.set_ylim(-360.0, -60.0)
-    phase.set_yticks([-360.0, -270.0, -180.0, -90.0])
+    gain.set_ylim(bottom=0.03)
+    phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])
     style.legend(gain, columns=2)
     return figure
 
@@ -63,7 +60,7 @@ def margins(assessment: Assessment) -> Figure:
 def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, look: style.Look) -> None:
     line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
     nyquist = math.pi / point.loop.sample_time
-    omega = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
+    omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
     response = point.loop.response(omega)
     hertz = omega / (2.0 * math.pi)
     gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
@@ -75,13 +72,23 @@ def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, lo
     if margin is not None and crossover is not None:
         at = crossover / (2.0 * math.pi)
         phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
-        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=4.5)
+        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL)
 
 
 def _draw_circle(axes: style.Axes) -> None:
     angle = np.linspace(0.0, 2.0 * math.pi, 200)
-    axes.plot(np.cos(angle), np.sin(angle), color=style.GREY, linewidth=0.9)
+    axes.plot(np.cos(angle), np.sin(angle), **style.AID)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("Poles, real part")
     axes.set_ylabel("imaginary part", labelpad=1.0)
     axes.margins(0.06)
+
+
+FIGURE = ReportFigure(
+    name="margins",
+    takes="assessment",
+    draw=margins,
+    alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
+    caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+    "circle grow; close inside it they ring.",
+)

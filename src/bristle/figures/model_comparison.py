@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
-from bristle.figures.names import shortened_apart
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["FIGURE", "model_comparison"]
 
 APART = 3.0  # times: errors farther apart are shown on a logarithmic scale, or those of good models fall into one
-LONGEST = 2.8  # inches: a name at the axis
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
 
 
@@ -33,35 +31,19 @@ def model_comparison(identification: Identification) -> Figure:
         Models fitted to one log, best first.
     """
     fits = identification.fits
-    models = shortened_apart([fit.name for fit in fits], LONGEST, style.AT_AXES)
-    left = max(0.4 + min(style.room_for(models), LONGEST), 1.0)
-    figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=left)
+    figure, (axes,) = style.named_rows([fit.name for fit in fits])
     fold = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
     names = {"blocks": f"held-out {fold}", "mean": f"mean of the {fold}s", "fitted": "all of it, fitted"}
     for row, fit in enumerate(fits):
         if fit.held_out is not None:
             blocks = fit.held_out.block_errors_percent
-            axes.plot(
-                blocks,
-                np.full(len(blocks), row),
-                linestyle="none",
-                marker="|",
-                markersize=11,
-                markeredgewidth=1.3,
-                color=style.MEASURED["color"],
-                label=names.pop("blocks", "_"),
-            )
-            axes.plot(
-                fit.held_out.mean_percent, row, linestyle="none", marker="o", color=style.PREDICTED["color"], label=names.pop("mean", "_")
-            )
-        axes.plot(fit.error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK, label=names.pop("fitted", "_"))
-    axes.set_yticks(range(len(fits)), models)
-    axes.set_ylim(len(fits) - 0.5, -0.5)
+            strokes = {"markersize": 11, "markeredgewidth": 1.3, "color": style.MEASURED["color"]}
+            axes.plot(blocks, np.full(len(blocks), row), "|", label=names.pop("blocks", "_"), **strokes)
+            axes.plot(fit.held_out.mean_percent, row, "o", color=style.PREDICTED["color"], label=names.pop("mean", "_"))
+        axes.plot(fit.error_percent, row, "D", fillstyle="none", color=style.INK, label=names.pop("fitted", "_"))
     scale = _scale(axes)
-    axes.tick_params(axis="y", length=0)
     quantity, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
-    axes.set_xlabel(f"{quantity} error [% of the {of}, root mean square{scale}]")
-    axes.set_ylabel("Model")
+    axes.set(xlabel=f"{quantity} error [% of the {of}, root mean square{scale}]", ylabel="Model")
     style.legend(axes)
     return figure
 

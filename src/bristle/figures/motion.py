@@ -10,15 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
-from bristle.figures.envelope import line
-from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
     from bristle.excitation.motion import ExcitationMotion
 
-__all__ = ["expected", "motion"]
+__all__ = ["EXPECTED", "FIGURE", "expected", "motion"]
 
-ROW = 1.55  # inches
 TICKS = (1.0, 2.0, 5.0)
 
 
@@ -32,16 +31,12 @@ def motion(planned: ExcitationMotion) -> Figure:
         The motion.
     """
     parts = _parts(planned)
-    figure, rows = style.panels(0.35 + ROW * len(parts), rows=len(parts), gap=0.72)
+    figure, rows = style.panels(0.35 + style.ROW * len(parts), rows=len(parts), gap=0.72)
     for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
-        time, position = planned.time[part], planned.position[part] - planned.start
-        scale = scale_for("length", planned.kind, position)
-        span = time_scale(planned.time)
-        x, y = line(time, position)
-        axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
+        position = planned.position[part] - planned.start
+        scale, word = scale_for("length", planned.kind, position), position_word(planned.kind)
+        style.over_time(axes, planned.time[part], (position, style.PREDICTED, ""), scale=scale, word=word)
         axes.set_title(purpose)
-        axes.set_xlabel(span.label("Time"))
-        axes.set_ylabel(scale.label(position_word(planned.kind)))
     return figure
 
 
@@ -58,6 +53,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """
     parts = _parts(planned)
     force, word = effort_scale(planned.kind, friction)
+    label = force.label(f"Friction {word.lower()}")
     slow = next((parts[name] for name in ("presliding", "break-away", "damping") if name in parts), None)
     fast = parts.get("stribeck")
     count = (slow is not None) + (fast is not None)
@@ -66,25 +62,16 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
         axes, position = row.pop(0), planned.position[slow] - planned.start
         scale = scale_for("length", planned.kind, position)
         axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
-        axes.set_xlabel(scale.label(position_word(planned.kind)))
-        axes.set_ylabel(force.label(f"Friction {word.lower()}"))
+        axes.set(xlabel=scale.label(position_word(planned.kind)), ylabel=label)
     if fast is not None:
-        points = _steady(planned, friction, fast)
-        scale = scale_for("length/time", planned.kind, points[:, 0])
-        row[0].semilogx(
-            np.abs(points[:, 0]) * scale.factor,
-            np.abs(points[:, 1]) * force.factor,
-            linestyle="none",
-            marker=".",
-            markersize=3.0,
-            color=style.PREDICTED["color"],
-        )
+        speed, level = np.abs(_steady(planned, friction, fast)).T
+        scale = scale_for("length/time", planned.kind, speed)
+        row[0].semilogx(speed * scale.factor, level * force.factor, ".", markersize=3.0, color=style.PREDICTED["color"])
         # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
         row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         row[0].xaxis.set_minor_locator(NullLocator())
-        row[0].set_xlabel(scale.label("Speed"))
-        row[0].set_ylabel(force.label(f"Friction {word.lower()}"))
+        row[0].set(xlabel=scale.label("Speed"), ylabel=label)
     return figure
 
 
@@ -110,3 +97,22 @@ def _parts(planned: ExcitationMotion) -> dict[str, slice]:
         first, last = members[0][0], members[-1][0] + members[-1][1].duration
         slices[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
     return slices
+
+
+FIGURE = ReportFigure(
+    name="motion",
+    takes="motion",
+    draw=motion,
+    alternative="Position over time, for each purpose",
+    caption="Position from the start of the motion; each panel has its own scale. The loops before sliding are so small "
+    "that only the encoder sees them.",
+)
+EXPECTED = ReportFigure(
+    name="expected",
+    takes=("motion", "expected"),
+    draw=expected,
+    alternative="Friction expected over position and over speed",
+    caption="What the motion would show if the axis were what it is believed to be: loops before sliding over position, "
+    "and friction over the speed of the steady slides. Where the loops do not close at their ends into sliding, "
+    "the pre-sliding distance is larger than believed.",
+)

@@ -8,11 +8,9 @@ from matplotlib.figure import Figure
 
 from bristle.core.status import Status
 from bristle.figures import style
-from bristle.figures.envelope import line
 from bristle.figures.following_error import has_completed
-from bristle.figures.labels import effort_word, position_word, scale_for, time_scale
-from bristle.figures.legends import LINE, lines
-from bristle.figures.names import label
+from bristle.figures.labels import effort_word, position_word, scale_for
+from bristle.figures.lettering import label
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "open_loop"]
 
-ROW = 1.5  # inches
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
 
 
@@ -37,20 +34,14 @@ def open_loop(result: SimulationResult) -> Figure:
     kind = result.experiment.kind
     force = effort_word(kind)
     words = (position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
-    name_rows = lines([label(variant.name) for variant in variants])
-    above = LINE * name_rows if name_rows > 1 else 0.0
-    figure, rows = style.panels(ROW * len(QUANTITIES) + above, rows=len(QUANTITIES), between=0.2, top=0.32 + above)
+    figure, rows = style.panels(style.ROW * len(QUANTITIES), rows=len(QUANTITIES), names=[variant.name for variant in variants])
     for (axes,), word, (name, quantity) in zip(rows, words, QUANTITIES.items(), strict=True):
         scale = scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
         for number, variant in enumerate(variants):
-            look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
-            x, y = line(variant.time, getattr(variant, name))
-            span = time_scale(variant.time)
-            axes.plot(x * span.factor, y * scale.factor, label=label(variant.name), **look)
-            axes.set_xlabel(span.label("Time"))
-        axes.set_ylabel(scale.label(word))
+            signal = (getattr(variant, name), style.LINES[number % len(style.LINES)], label(variant.name))
+            style.over_time(axes, variant.time, signal, scale=scale, word=word)
     if len(variants) > 1:
-        style.legend(rows[0][0], top=name_rows > 1)
+        style.legend(rows[0][0])
     return figure
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.core.content import Readable
@@ -14,13 +17,13 @@ from bristle.core.errors import InputError
 from bristle.figures import style
 from bristle.figures.on_reports import names_on_reports
 from bristle.figures.report_figure import FACTS, Facts, ReportFigure
-from bristle.figures.untouched import untouched
 from bristle.files.permission import code_at
 from bristle.files.user_model import declared_in
 
 __all__ = ["draw_own", "figures_named", "load_figure_file", "refuse_unfit"]
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+DEEPEST = 8  # levels of a result
 MEND = (
     'End the file with FIGURE = ReportFigure(name="my_figure", title="...", caption="...", alternative="...", '
     'takes="identification", draw=draw)'
@@ -113,3 +116,35 @@ def draw_own(figure: ReportFigure, facts: Facts) -> Figure:
     if pyplot is not None:
         pyplot.close(drawing)  # it would keep the figure for ever
     return drawing
+
+
+@contextmanager
+def untouched(*values: Any) -> Iterator[None]:
+    """Let no array in these values be written to while this lasts."""
+    held = [array for array in _arrays_in(values, set(), DEEPEST) if array.flags.writeable]
+    for array in held:
+        array.flags.writeable = False
+    try:
+        yield
+    finally:
+        # A view can be written to again once the array can that it looks into.
+        for array in sorted(held, key=lambda array: array.base is not None):
+            array.flags.writeable = True
+
+
+def _arrays_in(value: Any, visited: set[int], depth: int) -> Iterator[np.ndarray]:
+    if id(value) in visited or depth == 0 or isinstance(value, (str, bytes, int, float, complex, type)):
+        return
+    visited.add(id(value))
+    if isinstance(value, np.ndarray):
+        yield value
+        return
+    if isinstance(value, Mapping):
+        parts: Any = value.values()
+    elif isinstance(value, (list, tuple, set, frozenset)):
+        parts = value
+    else:
+        own = type(value).__module__.startswith("bristle.")
+        parts = vars(value).values() if own and hasattr(value, "__dict__") else ()
+    for part in list(parts):
+        yield from _arrays_in(part, visited, depth - 1)

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number, scale_of
 from bristle.figures import style
-from bristle.figures.names import shortened_apart
+from bristle.figures.drawing import AT_TICKS
 from bristle.figures.report_figure import ReportFigure
 
 if TYPE_CHECKING:
@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURE", "parameters"]
 
-LINEAR_BELOW = 1.0  # percent
-LONGEST = 1.6  # inches: a name at the axis
-TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
-EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
+DECADES = (1.0, 10.0, 100.0)  # percent
+EDGES = tuple(2.0 * decade for decade in DECADES)  # an interval wider than the last ends in an arrow
 
 
 @style.styled
@@ -36,33 +34,19 @@ def parameters(fit: Fit) -> Figure:
         A model with the estimates of its parameters.
     """
     estimates = fit.estimates
-    height = 0.78 + 0.26 * len(estimates)
-    names = shortened_apart([estimate.name for estimate in estimates], LONGEST, style.AT_AXES)
-    left = max(0.5 + min(style.room_for(names), LONGEST), 1.15)
-    figure, ((axes,),) = style.panels(height, left=left, right=2.35, top=0.24)
-    axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
+    figure, (axes,) = style.named_rows([estimate.name for estimate in estimates], longest=style.NARROW, right=style.LONGEST)
+    axes.set_xscale("symlog", linthresh=1.0, linscale=0.8)
     edge = _edge(estimates)
     axes.set_xlim(-edge, edge)
-    axes.set_ylim(len(estimates) - 0.4, -0.6)
     for row, estimate in enumerate(estimates):
         _draw(axes, row, estimate, edge)
-        axes.annotate(
-            _in_words(estimate),
-            (1.0, row),
-            xycoords=("axes fraction", "data"),
-            xytext=(8, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-        )
-    axes.set_yticks(range(len(estimates)), names)
-    axes.set_xticks([tick for tick in TICKS if abs(tick) <= edge])
+        place = {"xycoords": ("axes fraction", "data"), "xytext": (8, 0), "textcoords": "offset points"}
+        axes.annotate(_in_words(estimate), (1.0, row), va="center", fontsize=AT_TICKS, **place)
+    axes.set_xticks([0.0, *(side * decade for side in (-1.0, 1.0) for decade in DECADES if decade <= edge)])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))
-    axes.axvline(0.0, color=style.GREY, linewidth=0.8)
-    axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("95 % interval about the estimate [% of value]")
-    axes.set_ylabel("Parameter")
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel="95 % interval about the estimate [% of value]", ylabel="Parameter")
     return figure
 
 
@@ -83,16 +67,16 @@ def _edge(estimates: Sequence[Estimate]) -> float:
 
 def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
     if estimate.status == "held":
-        axes.plot(0.0, row, marker="s", color=style.GREY, markersize=4.5, fillstyle="none")
+        axes.plot(0.0, row, marker="s", color=style.GREY, markersize=style.SMALL, fillstyle="none")
         return
     doubtful = estimate.status != "identified"
     low, high = _ends(estimate)
-    look = {"color": "#b5651d" if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
+    look = {"color": style.DOUBTFUL if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
     visible = max(low, -edge), min(high, edge)
-    axes.plot(visible, [row, row], linewidth=1.6, **look)
+    axes.plot(visible, [row, row], linewidth=style.WIDE, **look)
     for x, marker in zip(visible, ("|" if low >= -edge else "<", "|" if high <= edge else ">"), strict=True):
-        axes.plot(x, row, marker=marker, color=look["color"], markersize=5.5, clip_on=False)
-    axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=4.5)
+        axes.plot(x, row, marker=marker, color=look["color"], markersize=style.SMALL, clip_on=False)
+    axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=style.SMALL)
 
 
 def _in_words(estimate: Estimate) -> str:

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 from bristle.figures.report_figure import ReportFigure
 
@@ -28,7 +27,6 @@ SHADES = {
     "oscillation": ("#e6d7e1", "...."),
     "moves": ("#e4e7ea", ""),
 }
-LOOPS_SHOWN = 20_000  # samples
 
 
 @style.styled
@@ -53,26 +51,14 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
 def _draw_time(axes: Axes, log: Log, segments: Sequence[Passage]) -> None:
     time, position = log.time.values, log.position.values
     span, scale = time_scale(time), scale_for("length", log.kind, position)
-    named = set()
+    names = {kind: kind.replace("_", " ") for kind in SHADES}
     for segment in segments:
         if segment.kind in SHADES:
             shade, hatch = SHADES[segment.kind]
-            label = segment.kind.replace("_", " ")
-            axes.axvspan(
-                segment.begin * span.factor,
-                segment.end * span.factor,
-                facecolor=shade,
-                hatch=hatch,
-                edgecolor="white",
-                linewidth=0,
-                zorder=0,
-                label=f"_{label}" if label in named else label,
-            )
-            named.add(label)
-    x, y = line(time, position)
-    axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
-    axes.set_xlabel(span.label("Time"))
-    axes.set_ylabel(scale.label(position_word(log.kind)))
+            look = {"facecolor": shade, "hatch": hatch, "edgecolor": "white", "linewidth": 0, "zorder": 0}
+            axes.axvspan(segment.begin * span.factor, segment.end * span.factor, label=names[segment.kind], **look)
+            names[segment.kind] = f"_{names[segment.kind].lstrip('_')}"
+    style.over_time(axes, time, (position, style.PREDICTED, ""), scale=scale, word=position_word(log.kind))
     style.legend(axes, columns=len(SHADES))
 
 
@@ -82,13 +68,14 @@ def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
     efforts = [log.effort.values[loop.samples] for loop in loops]
     length = scale_for("length", log.kind, *positions)
     effort, word = effort_scale(log.kind, *efforts)
-    thin: style.Look = style.PREDICTED | {"linewidth": 0.5}
-    step = max(sum(loop.size for loop in positions) // LOOPS_SHOWN, 1)
+    step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
-        axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **thin)
-    axes.set_title("loops before sliding and break-aways, each from where it begins")
-    axes.set_xlabel(length.label(position_word(log.kind)))
-    axes.set_ylabel(effort.label(word))
+        axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **style.REST)
+    axes.set(
+        title="loops before sliding and break-aways, each from where it begins",
+        xlabel=length.label(position_word(log.kind)),
+        ylabel=effort.label(word),
+    )
 
 
 def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.effort_over_time import draw_band, draw_pair
-from bristle.figures.envelope import line
 from bristle.figures.labels import position_word, scale_for, time_scale
 from bristle.figures.report_figure import ReportFigure
 from bristle.simulation.result import MODES
@@ -35,7 +34,7 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     effort, effort_predicted = predicted.effort, predicted.effort_predicted
     with_effort = effort is not None and effort_predicted is not None
     rows = 2 * with_effort + 2 * (predicted.position_predicted is not None)
-    figure, grid = style.panels(0.5 + 1.5 * rows, rows=rows)
+    figure, grid = style.panels(0.5 + style.ROW * rows, rows=rows)
     axes = [row[0] for row in grid]
     if effort is not None and effort_predicted is not None:
         draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind, predicted.half_width)
@@ -47,22 +46,15 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
 
 def _draw_position(course: style.Axes, off: style.Axes, log: Prediction, position_predicted: np.ndarray, kind: Kind) -> None:
     error = log.position - position_predicted
-    span = time_scale(log.time)
     scale = scale_for("length", kind, log.position, position_predicted)
     error_scale, half_width = scale_for("length", kind, error), log.position_half_width
     if half_width is not None:
-        x = log.time * span.factor
+        x = log.time * time_scale(log.time).factor
         draw_band(course, x, position_predicted * scale.factor, half_width * scale.factor)
         draw_band(off, x, np.zeros(x.size), half_width * error_scale.factor)
-    for signal, look, name in ((log.position, style.MEASURED, "measured"), (position_predicted, style.PREDICTED, "predicted")):
-        x, y = line(log.time, signal)
-        course.plot(x * span.factor, y * scale.factor, label=name, **look)
-    x, y = line(log.time, error)
-    off.plot(x * span.factor, y * error_scale.factor, color=style.PREDICTED["color"], linewidth=0.7)
-    course.set_ylabel(scale.label(position_word(kind)))
-    off.set_ylabel(error_scale.label(f"{position_word(kind)} error"))
-    for axes in (course, off):
-        axes.set_xlabel(span.label("Time"))
+    word, pair = position_word(kind), ((log.position, style.MEASURED, "measured"), (position_predicted, style.PREDICTED, "predicted"))
+    style.over_time(course, log.time, *pair, scale=scale, word=word)
+    style.over_time(off, log.time, (error, style.REST, ""), scale=error_scale, word=f"{word} error")
 
 
 def _alternative(predicted: Prediction, kind: Kind) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,11 +11,12 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
-from bristle.figures.small_multiples import FIRST, LAST
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["recorded_curves"]
+if TYPE_CHECKING:
+    from bristle.logs.curves import Curves
 
-CURVES_SHOWN = 24  # curves
+__all__ = ["FIGURE", "recorded_curves"]
 
 
 @style.styled
@@ -30,7 +32,7 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     kind : {"translational", "rotational", "magnetic", "piezo"}
         What the units are.
     """
-    step = -(-len(curves) // CURVES_SHOWN)
+    step = -(-len(curves) // 24)
     chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
     length = scale_for("length", kind, *(u for u, _, _ in chosen))
     scale, word = effort_scale(kind, *(f for _, f, _ in chosen))
@@ -38,9 +40,9 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     figure, ((overlay, left),) = style.panels(3.2, columns=2, between=0.75)
     for number, (u, f, f_predicted) in enumerate(chosen):
         x = u * length.factor
-        overlay.plot(x, f * scale.factor, label=None if number else "recorded", **FIRST)
-        overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **LAST)
-        left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.6)
+        overlay.plot(x, f * scale.factor, label=None if number else "recorded", **style.MEASURED)
+        overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **style.PREDICTED)
+        left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
     overlay.set_title("recorded and predicted")
     left.set_title("recorded less predicted")
     overlay.set_ylabel(scale.label(word))
@@ -49,3 +51,16 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
         axes.set_xlabel(length.label(position_word(kind)))
     overlay.legend()
     return figure
+
+
+def _draw(recorded: Curves, outputs: Sequence[np.ndarray]) -> Figure:
+    return recorded_curves(recorded.curves, outputs, recorded.kind)
+
+
+FIGURE = ReportFigure(
+    name="curves",
+    takes=("recorded", "outputs"),
+    draw=_draw,
+    alternative="Recorded and predicted output over the input",
+    caption="Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, some are shown.",
+)

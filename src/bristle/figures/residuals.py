@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from bristle.core.normal import NORMAL_95
 from bristle.figures import style
-from bristle.figures.envelope import line, runs
+from bristle.figures.envelope import runs
 from bristle.figures.labels import effort_scale, time_scale
 from bristle.figures.report_figure import ReportFigure
 
@@ -34,11 +34,7 @@ def residuals(fit: Fit) -> Figure:
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
     figure, ((over_time, spread), (white,)) = style.panels(4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26)
-    span = time_scale(time)
-    x, y = line(time, residual)
-    over_time.plot(x * span.factor, y * scale.factor, color=style.PREDICTED["color"], linewidth=0.7)
-    over_time.set_xlabel(span.label("Time"))
-    over_time.set_ylabel(scale.label("Residual"))
+    style.over_time(over_time, time, (residual, style.REST, ""), scale=scale, word="Residual")
     _draw_distribution(spread, residual * scale.factor)
     spread.set_ylim(over_time.get_ylim())
     _draw_autocorrelation(white, time, residual)
@@ -50,12 +46,10 @@ def _draw_distribution(axes: style.Axes, residual: np.ndarray) -> None:
     reach = 4.0 * std or 1.0
     edges = np.linspace(mean - reach, mean + reach, 41)
     counts, _ = np.histogram(residual, edges)
-    width = edges[1] - edges[0]
-    percent = 100.0 / residual.size
-    axes.stairs(counts * percent, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
+    axes.stairs(100.0 * counts / residual.size, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
     grid = np.linspace(edges[0], edges[-1], 121)
     if std > 0.0:
-        normal = np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi)) * width * 100.0
+        normal = 100.0 * (edges[1] - edges[0]) * np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi))
         axes.plot(normal, grid, color=style.PREDICTED["color"], label="normal")
     axes.set_xlabel("Share [%]")
     axes.tick_params(labelleft=False)
@@ -64,16 +58,13 @@ def _draw_distribution(axes: style.Axes, residual: np.ndarray) -> None:
 
 def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarray) -> None:
     correlation, count = autocorrelation(time, residual)
-    step = float(np.median(np.diff(time)))
-    lags = step * np.arange(correlation.size)
+    lags = float(np.median(np.diff(time))) * np.arange(correlation.size)
     span = time_scale(lags)
     band = NORMAL_95 / np.sqrt(count)
     axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
-    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=1.4)
-    axes.axhline(0.0, color=style.GREY, linewidth=0.7)
-    axes.set_xlabel(span.label("Lag"))
-    axes.set_ylabel("Autocorrelation [–]")
-    axes.set_ylim(min(-0.3, correlation.min() - 0.05), 1.05)
+    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=style.WIDE)
+    axes.axhline(0.0, **style.AID)
+    axes.set(xlabel=span.label("Lag"), ylabel="Autocorrelation [–]", ylim=(min(-0.3, correlation.min() - 0.05), 1.05))
     style.legend(axes)
 
 

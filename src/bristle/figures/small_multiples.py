@@ -1,61 +1,178 @@
-"""Force over position for several models, each in a panel of its own, all to one scale."""
+"""Force over position for several models, each in a panel of its own, all to one scale: loops, their closure, drift."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core.typography import Scale
-from bristle.core.variable import Kind
+from bristle.core.typography import Scale, number, with_unit
+from bristle.core.variable import Kind, unit_of
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
 
-__all__ = ["FIRST", "LAST", "Traces", "force_over_position"]
+__all__ = ["LoopUnits", "Traces", "closure", "drift", "loop_units", "marked_path", "minor_loops", "plot_parts"]
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
-COLUMNS = 3
-ROW, WIDE_ROW = 2.05, 2.9  # inches
-# A wide light line under a narrow dark one: what came first, and what came after.
-FIRST: style.Look = {"color": "#e0a83c", "linewidth": 2.4, "linestyle": "-"}
-LAST: style.Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
+MARGIN = 0.05  # of the height, above and below
+LETTER = 0.09  # height of a letter, a third of which two points lie apart that are not one
 
 
-def force_over_position(
+class LoopUnits(NamedTuple):
+    """The units in which force is drawn over position, and what stands at the axes."""
+
+    length: Scale
+    force: Scale
+    x: str
+    y: str
+
+    def plot(self, axes: Axes, x: np.ndarray | float, force: np.ndarray | float, *mark: str, **look: Any) -> None:
+        """Draw force over position, SI, in these units."""
+        axes.plot(np.multiply(x, self.length.factor), np.multiply(force, self.force.factor), *mark, **look)
+
+    def height(self, curves: Collection[tuple[np.ndarray, np.ndarray]], margin: float = MARGIN) -> tuple[float, float]:
+        """Return from where to where the forces of curves go, with a margin, in these units."""
+        low, high = (edge(float(edge(force)) for _, force in curves) * self.force.factor for edge in (min, max))
+        return low - margin * (high - low), high + margin * (high - low)
+
+
+def loop_units(curves: Collection[tuple[np.ndarray, np.ndarray]], kind: Kind, effort: Kind | None = None) -> LoopUnits:
+    """Return the units for curves of (x, force); the forces of another kind of axis where `effort` says so."""
+    length = scale_for("length", kind, *(x for x, _ in curves))
+    force, word = effort_scale(effort or kind, *(force for _, force in curves))
+    return LoopUnits(length, force, length.label(position_word(kind)), force.label(f"Friction {word.lower()}"))
+
+
+def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray], turn: int, names: tuple[str, str]) -> None:
+    """Draw what comes before a sample wide and light, and what comes after it narrow and dark."""
+    x, force = trace
+    units.plot(axes, x[: turn + 1], force[: turn + 1], label=names[0], **style.MEASURED)
+    units.plot(axes, x[turn:], force[turn:], label=names[1], **style.PREDICTED)
+
+
+def _panels(
+    traces: Traces, titles: Mapping[str, str], kind: Kind, effort: Kind | None = None, beneath: Traces | None = None, **layout: Any
+) -> tuple[Figure, dict[str, Axes], LoopUnits]:
+    """Return a figure with a titled panel for each trace, the panels by name, and the units."""
+    curves = [*traces.values(), *(beneath or {}).values()]
+    units, columns = loop_units(curves, kind, effort), layout.setdefault("columns", 3)
+    figure, axes = style.grid_of(len(traces), between=0.2, gap=0.72, **layout)
+    for panel, name in zip(axes, traces, strict=True):
+        style.title(panel, titles[name], name)
+        panel.set(ylim=units.height(curves), xlabel=units.x)
+    for start in range(0, len(axes), columns):
+        style.share_y(axes[start : start + columns], units.y)
+    return figure, dict(zip(traces, axes, strict=True)), units
+
+
+@style.styled
+def minor_loops(traces: Traces, kind: Kind = "translational") -> Figure:
+    """Return force over position, one panel for each model.
+
+    Parameters
+    ----------
+    traces : mapping of str to (x, force)
+        Positions [m or rad] and forces [N or N*m], by the name of the model.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    figure, panels, units = _panels(traces, {name: name for name in traces}, kind)
+    for name, axes in panels.items():
+        units.plot(axes, *traces[name], label=name, **style.PREDICTED)
+    return figure
+
+
+@style.styled
+def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translational") -> Figure:
+    """Return force over position while the force goes up and down: the first loading wide and light, then the cycles.
+
+    Parameters
+    ----------
+    traces : mapping of str to (x, force)
+        Positions [m or rad] and forces [N or N*m], by the name of the model.
+    per_cycle : mapping of str to float
+        How far it walks in a settled cycle [m or rad].
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    widest = max(float(np.ptp(x)) for x, _ in traces.values())
+    unit = unit_of("length", kind)
+    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'none'}" for name, step in per_cycle.items()}
+    figure, panels, units = _panels(traces, titles, kind)
+    for name, axes in panels.items():
+        force = traces[name][1]
+        plot_parts(axes, units, traces[name], int(np.argmax(force >= (1.0 - 1e-9) * np.max(force))), ("first loading", "cycles"))
+        axes.set_xlim(*(share * widest * units.length.factor for share in (-0.03, 1.03)))
+    return figure
+
+
+@style.styled
+def closure(traces: Traces, missing: Mapping[str, float], kind: Kind = "translational") -> Figure:
+    """Return force over position along ``0 -> x1 -> x2 -> x1``, with the force at x1 before and after.
+
+    Parameters
+    ----------
+    traces : mapping of str to (x, force)
+        Positions [m or rad] and forces [N or N*m], by the name of the model.
+    missing : mapping of str to float
+        The force that is missing at the return, as a fraction of break-away.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    percents = {name: f"{number(100.0 * share, resolution=1.0)} %" if abs(share) >= 5e-5 else "closes" for name, share in missing.items()}
+    figure, panels, units = _panels(traces, {name: f"{name}: {percent}" for name, percent in percents.items()}, kind)
+    for name, axes in panels.items():
+        x, force = traces[name]
+        turn = int(np.argmax(np.abs(x)))
+        plot_parts(axes, units, traces[name], turn, ("loading", "back and again"))
+        for at, marker, word in ((turn, "o", "left"), (-1, "x", "returned")):
+            units.plot(axes, x[at], force[at], marker, label=word, markersize=style.SMALL, color=style.INK, fillstyle="none")
+    return figure
+
+
+@style.styled
+def marked_path(
     traces: Traces,
+    turns: Mapping[str, Sequence[int]],
+    letters: str,
     titles: Mapping[str, str],
-    kind: Kind,
+    kind: Kind = "translational",
     effort: Kind | None = None,
-    columns: int = COLUMNS,
-    top: float = 0.32,
-    beneath: tuple[str, Traces] | None = None,
-) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
-    """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions."""
-    under, first = beneath or ("", {})
-    loops = [*traces.values(), *first.values()]
-    length = scale_for("length", kind, *(x for x, _ in loops))
-    force, word = effort_scale(effort or kind, *(f for _, f in loops))
-    rows = -(-len(traces) // columns)
-    figure, grid = style.panels(0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top)
-    panels = [axes for row in grid for axes in row]
-    low = min(float(np.min(f)) for _, f in loops) * force.factor
-    high = max(float(np.max(f)) for _, f in loops) * force.factor
-    margin = 0.05 * (high - low)
-    for unused in panels[len(traces) :]:
-        unused.remove()
-    for axes, name in zip(panels, traces, strict=False):
-        if name in first:
-            x, f = first[name]
-            axes.plot(x * length.factor, f * force.factor, label=under, **FIRST)
-    for index, (axes, name) in enumerate(zip(panels, traces, strict=False)):
-        style.title(axes, titles[name], name)
-        axes.set_ylim(low - margin, high + margin)
-        axes.set_xlabel(length.label(position_word(kind)))
-        if index % columns:
-            axes.tick_params(labelleft=False)
+    beneath: Traces | None = None,
+    names: tuple[str, str] = ("there", "back and on"),
+) -> Figure:
+    """Return force over position with the turning points marked, one panel for each model."""
+    figure, panels, units = _panels(traces, titles, kind, effort, beneath, columns=min(2, len(traces)), top=0.56)
+    for name, axes in panels.items():
+        x, force = traces[name]
+        if beneath:
+            units.plot(axes, *beneath[name], label=names[0], **style.MEASURED)
+            units.plot(axes, x, force, label=names[1], **style.PREDICTED)
         else:
-            axes.set_ylabel(force.label(f"Friction {word.lower()}"))
-    drawn = ((name, axes, x * length.factor, f * force.factor) for axes, (name, (x, f)) in zip(panels, traces.items(), strict=False))
-    return figure, drawn, length
+            plot_parts(axes, units, traces[name], int(turns[name][1]), names)
+        samples = np.asarray(turns[name])
+        marked = x[samples] * units.length.factor, force[samples] * units.force.factor
+        axes.plot(*marked, "o", color=style.INK, fillstyle="none", markersize=style.SMALL, label="_turns")
+        axes.margins(x=0.08, y=0.08)
+        axes.set_ylim(*units.height([*traces.values(), *(beneath or {}).values()], 2.0 * MARGIN))
+        _write_letters(axes, *marked, letters)
+    style.legend_in_corner(figure, figure.axes[0])
+    return figure
+
+
+def _write_letters(axes: Axes, x: np.ndarray, force: np.ndarray, letters: str) -> None:
+    """Write a letter beside each point, away from the middle; the same letter twice only where the points part."""
+    middle = 0.5 * (float(x.min()) + float(x.max()))
+    low, high = axes.get_ylim()
+    written: list[tuple[str, float]] = []
+    for position, height, letter in zip(x, force, letters, strict=True):
+        apart = min((abs(at - height) / (high - low) for earlier, at in written if earlier == letter), default=1.0)
+        if letter.strip() and apart > LETTER / 3.0:
+            left = position < middle
+            shift = (-5 if left else 5, -9 if left or apart < LETTER else 2)
+            align = "right" if left else "left"
+            axes.annotate(letter, (position, height), xytext=shift, textcoords="offset points", ha=align, color=style.INK)
+            written.append((letter, height))

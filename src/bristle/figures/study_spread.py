@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.core.typography import scale_of
 from bristle.figures import style
+from bristle.figures.drawing import AT_TICKS
 from bristle.figures.labels import largest
-from bristle.figures.names import shortened
+from bristle.figures.lettering import shortened
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["study_spread"]
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
 
-COLUMNS = 2
-ROW = 1.9  # inches
-BARS_LEAST, BARS_MOST = 8, 60
-WIDEST = 2.2  # inches, of what stands at an axis
+__all__ = ["FIGURE", "study_spread"]
 
 
 @style.styled
@@ -31,32 +32,46 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
     units : sequence of str
         The unit in SI of each.
     """
-    rows = -(-len(numbers) // COLUMNS)
-    columns = min(len(numbers), COLUMNS)
     grouped = any(len(groups) > 1 for groups in numbers.values())
-    top = 0.5 if grouped else 0.25
-    figure, grid = style.panels(top + (ROW + 0.5) * rows, rows, columns, top=top, between=0.72)
-    panels = [axes for row in grid for axes in row]
-    for unused in panels[len(numbers) :]:
-        unused.remove()
-    for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=False):
+    figure, panels = style.grid_of(len(numbers), top=0.5 if grouped else 0.25)
+    for axes, (word, groups), unit in zip(panels, numbers.items(), units, strict=True):
         finite = {name: values[np.isfinite(values)] for name, values in groups.items()}
         pooled = np.concatenate(list(finite.values()))
         scale = scale_of(unit, largest(pooled))
-        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), BARS_LEAST, BARS_MOST))
+        bars = int(np.clip(np.sqrt(pooled.size / len(finite)), 8, 60))
         for place, (name, values) in enumerate(finite.items()):
             edges = np.histogram_bin_edges(values * scale.factor, bars)
             share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
-            look = style.SERIES[place % len(style.SERIES)]
             if not grouped:
-                axes.stairs(share, edges, fill=True, color="#9db6d0", label="_bars")
+                axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
+            look = style.LINES[place % len(style.LINES)]
             axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
-            axes.axvline(median, color=style.INK, linewidth=1.2, linestyle="--", label="median")
-            axes.axvspan(low, high, color="#e9ecf0", linewidth=0, zorder=0, label="90 % of the runs")
-        axes.set_ylim(0.0, None)
-        axes.set_xlabel(scale.label(shortened(word, WIDEST, style.AT_AXES)))
-        axes.set_ylabel("Share of the runs [%]")
+            axes.axvline(median, label="median", **style.DASHED)
+            axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
+        axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure
+
+
+Spread = Mapping[str, tuple[str, str, Mapping[str, np.ndarray]]]
+"""By metric, what stands at the axis, the unit, and the groups of runs."""
+
+
+def _draw(study: Runs, spread: Spread) -> Figure:
+    return study_spread({words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()])
+
+
+def _caption(study: Runs, spread: Spread) -> str:
+    lines = "A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle."
+    return f"How often the runs come out at which value. {lines}"
+
+
+FIGURE = ReportFigure(
+    name="spread",
+    takes=("study", "spread"),
+    draw=_draw,
+    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    caption=_caption,
+)

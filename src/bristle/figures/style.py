@@ -1,52 +1,86 @@
-"""One look for all figures, applied by context: nothing outside a figure changes."""
+"""One look for all figures, applied by context: panels, looks of lines, titles, and legends that have room."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.figures.drawing import WIDTH, Drawing
-from bristle.figures.legends import legend, legend_in_corner
-from bristle.figures.lettering import width
-from bristle.figures.names import LETTERS, shortened
-from bristle.figures.settings import GREY, INK, own_settings
+from bristle.core.typography import Scale
+from bristle.figures.drawing import AT_TICKS, GREY, INK, WIDTH, Drawing, own_settings
+from bristle.figures.envelope import line
+from bristle.figures.labels import time_scale
+from bristle.figures.lettering import LETTERS, label, shortened, shortened_apart, width
 
 __all__ = [
+    "AID",
+    "BAR",
+    "BARS",
+    "DASHED",
+    "DOTTED",
+    "DOUBTFUL",
     "GREY",
+    "HATCHED_BAR",
     "INK",
+    "LINES",
     "MEASURED",
+    "PALE",
     "PREDICTED",
+    "REST",
     "SERIES",
+    "SMALL",
     "WIDTH",
     "Look",
+    "at_axis",
+    "grid_of",
     "legend",
     "legend_in_corner",
     "mark_window",
-    "panel_width",
+    "named_rows",
+    "one_height",
+    "over_time",
     "panels",
     "plot_by_side",
-    "room_for",
+    "share_y",
     "styled",
     "title",
 ]
 
-AT_AXES = 8.0  # points: letters of numbers and names at axes
 Look = dict[str, Any]
 # A wide light line under a narrow dark one stays legible in grey where two colours would not.
 MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}
 PREDICTED: Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
-SERIES: tuple[Look, ...] = (
-    MEASURED | {"marker": "o"},
-    PREDICTED | {"marker": "s"},
-    {"color": "#00836a", "linewidth": 1.1, "linestyle": "--", "marker": "^"},
-    {"color": "#a3356f", "linewidth": 1.1, "linestyle": ":", "marker": "D"},
-    {"color": "#555e69", "linewidth": 1.1, "linestyle": "-.", "marker": "v"},
+LINES: tuple[Look, ...] = (
+    MEASURED,
+    PREDICTED,
+    {"color": "#00836a", "linewidth": 1.1, "linestyle": "--"},
+    {"color": "#a3356f", "linewidth": 1.1, "linestyle": ":"},
+    {"color": "#555e69", "linewidth": 1.1, "linestyle": "-."},
 )
+SERIES: tuple[Look, ...] = tuple(look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True))
+REST: Look = PREDICTED | {"linewidth": 0.7}
+AID: Look = {"color": GREY, "linewidth": 0.8}
+DASHED: Look = {"color": INK, "linewidth": 1.0, "linestyle": "--"}
+DOTTED: Look = {"color": GREY, "linewidth": 1.0, "linestyle": (0, (1, 2))}
+BAR: Look = {"color": PREDICTED["color"]}
+HATCHED_BAR: Look = {"color": MEASURED["color"], "hatch": "////", "edgecolor": "white", "linewidth": 0.0}
+PALE, BARS, DOUBTFUL = "#e9ecf0", "#9db6d0", "#b5651d"
+SMALL = 4.5  # points: a mark
+WIDE, BESIDE = 1.6, 0.2  # points: an interval; rows: marks of one row beside one another
+TOP, ROW, PANEL = 0.32, 1.6, 2.2  # inches: above panels, a row over time, a row of panels
+LONGEST, NARROW = 2.4, 1.6  # inches: a name at an axis, and where there is little room
+NAME, PAIR = 0.3, 0.42  # inches: a row with a name, and one of two bars or marks
+LINE = 0.18  # inches: of a legend
+HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # of a legend [em]
+PAD = 0.1  # around a legend [em]
+EM = LETTERS / 72.0  # inches
+EDGE, PIXELS = 0.1, 1.03  # inches left free at the edges of a figure; times as wide are letters fitted to pixels
+AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
@@ -70,15 +104,24 @@ def panels(
     undivided: Sequence[int] = (),
     left: float = 0.68,
     right: float = 0.12,
-    top: float = 0.32,
+    top: float = TOP,
     bottom: float = 0.46,
     gap: float = 0.66,
     between: float = 0.62,
+    names: Iterable[str] = (),
+    over_titles: bool = False,
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure as wide as a page and its axes by row and column."""
+    """Return a figure as wide as a page and its axes by row and column.
+
+    Room is made above them for a legend of these names, if it takes more than a line or is to lie over the titles.
+    """
+    lines = _lines([label(name) for name in names])
+    above = LINE * lines if over_titles or lines > 1 else 0.0
+    height, top = height + above, top + above
     figure = Drawing(figsize=(WIDTH, height))
+    figure.has_room_above = above > 0.0
     tall = (height - top - bottom - gap * (rows - 1)) / rows
-    wide = panel_width(columns, between, left, right)
+    wide = (WIDTH - left - right - between * (columns - 1)) / columns
     grid = figure.add_gridspec(
         rows,
         columns,
@@ -95,14 +138,48 @@ def panels(
     return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
 
 
-def panel_width(columns: int, between: float, left: float = 0.68, right: float = 0.12) -> float:
-    """Return how wide a panel is beside others as wide [inch]."""
-    return (WIDTH - left - right - between * (columns - 1)) / columns
+def grid_of(count: int, columns: int = 2, **layout: Any) -> tuple[Figure, list[Axes]]:
+    """Return a figure with so many panels, row by row."""
+    columns = min(count, columns)
+    rows = -(-count // columns)
+    figure, grid = panels(layout.get("top", TOP) + PANEL * rows, rows, columns, **layout)
+    axes = list(chain.from_iterable(grid))
+    for unused in axes[count:]:
+        unused.remove()
+    return figure, axes[:count]
 
 
-def room_for(names: Sequence[str]) -> float:
+def named_rows(
+    names: Sequence[str], row_height: float = NAME, longest: float = LONGEST, columns: int = 1, **layout: Any
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a row for each name, from above down, in each of its panels."""
+    texts = shortened_apart(names, longest, AT_TICKS)
+    left = max(0.45 + at_axis(texts, longest), 1.0)
+    figure, (row,) = panels(0.9 + row_height * len(texts), columns=columns, left=left, **layout)
+    for axes in row:
+        axes.set_yticks(range(len(texts)), texts if axes is row[0] else [""] * len(texts))
+        axes.set_ylim(len(texts) - 0.5, -0.7)
+        axes.tick_params(axis="y", length=0)
+    return figure, row
+
+
+def at_axis(names: Sequence[str], longest: float) -> float:
     """Return how wide the widest of these names is at an axis [inch], letters taken for wide ones."""
-    return max((max(0.085 * len(name), width(name, AT_AXES)) for name in names), default=0.0)
+    return min(max((max(0.085 * len(name), width(name, AT_TICKS)) for name in names), default=0.0), longest)
+
+
+def share_y(row: Sequence[Axes], text: str) -> None:
+    """Write the name and the numbers of y at the first panel of a row alone."""
+    row[0].set_ylabel(text)
+    for axes in row[1:]:
+        axes.tick_params(labelleft=False)
+
+
+def one_height(panels: Sequence[Axes]) -> None:
+    """Let panels go from where to where the lowest and the highest of them go."""
+    limits = [axes.get_ylim() for axes in panels]
+    for axes in panels:
+        axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
 def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -> None:
@@ -113,10 +190,19 @@ def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -
     axes.set_title(shortened(name, available) + behind)
 
 
+def over_time(axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, str], scale: Scale, word: str) -> None:
+    """Draw signals over time, each with its look and its name, as short lines that look the same; name both axes."""
+    span = time_scale(time)
+    for signal, look, name in signals:
+        x, y = line(time, signal)
+        axes.plot(x * span.factor, y * scale.factor, label=name, **look)
+    axes.set(xlabel=span.label("Time"), ylabel=scale.label(word))
+
+
 def mark_window(axes: Axes, times: np.ndarray) -> None:
     """Shade the stretch that another panel shows close up, in the numbers of the axis."""
     if times.size:
-        axes.axvspan(float(times[0]), float(times[-1]), color="#e9ecf0", linewidth=0, zorder=0)
+        axes.axvspan(float(times[0]), float(times[-1]), color=PALE, linewidth=0, zorder=0)
 
 
 def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
@@ -126,3 +212,73 @@ def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
         if side.any():
             axes.plot(*points[side].T, label=name, **look)
             name = "_same"
+
+
+def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
+    """Put the legend above the panel, or where room was made for it, with names shortened to the width of the figure."""
+    handles, labels = axes.get_legend_handles_labels()
+    if not handles:
+        return
+    left = WIDTH * axes.get_position().x0
+    columns = _columns(labels, columns, handle)
+    labels = shortened_apart(labels, _widest(labels, columns, AVAILABLE - _beside_names(columns, handle)))
+    wide = sum(_tops(labels, columns)) + _beside_names(columns, handle)
+    # A panel far to the right, behind long names at its axis, begins later than its legend may have to.
+    begin = left if left + wide <= WIDTH - EDGE else WIDTH - EDGE - PIXELS * wide
+    look = {
+        "ncols": columns,
+        "frameon": False,
+        "borderpad": PAD,
+        "borderaxespad": 0.2,
+        "handlelength": handle,
+        "handletextpad": BEHIND_HANDLE,
+        "columnspacing": BETWEEN,
+    }
+    if isinstance(axes.figure, Drawing) and axes.figure.has_room_above:
+        axes.figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(begin / WIDTH, 1.0), **look)
+    else:
+        inside = (begin - left) / (WIDTH * axes.get_position().width)
+        axes.legend(handles, labels, loc="lower left", bbox_to_anchor=(inside, 1.0), **look)
+
+
+def legend_in_corner(figure: Figure, axes: Axes) -> float:
+    """Put the legend of a panel, in one line, into the upper left corner; return how far it reaches over it [inch]."""
+    handles, labels = axes.get_legend_handles_labels()
+    columns = len(labels)
+    figure.legend(handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
+    end = 0.9 * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
+    return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
+
+
+def _lines(labels: Sequence[str], columns: int = 4, handle: float = HANDLE) -> int:
+    """Return how many lines a legend of these names has."""
+    return -(-len(labels) // _columns(labels, columns, handle)) if labels else 0
+
+
+def _columns(labels: Sequence[str], columns: int, handle: float) -> int:
+    """Return how many names stand in a line: as many as fit in full, if that takes three lines at most."""
+    for count in range(1, 4):
+        in_line = -(-len(labels) // count)
+        if sum(_tops(labels, in_line)) + _beside_names(in_line, handle) <= AVAILABLE:
+            return in_line
+    return min(columns, len(labels))
+
+
+def _beside_names(columns: int, handle: float) -> float:
+    """Return how much of the width of a legend is not names [inch]."""
+    return EM * (columns * (handle + BEHIND_HANDLE) + (columns - 1) * BETWEEN + 2.0 * PAD)
+
+
+def _tops(labels: Sequence[str], columns: int) -> list[float]:
+    """Return how wide the widest name of each column is [inch], in order of width."""
+    return sorted(max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns))
+
+
+def _widest(labels: Sequence[str], columns: int, available: float) -> float:
+    """Return how wide a name may be so that all columns fit [inch]: short ones leave their room to long ones."""
+    tops = _tops(labels, columns)
+    for index, top in enumerate(tops):
+        share = (available - sum(tops[:index])) / (columns - index)
+        if top > share:
+            return share
+    return available

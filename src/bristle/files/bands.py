@@ -48,7 +48,7 @@ def _short(value: Any) -> Any:
 
 
 def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none."""
+    """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
     if value is None:
         return None
     table = table_at(value, "bands")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bristle.core import units
 from bristle.core.contracts import Component, Model, make_model
+from bristle.core.dimensions import KINDS, kind_called
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Kind, Variable
 
@@ -111,3 +112,44 @@ def refuse_open(tables: Mapping[str, Any]) -> None:
         return
     more = f" So are {', '.join(keys[1:])}" if len(keys) > 1 else ""
     raise InputError("is still to be filled in", path=keys[0], value=FILL_IN, mend=f"The comment behind it says what to write.{more}")
+
+
+def numbers_in(
+    table: Mapping[str, Any],
+    variables: Mapping[str, Variable],
+    kind: Kind,
+    path: str,
+    *,
+    needs: Iterable[str] = (),
+    whole: Iterable[str] = (),
+) -> dict[str, Any]:
+    """Return what a table gives of some quantities, in SI: those that it `needs`, and some that are whole numbers."""
+    for name in needs:
+        if name not in table:
+            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {variables[name].description}, under [{path}]")
+    values: dict[str, Any] = {
+        name: number_at(table[key], variable, kind, f"{path}.{key}")
+        for name, variable in variables.items()
+        if (key := key_of(name)) in table
+    }
+    for name in values.keys() & set(whole):
+        if not values[name].is_integer():
+            raise InputError("must be a whole number", path=f"{path}.{name}", value=table[name])
+        values[name] = int(values[name])
+    return values
+
+
+def choice_at(table: Mapping[str, Any], key: str, choices: Sequence[str], path: str, fault: str, usual: str | None = None) -> str:
+    """Return which of several words a table says at a key; where it says none, the usual one, or else the first."""
+    value = table.get(key, usual or choices[0])
+    if value not in choices:
+        raise InputError(fault, path=f"{path}.{key}", value=value, allowed=" or ".join(choices))
+    return value
+
+
+def kind_at(value: Any, path: str, kinds: Sequence[Kind] = KINDS) -> Kind:
+    """Return a kind of axis."""
+    kind = kind_called(value)
+    if kind not in kinds:
+        raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(kinds))
+    return kind

@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import product
 from typing import Any
 
 from bristle.controllers import CONTROLLERS
 from bristle.core import units
-from bristle.core.axis import Axis, Column
+from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, make_model
 from bristle.core.dimensions import Kind, exponents_of, unit_of
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
-from bristle.files.components import component_named, parameters_in, table_at
+from bristle.files.components import component_named, number_at, parameters_in, table_at
 
 INTEGRAL_TIME = "T_n"
 
 
 def controller_of(table: Any, axis: Axis) -> Model | None:
-    """Return the control law that was running on an axis; None where its file names none.
+    """Return the control law that was running on an axis; None where its file names none."""
+    return None if table is None else controller_from(table, kind=axis.kind, axis=axis, path="controller")
+
+
+def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None) -> Model:
+    """Return the control law of a table.
 
     Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
     volts: the constant of the drive turns them into SI, and gear and lead those for an angle of the motor.
     """
-    if table is None:
-        return None
-    return controller_from(table, kind=axis.kind, columns=axis.columns, arm=axis.arm, path="controller")
-
-
-def controller_from(
-    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None, own: Controller | None = None
-) -> Model:
-    """Return the control law of a table."""
     entries = table_at(table, path)
     if own is None and "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
@@ -40,7 +36,7 @@ def controller_from(
     by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
     values = parameters_in(entries, component, path, beside=("model" if own is None else "file", *by_time))
     for name, value in values.items():
-        values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}", arm)
+        values[name] = in_effort(value, component.variables[name].quantity, kind, axis, f"{path}.{name}")
     if by_time and INTEGRAL_TIME in entries:
         values["k_i"] = _integral_gain(entries, values, component.variables["k_v"], kind, path)
     return make_model(component, values, kind=kind, validate=True, path=path)
@@ -53,45 +49,36 @@ def _integral_gain(entries: Mapping[str, Any], values: Mapping[str, Any], veloci
         raise InputError("tells the integral, and so does k_i", path=place, value=entries[INTEGRAL_TIME], mend="Keep one of them")
     if "k_v" not in values:
         raise InputError("needs the velocity gain", path=place, value=entries[INTEGRAL_TIME], mend=f"Write k_v under [{path}]")
-    time = units.quantity(entries[INTEGRAL_TIME], Variable("time", "integral time", min=0.0), path=place)
-    if time < 0.0:
-        raise InputError("must not be negative", path=place, value=entries[INTEGRAL_TIME], allowed=">= 0 s")
+    time = number_at(entries[INTEGRAL_TIME], Variable("time", "integral time", min=0.0), kind, place)
     gain = units.quantity(values["k_v"], velocity_gain, kind, path=f"{path}.k_v")
     return gain / time if time else 0.0
 
 
-def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None) -> Any:
+def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: str) -> Any:
     """Return text in the units of the drive as a number in SI, and everything else as it is.
 
     The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
     where the current and the angle of the motor are recorded.
     """
-    if not isinstance(value, str) or "force" not in exponents_of(quantity):
+    if not isinstance(value, str) or "force" not in (powers := exponents_of(quantity)):
         return value
     _, own_unit = units.split(value, path)
     if not own_unit or units.compatible(own_unit, unit_of(quantity, kind), path=path):
         return value
-    for unit, factor in _units_of_drive(quantity, kind, columns, arm):
+    # An inertia too may be told as what it is a product of: an effort over an acceleration.
+    expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
+    forces, lengths = _counted("force", "effort", kind, axis), _counted("length", "position", kind, axis)
+    if axis is not None and axis.arm is not None and kind == "translational":  # on a rotational axis N*m and rad are its own
+        forces, lengths = [*forces, ("N*m", 1.0 / axis.arm)], [*lengths, ("rad", axis.arm)]
+    for (force, effort), (length, position) in product(forces, lengths):
+        unit = unit_of(expanded, kind, force=force, length=length)
         if units.compatible(own_unit, unit, path=path):
-            return units.convert(value, unit, path=path) * factor
+            return units.convert(value, unit, path=path) * effort ** powers["force"] * position ** powers.get("length", 0.0)
     return value
 
 
-def _units_of_drive(quantity: str, kind: Kind, columns: Mapping[str, Column], arm: float | None) -> Iterator[tuple[str, float]]:
-    """Yield each unit in which a quantity may be told, and SI for one of it."""
-    powers = exponents_of(quantity)
-    # An inertia too may be told as what it is a product of: an effort over an acceleration.
-    expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
-    forces, lengths = _counted("force", columns.get("effort"), kind), _counted("length", columns.get("position"), kind)
-    if arm is not None and kind == "translational":  # on a rotational axis N*m and rad are those of the axis
-        forces, lengths = [*forces, ("N*m", 1.0 / arm)], [*lengths, ("rad", arm)]
-    for (force, effort), (length, position) in product(forces, lengths):
-        factor = effort ** powers["force"] * position ** powers.get("length", 0.0)
-        yield unit_of(expanded, kind, force=force, length=length), factor
-
-
-def _counted(name: str, column: Column | None, kind: Kind) -> list[tuple[str, float]]:
+def _counted(name: str, channel: str, kind: Kind, axis: Axis | None) -> list[tuple[str, float]]:
     """Return the units in which an effort or a position is counted, and SI for one of each."""
-    in_si = [(unit_of(name, kind), 1.0)]
+    in_si, column = (unit_of(name, kind), 1.0), axis.columns.get(channel) if axis is not None else None
     # A sign in the scale is a matter of wiring; a gain has none.
-    return in_si if column is None else [*in_si, (column.base, abs(column.scale))]
+    return [in_si] if column is None else [in_si, (column.base, abs(column.scale))]

@@ -4,39 +4,24 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from bristle.core import units
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import InputError
+from bristle.core.errors import located
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
-from bristle.files.schema import ColumnName, Strict, validated
+from bristle.files.schema import ColumnName, Signal, SignalEntry, Strict, validated
 from bristle.files.toml import read_toml
 from bristle.logs.curves import CurveColumns, Curves, SignalColumn
 from bristle.logs.curves import read_curves as curves_in
 
 
-class SignalEntry(Strict):
-    """One signal: which column it is, in what unit, with what sign."""
-
-    column: ColumnName
-    unit: str | None = None
-    sign: Literal[1, -1] = 1
-
-
-def _entry(value: Any) -> Any:
-    return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
-
-
-Entry = Annotated[SignalEntry, BeforeValidator(_entry)]
-
-
 class Columns(Strict):
     """The signals of the curves."""
 
-    input: Entry
-    output: Entry
+    input: Signal
+    output: Signal
     curve: ColumnName = ""
 
 
@@ -75,25 +60,19 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
 def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
     """Return where the curves are, as a file says it."""
     data, source, _ = read_toml(path, path="axis", what="a file that says where the curves are")
-    try:
-        return _columns_from(data)
-    except InputError as error:
-        raise error.at(str(source)) from None
-
-
-def _columns_from(data: dict[str, Any]) -> CurveColumns:
-    check_schema(data)
-    file = validated(HysteresisFile, data)
-    return CurveColumns(
-        input=_signal(file.columns.input, "length", file.kind, "columns.input.unit"),
-        output=_signal(file.columns.output, "force", file.kind, "columns.output.unit"),
-        kind=file.kind,
-        start=file.curves.start,
-        tables=file.log.tables,
-        curve=file.columns.curve,
-        shortest=file.curves.shortest,
-        name=file.name,
-    )
+    with located(source):
+        check_schema(data)
+        file = validated(HysteresisFile, data)
+        return CurveColumns(
+            input=_signal(file.columns.input, "length", file.kind, "columns.input.unit"),
+            output=_signal(file.columns.output, "force", file.kind, "columns.output.unit"),
+            kind=file.kind,
+            start=file.curves.start,
+            tables=file.log.tables,
+            curve=file.columns.curve,
+            shortest=file.curves.shortest,
+            name=file.name,
+        )
 
 
 def _signal(entry: SignalEntry, quantity: str, kind: Kind, path: str) -> SignalColumn:

@@ -19,10 +19,7 @@ _BINARY = getattr(os, "O_BINARY", 0)
 
 
 class Folder:
-    """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now.
-
-    Files of it are named as they stand in it, those in a folder below with that folder: ``figures/time.svg``.
-    """
+    """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now."""
 
     def __init__(self, path: Path, above: Folder | None = None) -> None:
         self.path = path

@@ -1,8 +1,7 @@
 """A folder that grows over many starts of a command: each file of it appears whole, or not at all.
 
-Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears. So what a command finds again
-is verified, what a disk damaged is told by name and made anew, and what a person made or changed is never replaced.
-The folder is looked through before anything in it is touched, and one process writes at a time.
+Its note (`bristle.files.owned`) names each file with its SHA-256 before the file appears: damaged files are made anew, and
+what a person made or changed is never replaced. One process writes at a time.
 """
 
 from __future__ import annotations

@@ -30,11 +30,7 @@ PER = {"velocity": "/s", "acceleration": "/s^2"}
 
 
 def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
-    """Return the heads of the columns of a motion, and by what each number in SI is divided there.
-
-    Position is in the unit and with the sign of the reference in the logs of the axis, or else of their position;
-    velocity and acceleration are its derivatives, unless the logs have a velocity of their own.
-    """
+    """Return the heads of the columns of a motion, and by what each number in SI is divided there."""
     columns = axis.columns
     position = columns.get("reference") or columns.get("position")
     heads = {}
@@ -77,10 +73,7 @@ def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np
 
 
 def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
-    """Return the axis that a file is read with, in which the position is the motion to follow; None for a log.
-
-    A motion has no effort: nothing was recorded.
-    """
+    """Return the axis that a file is read with, in which the position is the motion to follow; None for a log."""
     if axis is None or "effort" not in axis.columns:
         return None
     if read_table(source, axis.table, choice=NONE).has(axis.columns["effort"].name):

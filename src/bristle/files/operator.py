@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, located
 from bristle.core.variable import KINDS, Kind, Variable
-from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, table_at
+from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, number_at, table_at
 from bristle.files.single import write_whole
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.friction import MODELS
@@ -64,24 +64,15 @@ def holds_operator(path: Readable) -> bool:
 def read_operator(path: Readable) -> OperatorFile:
     """Return the operator in a model file."""
     data, source, _ = read_toml(path, path="model", what="a model file")
-    try:
-        return _operator_from(data)
-    except InputError as error:
-        raise error.at(str(source)) from None
-
-
-def _operator_from(data: dict[str, Any]) -> OperatorFile:
-    check_keys(data, KEYS, "")
-    check_schema(data)
-    kinds = (*KINDS, "magnetic", "piezo")
-    kind = data.get("kind", KINDS[0])
-    if kind not in kinds:
-        raise InputError("unknown kind", path="kind", value=kind, allowed=", ".join(kinds))
-    operator = model_from(data.get("operator", {}), OPERATORS, kind=kind, path="operator")
-    output = table_at(data.get("output", {}), "output")
-    check_keys(output, ("offset",), "output")
-    offset = number_at(output.get("offset", 0.0), OFFSET, kind, "output.offset")
-    return OperatorFile(operator, offset, table_at(data.get("provenance", {}), "provenance"))
+    with located(source):
+        check_keys(data, KEYS, "")
+        check_schema(data)
+        kind = kind_at(data.get("kind", KINDS[0]), "kind", (*KINDS, "magnetic", "piezo"))
+        operator = model_from(data.get("operator", {}), OPERATORS, kind=kind, path="operator")
+        output = table_at(data.get("output", {}), "output")
+        check_keys(output, ("offset",), "output")
+        offset = number_at(output.get("offset", 0.0), OFFSET, kind, "output.offset")
+        return OperatorFile(operator, offset, table_at(data.get("provenance", {}), "provenance"))
 
 
 OperatorRead = Callable[[Any, str], OperatorFile]
@@ -94,19 +85,14 @@ def operator_beside(folder: Path) -> OperatorRead:
     def read(file: Any, path: str) -> OperatorFile:
         if not isinstance(file, str) or not file:
             raise InputError("must be the name of a file", path=path, value=file)
-        try:
+        with located(path):
             return read_operator(content_of(folder / file, limit=TOML_LIMIT))
-        except InputError as error:
-            raise error.at(path) from None
 
     return read
 
 
 def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
-    """Return the keys of a friction model, an operator that they name for the kernel being there itself.
-
-    The constant output beside an operator in a file is the offset of the friction, unless that is given.
-    """
+    """Return the keys of a friction model, an operator that they name for the kernel being there itself."""
     kernel = entries.get("kernel")
     if isinstance(kernel, dict) and "file" not in kernel:
         return entries | {"kernel": model_from(kernel, OPERATORS, kind=kind, path=f"{path}.kernel")}

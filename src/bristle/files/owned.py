@@ -162,10 +162,7 @@ def _note_of(text: bytes) -> Note | None:
 
 
 def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
-    """Return the objects of the lines, the first one in any case, and whether all are as they were written.
-
-    The last line may be cut.
-    """
+    """Return the objects of the lines, the first one in any case, and whether all are as they were written."""
     *complete, last = text.decode("utf-8", "replace").split("\n")
     objects = [_object_in(line) for line in complete or [""]]
     return [line for line in (objects[0] or {}, *objects[1:]) if line is not None], (

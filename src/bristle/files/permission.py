@@ -1,9 +1,6 @@
-"""Code that a file names runs only if this person allowed it: that very content, or everything this once.
+"""Code that a file names runs only if this person allowed it: that very content by its hash, or everything this once.
 
-A model file may name a model of a person's own, in Python. Whoever reads the model file then runs that Python, and
-files are mailed. So the code must lie beside or below the file that names it, it is told by name and hash, and it runs
-where it is asked for (``allow_code``), or where its hash was allowed before: by naming it on the command line. What
-was allowed is kept in the state folder of the person, never in a file that travels.
+What was allowed is kept in the state folder of the person, never in a file that travels.
 """
 
 from __future__ import annotations
@@ -21,10 +18,7 @@ from bristle.core.errors import InputError, InputWarning
 
 
 def state_folder(name: str) -> Path:
-    """Return a folder to remember something in, made where there is none; nobody else can look into it.
-
-    ``BRISTLE_STATE_DIR`` overrides the place.
-    """
+    """Return a folder to remember something in, made where there is none; nobody else can look into it."""
     import platformdirs
 
     chosen = os.environ.get("BRISTLE_STATE_DIR")
@@ -58,16 +52,7 @@ def code_at(path: Readable) -> Content:
     return content
 
 
-def code_beside(folder: Path, *, allow_code: bool) -> CodeRead:
-    """Return what reads code beside the file that names it, where it may run; as `code_named`."""
-
-    def read(file: str, path: str) -> Content:
-        return code_named(file, folder, path, allow_code=allow_code)
-
-    return read
-
-
-def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:
+def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Content:
     """Return the code that a file names, if it may run."""
     allowed = FLAG(allow_code, "allow_code", None)
     source = folder / file

@@ -1,11 +1,8 @@
 """A folder of results appears whole or not at all, and never in place of what a person made.
 
-Everything is written into a folder beside the one wanted, with a name that nobody has, made for this. Only when all of
-it is there and synced to the disk is it renamed; results that were there before change names with it in one step, and
-are removed last. Whatever ends the program in between (an error, a full disk, Ctrl-C, a kill) leaves the old results or
-the new ones. What a killed program left behind is removed by the next one that succeeds there.
-
-Nothing is ever removed but files that bristle wrote and that nobody changed (`bristle.files.owned`).
+Everything is written and synced in a folder beside the one wanted, which changes names with it in one step; the old one is
+removed last. What a killed program left behind is removed by the next one that succeeds there. Nothing is ever removed
+but files that bristle wrote and that nobody changed (`bristle.files.owned`).
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Trajectory, make_model
 from bristle.core.errors import InputError
-from bristle.core.experiment import RUN, SAMPLES_MAX, Effort, Run
+from bristle.core.experiment import OF_A_SAMPLE, RUN, SAMPLES_MAX, Effort, Run
 from bristle.core.variable import Kind, Variable
-from bristle.files.components import check_keys, component_named, key_of, number_at
+from bristle.files.components import check_keys, component_named, key_of, number_at, numbers_in
 from bristle.files.controller import in_effort
 from bristle.files.sources import Sources
 from bristle.logs.log import Log
@@ -24,24 +24,16 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     """Return how long and how finely to simulate."""
     entries = dict(table)
     check_keys(entries, RUN, path)
-    if axis is not None and axis.effort_limit is not None:
-        entries = {"effort_limit": axis.effort_limit, **entries}
-    if axis is not None and axis.lag:
-        entries = {"current_lag": axis.lag, **entries}
-    if axis is not None and axis.sample_time is not None:
-        entries = {"sample_time": axis.sample_time, **entries}
+    if axis is not None:
+        of_axis = {"effort_limit": axis.effort_limit, "current_lag": axis.lag or None, "sample_time": axis.sample_time}
+        entries = {name: value for name, value in of_axis.items() if value is not None} | entries
     if reference.name == "recorded":
         record = reference.values
         length = len(record["position"]) * record["sample_time"]
         entries = {"sample_time": record["sample_time"], "duration": length, **entries}
-    for name in ("duration", "sample_time"):
-        if name not in entries:
-            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {RUN[name].description}, under [{path}]")
     if "effort_limit" in entries:
-        columns = axis.columns if axis is not None else {}
-        quantity, place = RUN["effort_limit"].quantity, f"{path}.effort_limit"
-        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, place, axis.arm if axis is not None else None)
-    values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
+        entries["effort_limit"] = in_effort(entries["effort_limit"], RUN["effort_limit"].quantity, kind, axis, f"{path}.effort_limit")
+    values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), whole=("substeps", "delay", "seeds"))
     if "substeps" in values and values.get("tolerance"):
         raise InputError(
             "stands beside a tolerance, which chooses the steps itself",
@@ -49,18 +41,11 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
             value=table["substeps"],
             mend="Leave one of both out",
         )
-    for name in ("substeps", "delay", "seeds"):
-        if name in values:
-            values[name] = _integer(values[name], f"{path}.{name}")
-    _check_lengths(values["duration"], values["sample_time"], values.get("settle", 0.0), path)
-    return Run(**values)
-
-
-def _check_lengths(duration: float, sample_time: float, settle: float, path: str) -> None:
-    samples = duration / sample_time
+    duration, settle = values["duration"], values.get("settle", 0.0)
+    samples = duration / values["sample_time"]
     if not 3.0 <= samples <= SAMPLES_MAX:
         raise InputError(
-            f"asks for {samples:.3g} samples of {sample_time:g} s",
+            f"asks for {samples:.3g} samples of {values['sample_time']:g} s",
             path=f"{path}.duration",
             value=duration,
             allowed=f"3 to {SAMPLES_MAX} samples",
@@ -68,19 +53,13 @@ def _check_lengths(duration: float, sample_time: float, settle: float, path: str
         )
     if settle >= duration:
         raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle, allowed=f"less than the duration, {duration:g} s")
-
-
-def _integer(value: float, path: str) -> int:
-    if not value.is_integer():
-        raise InputError("must be a whole number", path=path, value=value)
-    return int(value)
+    return Run(**values)
 
 
 # The functions of time that references are, with an effort for each length.
 FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
 CONSTANT, RECORDED = "constant", "recorded"
 LEVEL = Variable("force", "effort from the first sample on")
-BETWEEN = 1e-6  # of a sample: times that are told in decimals are not exact
 
 
 def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, path: str) -> Log | None:
@@ -108,7 +87,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     """Return what drives an open loop, sample by sample."""
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     if log is not None and log.effort is not None:
-        at = np.floor(time / log.sample_time + BETWEEN).astype(int)
+        at = np.floor(time / log.sample_time + OF_A_SAMPLE).astype(int)
         if at[-1] >= len(log):
             raise InputError(
                 f"is longer than the log of the effort, {len(log) * log.sample_time:g} s",
@@ -131,9 +110,9 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
     registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # those too are told of where a name is unknown
     component: Trajectory = component_named(table["model"], registry, f"{path}.model")
-    variables = {key_of(name): (name, variable) for name, variable in effort_variables(component.name).items()}
-    check_keys(table, ("model", *variables), path)
-    values = {name: number_at(table[key], variable, kind, f"{path}.{key}") for key, (name, variable) in variables.items() if key in table}
+    variables = effort_variables(component.name)
+    check_keys(table, ("model", *map(key_of, variables)), path)
+    values = numbers_in(table, variables, kind, path)
     model = make_model(component, values, kind=kind, validate=True, path=path)
     return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {numbers}")
 
@@ -143,9 +122,5 @@ def effort_variables(name: Any) -> dict[str, Variable]:
     if name == CONSTANT:
         return {"level": LEVEL}
     component = FUNCTIONS.get(name) if isinstance(name, str) else None
-    return {} if component is None else {key: _of_effort(length) for key, length in component.variables.items()}
-
-
-def _of_effort(variable: Variable) -> Variable:
-    """Return a parameter of a reference as one of an effort."""
-    return replace(variable, quantity=variable.quantity.replace("length", "force"))
+    lengths = {} if component is None else component.variables
+    return {key: replace(length, quantity=length.quantity.replace("length", "force")) for key, length in lengths.items()}

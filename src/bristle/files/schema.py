@@ -137,12 +137,17 @@ def _no_truth_value(value: Any) -> Any:
     return value
 
 
-class ColumnEntry(Strict):
-    """One channel: which column it is, in what unit, with what sign, measured where."""
+class SignalEntry(Strict):
+    """One signal: which column it is, in what unit, with what sign."""
 
     column: ColumnName
     unit: str | None = None
     sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
+
+
+class ColumnEntry(SignalEntry):
+    """One channel: a signal, measured where, and whether a log may lack it."""
+
     side: Side | None = None
     optional: bool = False
 
@@ -152,6 +157,7 @@ def long_form(value: Any) -> Any:
     return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
 
 
+Signal = Annotated[SignalEntry, BeforeValidator(long_form)]
 Entry = Annotated[ColumnEntry, BeforeValidator(long_form)]
 
 

@@ -1,8 +1,4 @@
-"""The files that an experiment names: each is read once, relative to the folder of the experiment.
-
-What was read travels with them to another process: there the same tables are read again without a file, on whatever
-machine, and code that was allowed where it was read is not asked for once more.
-"""
+"""The files that an experiment names: each is read once, and what was read travels to other processes."""
 
 from __future__ import annotations
 
@@ -13,8 +9,8 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
-from bristle.core.contracts import Component, Model, make_model
-from bristle.core.errors import InputError
+from bristle.core.contracts import Model, make_model
+from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
@@ -24,7 +20,7 @@ from bristle.files.motion import axis_of_motion
 from bristle.files.operator import OperatorFile, contact_over, holds_operator, read_operator
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
-from bristle.files.user_model import Described, component_in, origins_of_code
+from bristle.files.user_model import Own, component_in, origins_of_code
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
@@ -60,7 +56,7 @@ class Sources:
                 friction = friction_from(table, kind=kind, folder=self.folder, path="operator")
                 return ModelFile(None, friction, {"provenance": described.provenance})
             file = read_model(content, allow_code=self.allow_code)
-            self._note_code(file.friction.component)
+            self._origins.setdefault("code", []).extend(origins_of_code([file.friction.component]))
             return file
 
         return self._once(("model", self._file(file, path)), path, read)
@@ -96,7 +92,7 @@ class Sources:
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
-    def own(self, table: Any, family: type[Described], path: str) -> Described | None:
+    def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the component of a person's own that a table names in `file`; None where it names none."""
         entries = table_at(table, path)
         if "file" not in entries:
@@ -107,7 +103,7 @@ class Sources:
         """Return the code in a file, which may run here."""
         key = ("code", self._file(file, path))
         if key not in self._read:
-            self._read[key] = code_named(file, self.folder, path, allow_code=self.allow_code)
+            self._read[key] = code_named(file, path, folder=self.folder, allow_code=self.allow_code)
             self._origins.setdefault("code", []).append(self._read[key].origin)
         return self._read[key]
 
@@ -163,13 +159,8 @@ class Sources:
 
     def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any], opened: Callable[..., Content] = content_of) -> Any:
         if key not in self._read:
-            try:
+            with located(path):
                 content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)
                 self._read[key] = read(content)
-            except InputError as error:
-                raise error.at(path) from None
             self._origins.setdefault("log" if key[0] == "loop" else key[0], []).append(content.origin)
         return self._read[key]
-
-    def _note_code(self, component: Component) -> None:
-        self._origins.setdefault("code", []).extend(origins_of_code([component]))

@@ -13,12 +13,24 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory
 from bristle.core.errors import InputError
-from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, RESTS, SIDES, START, Feedforward, Learning, Run, Start, Variant
+from bristle.core.experiment import (
+    ALONG,
+    FEEDFORWARD,
+    LEARNING,
+    OF_A_SAMPLE,
+    RESTS,
+    SIDES,
+    START,
+    Feedforward,
+    Learning,
+    Run,
+    Start,
+    Variant,
+)
 from bristle.core.variable import Kind
-from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
+from bristle.files.components import check_keys, choice_at, key_of, kind_at, model_from, numbers_in, table_at
 from bristle.files.controller import controller_from
-from bristle.files.model import kind_at
-from bristle.files.run import BETWEEN, at_rest, effort_from, recorded_in, run_from
+from bristle.files.run import at_rest, effort_from, recorded_in, run_from
 from bristle.files.sources import Sources
 from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
@@ -68,15 +80,7 @@ class Tables:
 
 
 def merged(base: Any, override: Any) -> Any:
-    """Return `base` with what `override` says instead; neither is changed.
-
-    Examples
-    --------
-    >>> merged({"run": {"delay": 1, "settle": 0.5}}, {"run": {"delay": 2}})
-    {'run': {'delay': 2, 'settle': 0.5}}
-    >>> merged({"model": "coulomb", "F_C": 3.0}, {"model": "viscous", "F_v": 1.0})
-    {'model': 'viscous', 'F_v': 1.0}
-    """
+    """Return `base` with what `override` says instead; neither is changed."""
     if not isinstance(base, Mapping) or not isinstance(override, Mapping):
         return override
     if override.keys() & {"model", "file", "identified"}:
@@ -131,7 +135,7 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
         raise InputError("has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=f"Take [{path}] out of the file")
-    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + BETWEEN)
+    at = np.floor(run.sample_time / record.sample_time * np.arange(round(run.duration / run.sample_time)) + OF_A_SAMPLE)
     if at[-1] >= force.size:
         raise InputError(
             f"is longer than the force in {entries['file']}, {force.size * record.sample_time:g} s",
@@ -148,9 +152,7 @@ def _start(tables: Tables, kind: Kind) -> Start | None:
         return None
     path, entries, known = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
     check_keys(entries, known, path)
-    if "position" not in entries:
-        raise InputError("needs position", path=path, mend=f"Write position, {START['position'].description}")
-    return Start(**{name: number_at(entry, known[name], kind, f"{path}.{name}") for name, entry in entries.items()})
+    return Start(**numbers_in(entries, known, kind, path, needs=("position",)))
 
 
 def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
@@ -223,9 +225,7 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
     if own is None and "model" not in entries and axis is not None and axis.controller is not None:
         running = _values_of(axis.controller)
         entries = {key: value for key, value in running.items() if key != "k_i" or "T_n" not in entries} | entries
-    return controller_from(
-        entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path, arm=axis.arm if axis is not None else None, own=own
-    )
+    return controller_from(entries, kind=kind, axis=axis, path=path, own=own)
 
 
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
@@ -240,11 +240,8 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
             value=own,
             allowed='"none", or "own": those of [plant]',
         )
-    along, rest = entries.get("along", ALONG[0]), entries.get("rest", RESTS[0])
-    if along not in ALONG:
-        raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along, allowed=" or ".join(ALONG))
-    if rest not in RESTS:
-        raise InputError("is no rule for the force at rest", path=f"{path}.rest", value=rest, allowed=" or ".join(RESTS))
+    along: Any = choice_at(entries, "along", ALONG, path, "is no motion that a compensator follows")
+    rest: Any = choice_at(entries, "rest", RESTS, path, "is no rule for the force at rest")
     friction = entries.get("friction", "none")
     full_path = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
@@ -255,19 +252,16 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
             allowed='"none", or a friction model as in [friction]',
             mend=f'Write [{full_path}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
         )
-    values = {name: number_at(entries[name], variable, kind, f"{path}.{name}") for name, variable in FEEDFORWARD.items() if name in entries}
+    values = numbers_in(entries, FEEDFORWARD, kind, path)
     compensator, fitted_to, carries = None, "", None
     if friction != "none":
         (identified, compensator), fitted_to = (sources.friction(friction, kind, full_path), sources.fitted_to(friction, full_path))
-        carries = _carried(compensator, identified or plant)
+        # The plant whose effort passes through a compensator that asks for it, as it was identified with it.
+        mechanism = identified or plant
+        carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
     return Feedforward(
         friction=compensator, along=along, rest=rest, fitted_to=fitted_to, plant=plant if own == "own" else None, carries=carries, **values
     )
-
-
-def _carried(compensator: Model, plant: Model) -> Model | None:
-    """Return the plant whose effort passes through a compensator that asks for it, as it was identified with it."""
-    return plant if rises_with_effort(compensator) and plant.component.inverse is not None else None
 
 
 def _learning(tables: Tables, kind: Kind) -> Learning | None:
@@ -276,14 +270,7 @@ def _learning(tables: Tables, kind: Kind) -> Learning | None:
     path = tables.path("controller", "learning")
     entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
     check_keys(entries, LEARNING, path)
-    for name in LEARNING:
-        if name not in entries:
-            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {LEARNING[name].description}")
-    values = {name: number_at(entries[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
-    trials = values.pop("trials")
-    if not trials.is_integer():
-        raise InputError("must be a whole number", path=f"{path}.trials", value=entries["trials"])
-    return Learning(int(trials), **values)
+    return Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, whole=("trials",)))
 
 
 def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:
@@ -305,10 +292,7 @@ def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | N
 def _side(tables: Tables, plant: Model) -> str:
     """Return which side of the screw the sensor reads: that of the motor, unless the file says otherwise."""
     usual = "motor" if plant.component.screw is not None else "load"
-    side = tables.table("sensor").get("side", usual)
-    if side not in SIDES:
-        raise InputError("no such side", path=f"{tables.path('sensor')}.side", value=side, allowed=" or ".join(SIDES))
-    return side
+    return choice_at(tables.table("sensor"), "side", SIDES, tables.path("sensor"), "no such side", usual)
 
 
 def _sensor(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:

@@ -31,13 +31,11 @@ import numpy as np
 from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.identification.contrast import Contrast, between
-from bristle.identification.covariance import Jackknife
-from bristle.identification.disturbance import Disturbance, disturbance_of
-from bristle.identification.half_cycles import Groups, scatter_in
+from bristle.identification.global_search import Refit
+from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
 from bristle.identification.parameter_space import Solution, Turned
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Problem, Replicates
-from bristle.identification.refit import Refit
+from bristle.identification.problem import Jackknife, Problem, Replicates
 from bristle.identification.result import Scatter
 
 __all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "bootstrap", "turned"]

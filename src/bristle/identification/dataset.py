@@ -16,13 +16,12 @@ from bristle.core.variable import Kind
 from bristle.engine.contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
-from bristle.identification.alignment import Alignment
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
-__all__ = ["Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
+__all__ = ["Alignment", "Dataset", "Segment", "inverse_of", "mechanical", "transmitted_by"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -315,3 +314,33 @@ class Dataset:
             after = np.searchsorted(ends, sample)
             distances.append(np.minimum(sample - ends[after - 1], ends[after] - sample))
         return self.sampled(distances)
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """How the effort of a log stands in time to its position, and the inertia that was found with it."""
+
+    delay: float | None = None
+    delay_half_width: float | None = None
+    smoothing: float | None = None
+    smoothing_half_width: float | None = None
+    mass: float | None = None
+    mass_half_width: float | None = None
+    slow: float = 0.0
+    sought: bool = True
+    of_position: bool = False
+    filter_open: bool = False
+
+    def as_data(self) -> dict[str, float]:
+        """Return what is known of it, as the treatment of a log tells it."""
+        smoothing = "position_smoothing" if self.of_position else "smoothing"
+        data = {
+            "delay": self.delay,
+            "delay_half_width": self.delay_half_width,
+            smoothing: abs(self.smoothing or 0.0) if self.of_position else self.smoothing,
+            f"{smoothing}_half_width": self.smoothing_half_width,
+            "mass": self.mass,
+            "mass_half_width": self.mass_half_width,
+            "slow": self.slow,
+        }
+        return {name: value for name, value in data.items() if value}

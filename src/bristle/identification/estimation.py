@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
-from bristle.identification.diagnostics.excitation import Excitation
+from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.alignment import Alignment
+from bristle.identification.dataset import Alignment
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log

@@ -14,24 +14,17 @@ from bristle.engine.checks import finite
 from bristle.friction import base_of, channel_slots_of
 from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
-from bristle.identification.covariance import covariance_of
-from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, about_level, combinations_of
-from bristle.identification.diagnostics.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
-from bristle.identification.diagnostics.residual import (
-    about_alignment,
-    about_held_effort,
-    about_noise,
-    about_residual,
-    about_rise,
-    about_treatment,
-)
 from bristle.identification.element_models import estimate_elements
+from bristle.identification.estimates import Judgement, about_estimates, about_fixed, about_level, combinations_of
 from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion
+from bristle.identification.excitation import Excitation, about_amplitudes, about_repeated_logs, about_repetition
 from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.least_squares import Report, between
+from bristle.identification.problem import covariance_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.sliding_friction import with_pitch
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
+from bristle.identification.structure import about_alignment, about_held_effort, about_noise, about_residual, about_rise, about_treatment
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
 

@@ -25,12 +25,20 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.lazy import cached_property
-from bristle.identification.dataset import Dataset
+from bristle.core.packing import pack
+from bristle.core.values import numbers_of
+from bristle.engine.motion import in_turns
+from bristle.friction.level import TRANSMITTED
+from bristle.friction.slots import OFFSET
+from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.settings import Settings
 from bristle.logs.turns import half_cycle_numbers, turning_points
 
@@ -38,16 +46,22 @@ __all__ = [
     "BLOCKS",
     "SHORT",
     "TIME",
+    "Disturbance",
     "Groups",
     "beside",
     "blocks_for",
+    "correlation_time",
+    "disturbance_of",
+    "force_with_scatter",
     "half_cycle_starts",
     "half_cycles",
     "independent_rows",
     "least_way",
     "neighbour_correlation",
     "room_for_blocks",
+    "scaled",
     "scatter_in",
+    "signs",
     "time_blocks",
     "within_cycles",
 ]
@@ -204,3 +218,78 @@ def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int)
     np.add.at(counts, (part[moving], place), 1.0)
     alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
     return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))
+
+
+ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
+SIGN_BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
+LEAST_LEVEL = 0.05  # of the level: friction does not vanish on any half-cycle
+
+
+class Disturbance(NamedTuple):
+    """Causes of a disturbance, each with its size."""
+
+    scatter: float
+    noise: float
+    resolution: float
+    jitter: float = 0.0
+    unexplained: float = 0.0
+
+
+def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
+    """Return what disturbs a log: its encoder, its noise, and a scatter that is known from elsewhere."""
+    # Rounding alone looks like noise, too.
+    jitter = max(dataset.noise**2 - (ROUNDING * dataset.resolution) ** 2, 0.0) ** 0.5
+    return Disturbance(scatter, dataset.effort_noise, dataset.resolution, jitter)
+
+
+def signs(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
+    blocks = np.minimum(np.arange(count) * SIGN_BLOCKS // count, SIGN_BLOCKS - 1)
+    return rng.choice([-1.0, 1.0], SIGN_BLOCKS)[blocks]
+
+
+def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
+    """Return how long what a model lacks keeps its side [s]; of the residual, each half-cycle has its own level.
+
+    All that does not average out over a block is put down to it; longer than a block it is not followed. `unexplained`
+    is the root mean square of what the model lacks, in the unit of the residual.
+    """
+    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
+    share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
+    return share * row_time * residual.size / SIGN_BLOCKS
+
+
+def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
+    """Return the values of a model with its forces scaled, the constant offset left as it is."""
+    forces = (
+        name
+        for name, variable in component.variables.items()
+        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED
+    )
+    return dict(values) | {name: level * values[name] for name in forces}
+
+
+def force_with_scatter(
+    friction: Model,
+    segment: Segment,
+    starts: Sequence[int],
+    dt: float,
+    scatter: float,
+    rng: np.random.Generator,
+    transmitted: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
+
+    `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
+    """
+    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST_LEVEL)
+    mean = pack(friction.parameters)
+    component = friction.component
+    doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
+    # A parameter may be infinite; that of a force differs.
+    rise = np.subtract(doubled, mean, out=np.zeros_like(mean), where=doubled != mean)
+    first = segment.first_cycle
+    turns = [0, *(first + start for start in starts[1:])]
+    parameters = mean + (levels[:, None] - 1.0) * rise
+    signals = segment.signals(dt, transmitted)
+    return in_turns(friction, parameters, dt=dt, starts=turns, **signals)[first:]

@@ -25,9 +25,9 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.identification.bootstrap import SEED, Bootstrap
+from bristle.identification.global_search import Refit
 from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Problem
-from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 
 __all__ = ["Unidentifiable", "as_soft", "unidentifiable"]

@@ -18,12 +18,9 @@ from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, o
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
-from bristle.identification.alignment import Alignment
-from bristle.identification.dataset import Dataset
-from bristle.identification.diagnostics.checks import checks_of, with_checks
-from bristle.identification.diagnostics.excitation import spread_between_repeats
-from bristle.identification.diagnostics.structure import next_models, with_structure
+from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.estimation import Context, Estimation, along_the_motion
+from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
@@ -45,6 +42,7 @@ from bristle.identification.result import Fit, Identification
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.sliding_friction import context_of, told_by, with_harmonics
+from bristle.identification.structure import next_models, with_structure
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted

@@ -29,8 +29,19 @@ from bristle.core.variable import unit_of
 from bristle.friction.level import TRANSMITTED
 from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
-from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
-from bristle.identification.half_cycles import NUDGE, Groups, beside, half_cycle_starts, half_cycles, room_for_blocks, time_blocks
+from bristle.identification.half_cycles import (
+    NUDGE,
+    Disturbance,
+    Groups,
+    beside,
+    force_with_scatter,
+    half_cycle_starts,
+    half_cycles,
+    room_for_blocks,
+    scaled,
+    signs,
+    time_blocks,
+)
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Fold

@@ -24,16 +24,15 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.contrast import Away
 from bristle.identification.dataset import Dataset
-from bristle.identification.disturbance import Disturbance, scaled, signs
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.half_cycles import NUDGE, TIME, Groups, least_way
+from bristle.identification.global_search import Refit
+from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
-from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points

@@ -13,7 +13,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.cores import abreast
 from bristle.friction import is_static, with_presliding
-from bristle.identification.disturbance import Disturbance
+from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns

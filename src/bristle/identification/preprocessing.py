@@ -30,8 +30,7 @@ from bristle.core.errors import InputError
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.alignment import Alignment
-from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.dataset import Alignment, Dataset, Segment
 from bristle.logs.channel import Channel
 from bristle.logs.filters import at, derivative, low_passed, through_filter
 from bristle.logs.log import Log

@@ -18,7 +18,7 @@ from bristle.simulation.result import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
-    from bristle.identification.prediction_interval import Bands
+    from bristle.identification.simulated_bands import Bands
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 

@@ -24,9 +24,9 @@ force adds up, as in open loop, it grows with it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -36,17 +36,17 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
+from bristle.core.values import numbers_of
 from bristle.engine.motion import along
-from bristle.identification.dataset import transmitted_by
-from bristle.identification.half_cycles import least_way
-from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
+from bristle.identification.dataset import Dataset, mechanical, transmitted_by
+from bristle.identification.half_cycles import force_with_scatter, half_cycle_starts, least_way
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
-__all__ = ["Widths", "simulated_widths", "with_loops"]
+__all__ = ["Bands", "Widths", "half_width", "simulated_widths", "with_loops", "with_parameters"]
 
 ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of what rounding adds, alike over the whole step, lie within 0.475 of it
 SIMULATED = 400_000  # samples of all simulations that tell what they leave over
@@ -153,3 +153,72 @@ def _along(plant: Model, friction: Model, stretch: Stretch) -> tuple[np.ndarray,
     cycle = numbered(turns, segment.position.size)
     signals = segment.signals(log.sample_time, transmitted_by(friction, plant, segment))
     return cycle, along(friction, dt=log.sample_time, **signals)
+
+
+MEMBERS = 40
+SEED = 95
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What it takes to draw a band around a prediction.
+
+    Parameters
+    ----------
+    draws : mapping of str to array_like, shape (member,) or (member, element)
+        Sets of free parameters that the log of the identification allows [SI], as the model takes them.
+    scatter : float
+        Standard deviation of the level of friction from reversal to reversal, as a share of it.
+    noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    unexplained : float
+        Root mean square of what the model leaves over beyond noise, encoder and scatter [N or N*m].
+    lasting : float
+        How long that keeps its side [s].
+    inflation : float
+        Factor set on held-out blocks.
+    left_in_closed_loop, left_in_open_loop : float
+        What the simulated loop leaves over of the measured position beyond all that and the rounding of the encoder,
+        as a standard deviation [m or rad].
+    """
+
+    draws: Mapping[str, np.ndarray]
+    scatter: float
+    noise: float
+    unexplained: float
+    lasting: float = 0.0
+    inflation: float = 1.0
+    left_in_closed_loop: float = 0.0
+    left_in_open_loop: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Number of sets of parameters."""
+        return min((len(draws) for draws in self.draws.values()), default=0)
+
+
+def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
+    """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
+
+    Parameters that were not fitted are those of the models.
+    """
+    starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
+    members = []
+    for index in range(min(bands.count, MEMBERS)):
+        body, contact = (with_parameters(bands, index, model) for model in (plant, friction))
+        efforts = [
+            mechanical(body, segment)
+            + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
+            for segment, turns in zip(dataset.segments, starts, strict=True)
+        ]
+        members.append(dataset.rows_of(efforts))
+    spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
+    in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)
+    return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
+
+
+def with_parameters(bands: Bands, index: int, model: Model) -> Model:
+    """Return a model with one of the sets of parameters, as far as they are its own."""
+    own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
+    component = model.component
+    return Model(component, component.assemble(numbers_of(component, model.parameters) | own), model.kind)

@@ -13,19 +13,17 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.identification.bootstrap import Bootstrap, bootstrap
-from bristle.identification.covariance import is_white
-from bristle.identification.diagnostics.excitation import shortest_zone
-from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
-from bristle.identification.half_cycles import BLOCKS, within_cycles
+from bristle.identification.excitation import shortest_zone
+from bristle.identification.global_search import Refit
+from bristle.identification.half_cycles import BLOCKS, correlation_time, within_cycles
 from bristle.identification.identifiability import as_soft, unidentifiable
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.prediction_interval import Bands, half_width
-from bristle.identification.problem import Problem
-from bristle.identification.refit import Refit
+from bristle.identification.problem import Problem, is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
+from bristle.identification.simulated_bands import Bands, half_width
 
 __all__ = ["with_uncertainty"]
 

@@ -1,7 +1,7 @@
 """The source paper as experiments: every figure rebuilt, every claim tested, its errors corrected in the open."""
 
-from bristle.paper.experiment_files import EXPERIMENTS, write_experiments
 from bristle.paper.page import paper_report, paper_summary
 from bristle.paper.reproduce import FIGURES, reproduce
+from bristle.paper.setting import EXPERIMENTS, write_experiments
 
 __all__ = ["EXPERIMENTS", "FIGURES", "paper_report", "paper_summary", "reproduce", "write_experiments"]

@@ -1,89 +1,264 @@
-"""The models of the bench, which stand beside its experiments: the friction of the rig, and what is identified on it.
+r"""The bench of the figures that are measured: a motor, a torque sensor, a screw with its table.
 
-The friction of the rig and the compensators identified from its logs are numbers in files, so that an experiment can be
-run, read and changed without this module. `write_models` makes them again, to the bit on one machine.
+The motor leads the screw slowly along a path, or drives it with a torque. The inertia behind the sensor hangs on the
+shaft beside the friction :math:`F_p` of (18), so that what the shaft carries, and what its sensor reads, is
+
+.. math:: T = F_p + (J - J_m)\,\dot\omega, \qquad \tau\,\dot{\tilde T} = T - \tilde T
+
+The screw is rigid, as in (18): an angle of the motor is a travel of the table.
+
+A contact is also led without a bench, slowly, where friction itself is asked for; what is recorded of either is read in
+counts of the encoder, with noise.
 """
 
 from __future__ import annotations
 
-from os import PathLike
-from pathlib import Path
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.experiment import Experiment
-from bristle.core.fingerprint import digest
-from bristle.core.variable import unit_of
-from bristle.files.experiment import read_experiment
-from bristle.files.model import FITTED_TO, write_model
-from bristle.identification import identify
-from bristle.logs.log import Channel, Log
-from bristle.paper.rig import rig_friction
-from bristle.simulation import simulate
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
+from bristle.engine import Contact, force_along, response
+from bristle.paper.reproduced import in_millinewtons, percent
+from bristle.paper.setting import Setting
+from bristle.plants import inertia
+from bristle.references.legs import legs_through
+from bristle.sensors import torque_seen
 
-__all__ = ["SETS", "Rig", "axis_of", "compensator_from_log", "logged", "write_models"]
+__all__ = [
+    "Bench",
+    "Reading",
+    "Record",
+    "Sensed",
+    "Walk",
+    "bench_of",
+    "follow",
+    "led",
+    "measured",
+    "measured_loop",
+    "plant_of",
+    "read_torque",
+    "sensor_numbers",
+    "sensor_says",
+    "walk",
+]
 
-CUTOFF, DECIMATION = 15.0, 33  # [Hz], samples: the motion to be compensated is slow
-
-
-class Rig(NamedTuple):
-    """What the two sets differ in: lead [m], inertia [kg*m^2], offset [N*m] and asymmetry of the friction."""
-
-    lead: float
-    inertia: float
-    offset: float
-    asymmetry: float
-
-
-SETS = {"set_a": Rig(5e-3, 4e-4, 5e-3, 0.3), "set_b": Rig(10e-3, 8e-4, 12.6e-3, 0.0)}
-
-
-def write_models(folder: str | PathLike[str]) -> None:
-    """Write the friction of the rig and the identified compensator of each set beside its experiments in a folder."""
-    target = Path(folder)
-    for name, rig in SETS.items():
-        write_model(target / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
-        log = target / f"{name}_log.toml"
-        source = {"identified from a run of": log.name, FITTED_TO: digest(read_experiment(log).variants[0].friction)}
-        write_model(target / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
-        if name == "set_a":  # what stands beside it in baselines.toml
-            write_model(target / f"{name}_gms.toml", None, compensator_from_log(log, "gms"), provenance=source)
+STEP = 5e-9  # of the table [m]
 
 
-def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_slip") -> Model:
-    """Return the friction that is identified from the encoder and the effort command of an experiment's run."""
-    described = read_experiment(experiment)
-    return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).best.friction
+class Walk(NamedTuple):
+    """Where the table went and what friction was there."""
+
+    x: np.ndarray
+    torque: np.ndarray
+    turns: np.ndarray
+
+    @property
+    def at_turns(self) -> np.ndarray:
+        """Friction torque where it turned [N*m]."""
+        return self.torque[self.turns]
+
+    def leg(self, index: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and torques between turning point `index` and the one before it."""
+        start = self.turns[index - 1] if index else 0
+        part = slice(int(start), int(self.turns[index]) + 1)
+        return self.x[part], self.torque[part]
 
 
-def logged(described: Experiment) -> Log:
-    """Return what the first loop of an experiment logs of itself: the encoder, and the effort command as it acted."""
-    variant = described.variants[0]
-    result, run = simulate(described).variants[variant.name], variant.run
-    samples = np.arange(result.command.size)
-    acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
-    length, force = unit_of("length", described.kind), unit_of("force", described.kind)
-    return Log(
-        time=Channel(result.time, "s", "time"),
-        position=Channel(result.measured, length, "encoder"),
-        effort=Channel(acting, force, "command"),
-        sample_time=run.sample_time,
-        segments=(slice(0, samples.size),),
-        kind=described.kind,
-    )
+def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP) -> Walk:
+    """Lead a virgin contact from the origin from turning point to turning point."""
+    contact, position, path = Contact(model), 0.0, list(turns)
+    start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
+    x, torque, ends = [np.zeros(1)], [np.array([start])], []
+    for turn in path:
+        distance = turn - position
+        count = max(math.ceil(abs(distance) / step - 1e-9), 1)
+        if distance != 0.0:
+            torque.append(arm * contact.move(distance, speed, count))
+            x.append(position + distance * (np.arange(count) + 0.5) / count)
+        position = turn
+        x.append(np.array([position]))
+        torque.append(np.array([arm * contact.force(math.copysign(0.0, distance))]))
+        ends.append(sum(part.size for part in x) - 1)
+    return Walk(np.concatenate(x), np.concatenate(torque), np.array(ends))
 
 
-def axis_of(described: Experiment) -> Axis:
-    """Return what is known of the axis of an experiment before anything is identified from its log."""
-    variant = described.variants[0]
-    return Axis(
-        kind=described.kind,
-        mass=variant.plant.values["M"],
-        held=True,
-        cutoff=CUTOFF,
-        decimation=DECIMATION,
-        resolution=variant.sensor.values["resolution"],
-    )
+def follow(operator: Model, turns: Iterable[float], arm: float, *, step: float = STEP) -> Walk:
+    """Lead a hysteresis operator, virgin at the origin, from turning point to turning point."""
+    path = [0.0, *turns]
+    counts = [max(math.ceil(abs(b - a) / step - 1e-9), 1) for a, b in pairwise(path)]
+    legs = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(path), counts, strict=True)]
+    x = np.concatenate([np.zeros(1), *legs])
+    return Walk(x, arm * response(operator, x), np.cumsum(counts))
+
+
+SAMPLE_TIME = 5e-4  # [s]
+MOST = 4_000_000  # samples: a slower motion is sampled more rarely
+
+
+class Bench(NamedTuple):
+    """What the torque sensor sits between."""
+
+    J: float
+    J_m: float
+    cutoff: float
+
+
+class Sensed(NamedTuple):
+    """Torques of one motion, each of shape (step,), as means over its steps [N*m]."""
+
+    friction: np.ndarray
+    shaft: np.ndarray
+    read: np.ndarray
+
+
+class Reading(NamedTuple):
+    """A path of the table, as the torque sensor reads it and as friction is."""
+
+    sensor: Walk
+    friction: Walk
+    sensed: Sensed
+
+
+def bench_of(setting: Setting) -> Bench:
+    """Return the bench of an experiment."""
+    J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
+    if J_m > J:
+        raise InputError(
+            "is more than all inertia together, of which it is a part",
+            path=f"{setting.source}: bench.J_m",
+            value=f"{J_m:g} kg*m^2",
+            allowed=f"0 to bench.J = {J:g} kg*m^2",
+        )
+    return Bench(J, J_m, float(setting.numbers["bench"].get("torque_filter", math.inf)))
+
+
+def plant_of(setting: Setting) -> Model:
+    """Return what a torque drives: the bench, its inertia counted at the table, or the plant of the experiment."""
+    if "bench" not in setting.numbers:
+        return setting.mass
+    return inertia(M=bench_of(setting).J / setting.arm**2)
+
+
+def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
+    """Return what the torque sensor makes of a motion."""
+    shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
+    # Behind a filter of first order that has settled on its first value.
+    gain = 1.0 - math.exp(-2.0 * math.pi * bench.cutoff * dt)
+    read = np.fromiter(accumulate(shaft.tolist(), lambda was, now: was + gain * (now - was)), float, shaft.size)
+    return Sensed(friction, shaft, read)
+
+
+def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:
+    """Lead a virgin contact on the bench from the origin from turning point to turning point."""
+    bench, arm = bench_of(setting), setting.arm
+    dt, x, v, ends = _motion(list(turns), speed, float(setting["bench", "acceleration"]))
+    force = arm * force_along(friction, np.diff(x) / dt, dt, x[1:])
+    omega = v / arm
+    sensed = read_torque(bench, force + bench.J * np.diff(omega) / dt, omega, force, dt)
+    middle = 0.5 * (x[:-1] + x[1:])
+    return Reading(Walk(middle, sensed.read, ends), Walk(middle, sensed.friction, ends), sensed)
+
+
+def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points.
+
+    Each leg is stretched to whole samples, by less than one, so that the table turns exactly where it is to.
+    """
+    legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
+    fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
+    # What a change of speed does is read in some samples, however short it is.
+    dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration) if fastest > 0.0 else SAMPLE_TIME
+    dt = max(dt, sum(leg.end for leg in legs) / MOST)
+    x, v, ends, position = [np.zeros(1)], [np.zeros(1)], [], 0.0
+    for leg, turn in zip(legs, turns, strict=True):
+        count = max(math.ceil(leg.end / dt - 1e-9), 1)
+        moved, velocity, _ = leg.sample(leg.end * np.arange(1, count) / count)
+        x += [position + moved, np.array([turn])]
+        v += [velocity * (leg.end / (count * dt)), np.zeros(1)]
+        ends.append(count)
+        position = turn
+    return dt, np.concatenate(x), np.concatenate(v), np.cumsum(ends) - 1
+
+
+def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
+    """Return how far what the sensor reads is from friction, at most."""
+    largest = max(float(np.max(np.abs(run.friction))) for run in runs)
+    return {
+        "apart": max(float(np.max(np.abs(run.read - run.friction))) for run in runs) / largest,
+        "inertia": max(float(np.max(np.abs(run.shaft - run.friction))) for run in runs),
+        "filter": max(float(np.max(np.abs(run.read - run.shaft))) for run in runs),
+    }
+
+
+def sensor_says(bench: Bench, apart: Mapping[str, float], condition: str) -> str:
+    """Return in words how far what the sensor reads is from friction."""
+    parts = [f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {in_millinewtons(apart['inertia'], 2)}"]
+    if math.isfinite(bench.cutoff):
+        parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} holds back up to {in_millinewtons(apart['filter'], 2)}")
+    return f"{condition} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
+
+
+SWEEP = 6  # rounds of falling amplitude
+APART = 5e-8  # of the table between two readings [m]
+
+
+class Record(NamedTuple):
+    """What was read while the table moved from turning point to turning point."""
+
+    x: np.ndarray
+    torque: np.ndarray
+    turns: np.ndarray
+    actual: Walk
+
+    def since(self, turn: int) -> Record:
+        """Return what was read from a turning point on."""
+        return self.part(int(self.turns[turn]), self.x.size, turn)
+
+    def part(self, start: int, end: int, turn: int) -> Record:
+        """Return what was read from one sample to another, and the turning points from one on."""
+        part = slice(start, end)
+        turns = self.turns[turn:]
+        turns = turns[turns < end] - start
+        actual = Walk(self.actual.x[part], self.actual.torque[part], turns)
+        return Record(self.x[part], self.torque[part], turns, actual)
+
+
+def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
+    """Return the record of a motion of the table."""
+    resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
+    sensed, actual = _moved(setting, friction, list(turns))
+    read = resolution * np.round(sensed.x / resolution) if resolution > 0.0 else sensed.x
+    return Record(read, sensed.torque + noise * generator.standard_normal(sensed.torque.size), sensed.turns, actual)
+
+
+def _moved(setting: Setting, friction: Model, turns: list[float]) -> tuple[Walk, Walk]:
+    """Return what the torque sensor reads over the position, and friction itself: the same where there is no bench."""
+    speed = setting["measurement", "speed"]
+    if "bench" not in setting.numbers:
+        path = walk(friction, turns, speed, setting.arm, step=APART)
+        return path, path
+    sensor, actual, _ = led(setting, friction, turns, speed)
+    travelled = np.cumsum(np.abs(np.diff(sensor.x, prepend=0.0)))
+    now_and_then = np.searchsorted(travelled, np.arange(0.0, travelled[-1], APART))
+    read = np.union1d(now_and_then, sensor.turns)
+    ends = np.searchsorted(read, sensor.turns)
+    return Walk(sensor.x[read], sensor.torque[read], ends), Walk(actual.x[read], actual.torque[read], ends)
+
+
+def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:
+    """Return the last rounds of a symmetric loop, after a sweep from the largest one down to it.
+
+    The sweep is what puts loops of every amplitude around one middle, where both directions are not alike.
+    """
+    largest = float(np.max(setting["measurement", "amplitudes"]))
+    falling = np.linspace(largest, amplitude, SWEEP).repeat(2)
+    sweep = falling * np.tile([1.0, -1.0], SWEEP)
+    record = measured(setting, friction, [*sweep, *([amplitude, -amplitude] * rounds)], generator)
+    starts = record.turns[sweep.size - 1 :: 2]
+    return [record.part(a, b + 1, sweep.size + 2 * k) for k, (a, b) in enumerate(pairwise(starts.tolist()))]

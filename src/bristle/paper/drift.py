@@ -1,16 +1,76 @@
-"""Figures 2 and 3: a torque up and down below break-away."""
+"""Figures 2 and 3: an inertia on a contact, pushed over break-away, let rest, then loaded up and down below it."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
+from bristle.engine import run_open_loop
+from bristle.figures.loop_family import loop_family, ripple
+from bristle.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says
 from bristle.paper.reproduced import Reproduced, percent, spread
-from bristle.paper.ripple import Rippled, rippled
 from bristle.paper.setting import Setting
-from bristle.paper.torque_bench import Sensed, bench_of, sensor_numbers, sensor_says
 
-__all__ = ["figure_2", "figure_3"]
+__all__ = ["Rippled", "figure_2", "figure_3", "rippled", "torque_of"]
+
+SAMPLE_TIME = 2.5e-4  # [s]
+
+
+class Rippled(NamedTuple):
+    """What a torque up and down does to a contact."""
+
+    time: np.ndarray
+    driving: np.ndarray
+    x: np.ndarray
+    torque: np.ndarray
+    cycles: np.ndarray
+    sensed: Sensed | None = None
+
+    @property
+    def settled(self) -> np.ndarray:
+        """How far the table went in each cycle of the second half [m]."""
+        moved = np.diff(self.x[self.cycles])
+        return moved[moved.size // 2 :]
+
+    @property
+    def width(self) -> float:
+        """How wide the last orbit is [m]."""
+        return float(np.ptp(self.x[self.cycles[-2] : self.cycles[-1]]))
+
+
+def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
+    """Return the driving torque of an experiment [N*m], sample by sample, and the samples at which cycles begin.
+
+    It rises over four periods to where the contact breaks away, falls over two to the upper level of the ripple,
+    and goes down and up from there.
+    """
+    top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
+    if not low < high < top:
+        raise InputError("must have low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
+    period, cycles = round(setting["torque", "period"] / SAMPLE_TIME), round(setting["torque", "cycles"])
+    wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
+    rise = np.linspace(0.0, top, 4 * period, endpoint=False)
+    back = np.linspace(top, high, 2 * period, endpoint=False)
+    start = rise.size + back.size
+    return np.concatenate((rise, back, wave)), start + period * np.arange(cycles + 1)
+
+
+def rippled(setting: Setting, friction: Model) -> Rippled:
+    """Return what the torque of an experiment does to a contact."""
+    driving, cycles = torque_of(setting)
+    arm = setting.arm
+    trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear")
+    torque, sensed = trace.friction * arm, None
+    if "bench" in setting.numbers:
+        # Between samples the torque runs straight from one to the next.
+        mean = 0.5 * (driving[:-1] + driving[1:])
+        sensed = read_torque(bench_of(setting), mean, trace.velocity / arm, torque[:-1], SAMPLE_TIME)
+    return Rippled(trace.time, driving, trace.position, torque, cycles, sensed)
+
 
 LUGRE, RIG, SENSOR = "LuGre", "virtual rig", "torque sensor"
 RESTS = 0.02  # of the width of the orbit: what counts as no drift where limits scatter
@@ -25,7 +85,7 @@ def figure_2(setting: Setting) -> Reproduced:
     """Return figure 2: LuGre drifts under an oscillating torque, and so does what is to mend it."""
     setting.contact(LUGRE)
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
-    drifts = {name: _drift(run) for name, run in runs.items()}
+    drifts = {name: float(np.mean(run.settled)) for name, run in runs.items()}
     findings = [f"{name}: {with_unit(step, 'm')} in every cycle." for name, step in drifts.items()]
     for name, step in drifts.items():
         if name != LUGRE and step > 0.0 and drifts[LUGRE] > 0.0:
@@ -33,7 +93,7 @@ def figure_2(setting: Setting) -> Reproduced:
             findings.append(f"{name}: {percent(abs(more), 1.0)} {'more' if more > 0.0 else 'less'} than {LUGRE}.")
     return Reproduced(
         number=2,
-        verdict="found" if drifts[LUGRE] > RESTS * _width(runs[LUGRE]) else "refuted",
+        verdict="found" if drifts[LUGRE] > RESTS * runs[LUGRE].width else "refuted",
         found=findings,
         draw=lambda: _draw(runs, drifts),
         origin=setting.origin,
@@ -46,20 +106,26 @@ def figure_3(setting: Setting) -> Reproduced:
     bench = bench_of(setting)
     setting.contact(RIG)
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
-    drifts = {name: _drift(run) for name, run in runs.items()}
-    shares = {name: abs(drifts[name]) / _width(run) for name, run in runs.items()}
+    drifts = {name: float(np.mean(run.settled)) for name, run in runs.items()}
+    shares = {name: abs(drifts[name]) / run.width for name, run in runs.items()}
     sensed, start = runs[RIG].sensed, int(runs[RIG].cycles[0])
     assert sensed is not None
     ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
-    dissipated, enclosed = (_work(setting, runs[RIG], torque) for torque in (sensed.friction, sensed.read))
+    torques = {"friction": sensed.friction, SENSOR: sensed.read}
+    course = {name: [(runs[RIG].x[: torque.size], torque)] for name, torque in torques.items()}
+    dissipated, enclosed = (_work(setting, runs[RIG], torque) for torque in torques.values())
     return Reproduced(
         number=3,
         verdict="built in" if max(shares.values()) < RESTS else "refuted",
         found=[
-            *(_goes_round(name, run, shares[name]) for name, run in runs.items()),
+            *(
+                f"{name}: {f'{spread(1e9 * run.settled)} nm' if shares[name] > 1e-5 else 'nothing'} in a cycle, on an orbit "
+                f"{with_unit(run.width, 'm')} wide."
+                for name, run in runs.items()
+            ),
             sensor_says(bench, ripple, "While the torque goes up and down"),
-            f"In a cycle friction takes {_microjoules(dissipated)}; the orbit by the torque sensor encloses "
-            f"{_microjoules(enclosed)}, as its filter is late.",
+            f"In a cycle friction takes {spread(1e6 * dissipated)} µJ; the orbit by the torque sensor encloses "
+            f"{spread(1e6 * enclosed)} µJ, as its filter is late.",
             f"Where the rig is pushed over break-away, it reads up to {percent(push['apart'])} beside friction.",
         ],
         draw=lambda: _draw(runs, drifts, runs[RIG]),
@@ -72,45 +138,21 @@ def figure_3(setting: Setting) -> Reproduced:
             "work_of_friction": dissipated,
             "work_by_torque_sensor": enclosed,
         },
-        extras={"course": (lambda: _draw_all(sensed, runs[RIG].x), *COURSE)},
+        extras={"course": (lambda: loop_family({"from the start on": course}, "translational", "rotational"), *COURSE)},
     )
-
-
-def _goes_round(name: str, run: Rippled, share: float) -> str:
-    """Return in words how far a contact drifts in a cycle, on how wide an orbit, with the spread of the cycles."""
-    moved = run.moved[run.moved.size // 2 :]
-    step = f"{spread(1e9 * moved)} nm" if share > 1e-5 else "nothing"
-    return f"{name}: {step} in a cycle, on an orbit {with_unit(_width(run), 'm')} wide."
 
 
 def _work(setting: Setting, run: Rippled, torque: np.ndarray) -> np.ndarray:
     """Return the work of a torque [N*m] in each cycle of the second half [J]."""
     turned = torque * np.diff(run.x) / setting.arm
-    return np.add.reduceat(turned, run.cycles[:-1])[run.moved.size // 2 :]
-
-
-def _microjoules(work: np.ndarray) -> str:
-    return f"{spread(1e6 * work)} µJ"
-
-
-def _drift(run: Rippled) -> float:
-    """Return how far the table goes in a cycle, at the mean of the second half [m]."""
-    moved = run.moved
-    return float(np.mean(moved[moved.size // 2 :]))
-
-
-def _width(run: Rippled) -> float:
-    """Return how wide the last orbit is [m]."""
-    return float(np.ptp(run.x[run.cycles[-2] : run.cycles[-1]]))
+    return np.add.reduceat(turned, run.cycles[:-1])[-run.settled.size :]
 
 
 def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled | None = None):
     """Draw the driving torque and what it does; of a rig that is `measured`, what the torque sensor reads as well."""
-    from bristle.figures import ripple
-
     first = next(iter(runs.values()))
     start, end = int(first.cycles[0]), int(first.cycles[1])
-    widest = max(_width(run) for run in runs.values())
+    widest = max(run.width for run in runs.values())
     traces, titles, close_up = {}, {}, None
     if measured is not None and measured.sensed is not None:
         traces[SENSOR] = _since(measured, measured.sensed.read, start)
@@ -128,12 +170,3 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
 def _since(run: Rippled, torque: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:
     """Return how far the table has gone since the ripple began [m], and a torque [N*m], from a sample on."""
     return run.x[start : torque.size] - run.x[run.cycles[0]], torque[start:]
-
-
-def _draw_all(sensed: Sensed, x: np.ndarray):
-    """Draw the whole course of a contact, as the torque sensor reads it and as friction is."""
-    from bristle.figures import loop_family
-
-    torques = {"friction": sensed.friction, SENSOR: sensed.read}
-    panel = {name: [(x[: torque.size], torque)] for name, torque in torques.items()}
-    return loop_family({"from the start on": panel}, "translational", "rotational")

@@ -17,18 +17,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle import hysteresis
 from bristle.core.contracts import Model
 from bristle.core.least_squares import non_negative
+from bristle.core.typography import number
 from bristle.engine import response
-from bristle.paper.measurement import Record, measured
+from bristle.paper.bench import Record, measured
+from bristle.paper.reproduced import Verdict, spread
 from bristle.paper.setting import Setting
+from bristle.report.table import Table
 
-__all__ = ["WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "repeated", "seeded"]
+__all__ = [
+    "CAPTION",
+    "WAYS",
+    "Economy",
+    "Fitted",
+    "economy",
+    "fitted_reformed_dahl",
+    "fitted_stops",
+    "fitted_table",
+    "numbers",
+    "quiet",
+    "repeated",
+    "seeded",
+    "sentences",
+    "table",
+    "verdict",
+]
 
 STOPS = 25
 UNSEEN = 6  # random motions
@@ -54,6 +73,11 @@ class Economy(NamedTuple):
     errors: dict[str, np.ndarray]
     floor: float
     duration: float
+
+    @property
+    def means(self) -> dict[str, np.ndarray]:
+        """The mean over seeds by the way to the model, in the order of the branches; NaN where there is no model."""
+        return {name: errors.mean(axis=1) for name, errors in self.errors.items()}
 
 
 def seeded(friction: Model, seed: int) -> Model:
@@ -86,7 +110,8 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
             for name, fit in WAYS.items():
                 fitted = fit(record, setting.arm)
                 if fitted is not None:
-                    errors[name][row, seed] = _error(fitted, unseen)
+                    left = [_percent(record.torque - fitted.torque(record.x), record.torque) for record, _ in unseen]
+                    errors[name][row, seed] = np.mean(left)
     floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
@@ -94,9 +119,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
 def _branches(setting: Setting, friction: Model, extent: float, count: int, generator: np.random.Generator) -> Record:
     """Return the record of a contact run in at its lower end, and of this many branches from there."""
     tops = extent * (1.0 - 2.0 * np.arange(count) / count)
-    turns = [-extent, extent, -extent]
-    for top in tops.tolist():
-        turns += [top, -extent]
+    turns = [-extent, extent, -extent, *(turn for top in tops.tolist() for turn in (top, -extent))]
     return measured(setting, friction, turns, generator).since(2)
 
 
@@ -107,10 +130,6 @@ def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Reco
     turns = [-extent, extent, -extent, *(0.9 * extent * generator.uniform(-1.0, 1.0, TURNS))]
     first, second = (measured(setting, seeded(friction, seed), turns, generator).since(2) for seed in (100 + index, 200 + index))
     return first, second
-
-
-def _error(fitted: Fitted, unseen: list[tuple[Record, Record]]) -> float:
-    return float(np.mean([_percent(record.torque - fitted.torque(record.x), record.torque) for record, _ in unseen]))
 
 
 def _percent(difference: np.ndarray, torque: np.ndarray) -> float:
@@ -152,10 +171,13 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
 
 def fitted_table(record: Record, arm: float) -> Fitted | None:
     """Return the operator with an Everett function tabulated from descending branches; None from fewer than two."""
-    turns = record.turns
+    turns, curves = record.turns, []
     if turns.size < 5:
         return None
-    curves = [_curve(record, int(a), int(b), arm) for a, b in zip(turns[1::2], turns[2::2], strict=True)]
+    for top, bottom in zip(turns[1::2], turns[2::2], strict=True):
+        # One point for each count of the encoder, the mean of what was read there.
+        counts, index = np.unique(-record.x[top : bottom + 1], return_inverse=True)
+        curves.append((-counts, np.bincount(index, record.torque[top : bottom + 1]) / np.bincount(index) / arm))
     return _with_offset(hysteresis.from_reversal_curves(curves), record, arm)
 
 
@@ -163,13 +185,6 @@ def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
     """Return an operator with the offset that is left over."""
     x, torque = _decimated(record.x), _decimated(record.torque)
     return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
-
-
-def _curve(record: Record, top: int, bottom: int, arm: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return a descending branch with one point for each count of the encoder, the mean of what was read there."""
-    x, torque = record.x[top : bottom + 1], record.torque[top : bottom + 1]
-    counts, index = np.unique(-x, return_inverse=True)
-    return -counts, np.bincount(index, torque) / np.bincount(index) / arm
 
 
 def _decimated(signal: np.ndarray, points: int = 4000) -> np.ndarray:
@@ -181,3 +196,80 @@ WAYS: dict[str, Callable[[Record, float], Fitted | None]] = {
     "Prandtl-Ishlinskii": fitted_stops,
     "tabulated surface": fitted_table,
 }
+
+
+CAPTION = (
+    "Error on motions that were not measured, over the number of branches measured",
+    "Error on random motions that were not measured, of models made from more and more measured branches: the mean "
+    "over seeds, and the range. Dotted: what a model that knew the mean of the rig would leave, because the rig does "
+    "not repeat itself.",
+)
+AS_GOOD = 1.5  # ratio of errors up to which two numbers from few loops replace a surface from many
+
+
+def verdict(cost: Economy) -> Verdict:
+    """Return whether the reformed Dahl model from the fewest branches does about as well as the surface from the most.
+
+    In part, where an operator fitted to the same few branches does better.
+    """
+    means = cost.means
+    few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
+    if few > AS_GOOD * many:
+        return "refuted"
+    return "found in part" if float(means["Prandtl-Ishlinskii"][0]) < few else "found"
+
+
+def sentences(cost: Economy, still: Economy) -> list[str]:
+    """Return in words what measuring more brings."""
+    return [
+        f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
+        *_pairwise(cost),
+        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %; no model of it does better.",
+        f"On a rig that repeated itself exactly: {_both_ends(still)}.",
+    ]
+
+
+def _pairwise(cost: Economy) -> list[str]:
+    """Return in words how often the second way is nearer than the first, from the same records of fewest branches."""
+    first, second = list(WAYS)[:2]
+    gained = cost.errors[first][0] - cost.errors[second][0]
+    if gained.size < 2:
+        return []
+    return [
+        f"From the same {'branch' if cost.counts[0] == 1 else 'branches'}, {second} is nearer than {first} in "
+        f"{np.count_nonzero(gained > 0.0)} of {gained.size} repetitions, by {spread(gained)} %."
+    ]
+
+
+def _both_ends(cost: Economy) -> str:
+    """Return the errors from the fewest branches and from the most, in words."""
+    ends = []
+    for row in [0] if len(cost.counts) == 1 else [0, -1]:
+        complete = {name: errors[row] for name, errors in cost.errors.items() if np.all(np.isfinite(errors[row]))}
+        texts = {name: spread(errors) if errors.size > 1 else number(float(errors[0]), digits=2) for name, errors in complete.items()}
+        listed = ", ".join(f"{name} {text} %" for name, text in texts.items())
+        ends.append(f"from {cost.counts[row]} branch{'es' if cost.counts[row] > 1 else ''} {listed}")
+    return "; ".join(ends)
+
+
+def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
+    """Return the errors [%] for the summary, by the way to the model, in the order of the branches."""
+    return {
+        "branches": cost.counts,
+        "error_percent": cost.means,
+        "error_deviation_percent": {
+            name: np.std(errors, axis=1, ddof=1) if errors.shape[1] > 1 else np.zeros(errors.shape[0])
+            for name, errors in cost.errors.items()
+        },
+        "error_percent_without_scatter": still.means,
+        "scatter_percent": cost.floor,
+    }
+
+
+def table(cost: Economy, still: Economy) -> Table:
+    """Return the errors side by side."""
+    columns = [economy.errors[name] for economy in (cost, still) for name in WAYS]
+    rows = [(str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)]
+    heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
+    caption = "Error on motions that were not measured [%], of the largest torque; mean and standard deviation over seeds"
+    return Table(caption, heads, rows)

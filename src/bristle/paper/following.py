@@ -7,19 +7,31 @@ from dataclasses import asdict
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, percent
-from bristle.paper.sound_loop import Sound, break_away_extra, sound_extra, sound_table
-from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, WITH_CONSTANT, Tracked, spread_of, with_spread
+from bristle.figures.loop_rows import control_effort, error_distribution, tracking, tracking_error
+from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent
+from bristle.paper.tracking import (
+    BEFORE,
+    CALIBRATED,
+    COMPENSATED,
+    IN_PAPER,
+    NAMES,
+    PRINTED,
+    WITH_CONSTANT,
+    Sound,
+    Tracked,
+    break_away_extra,
+    quoted,
+    sound_extra,
+    sound_table,
+    spread_of,
+)
 from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
 from bristle.simulation.compensation import on_another_rig
-from bristle.simulation.result import Statistics
 
 __all__ = ["figure_11", "figure_12", "figure_13", "figure_14"]
 
-COMPENSATED = "compensated"
-IN_PAPER = {BEFORE: 1.46e-6, COMPENSATED: 0.69e-6}  # peak to peak [m]
 RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # as they can be read [m]
 HALVED = 0.1  # how near to the share of the paper counts as the same
 ALIKE = 0.05  # relative change of the effort that is none
@@ -40,14 +52,11 @@ FED_FORWARD = {
 
 def _peak(loop: VariantResult) -> str:
     """Return the following error of a loop, peak to peak, with its spread over the runs."""
-    error = loop.following_error.peak_to_peak
-    return f"{with_spread(1e6 * error, 1e6 * spread_of(loop, 'following_error', 'peak_to_peak'), 0.01)} µm"
+    return f"{quoted(loop, 'following_error', 'peak_to_peak')} µm"
 
 
 def figure_11(tracked: Tracked) -> Reproduced:
     """Return figure 11: command and position, without and with a compensator."""
-    from bristle.figures import tracking
-
     reach = float(np.max(np.abs(tracked.result.variants[BEFORE].reference)))
     true = {name: loop.true_error.peak_to_peak for name, loop in tracked.result.variants.items()}
     errors = ", ".join(f"{in_micrometres(true[name])} {NAMES[name]}" for name in tracked.published)
@@ -66,15 +75,19 @@ def figure_11(tracked: Tracked) -> Reproduced:
 
 def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
     """Return figure 12: the following error, and by direction; and the same motion at sound margins."""
-    from bristle.figures import tracking_error
-
     variants = tracked.result.variants
     peaks = {name: loop.following_error.peak_to_peak for name, loop in variants.items()}
-    worse = {name: _forward_over_backward(loop) for name, loop in variants.items()}
+    worse = {name: loop.by_direction["forward"].rms / loop.by_direction["backward"].rms for name, loop in variants.items()}
+    # What is to be said of compensators that were identified on another rig.
+    strangers = [
+        f"{loops.experiment.name}, {name}: {message(about)}."
+        for loops in (tracked, *((sound.loop,) if sound else ()))
+        for name, about in on_another_rig(loops.experiment).items()
+    ]
     return Reproduced(
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
-        found=[*_sentences_12(tracked, peaks), *_directions(tracked, worse), *_strangers(tracked, *((sound.loop,) if sound else ()))],
+        found=[*_sentences_12(tracked, peaks), *_directions(tracked, worse), *strangers],
         draw=lambda: tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
         beside=(sound.loop.origin, sound.levels.origin) if sound else (),
@@ -97,19 +110,6 @@ def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
     if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
         sentences.append("At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain.")
     return sentences
-
-
-def _strangers(*tracks: Tracked) -> list[str]:
-    """Return what is to be said of compensators that were identified on another rig."""
-    return [
-        f"{tracked.experiment.name}, {name}: {message(about)}."
-        for tracked in tracks
-        for name, about in on_another_rig(tracked.experiment).items()
-    ]
-
-
-def _forward_over_backward(loop: VariantResult) -> float:
-    return loop.by_direction["forward"].rms / loop.by_direction["backward"].rms
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
@@ -145,19 +145,9 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
 def _by_variant(tracked: Tracked) -> Table:
     rows = []
     for name, loop in tracked.result.variants.items():
-        error = loop.following_error
-        cells = [
-            with_spread(1e6 * value, 1e6 * spread_of(loop, *keys), 0.01)
-            for value, keys in (
-                (error.peak_to_peak, ("following_error", "peak_to_peak")),
-                (error.mean, ("following_error", "mean")),
-                (error.std, ("following_error", "std")),
-                (loop.true_error.peak_to_peak, ("true_error", "peak_to_peak")),
-            )
-        ]
-        effort = 1e3 * tracked.arm
-        driven = with_spread(effort * loop.effort_rms, effort * spread_of(loop, "effort", "rms"), 0.1)
-        rows.append((name, FED_FORWARD.get(name, ""), *cells, driven))
+        cells = [quoted(loop, "following_error", key) for key in ("peak_to_peak", "mean", "std")]
+        driven = quoted(loop, "effort", "rms", factor=1e3 * tracked.arm, step=0.1)
+        rows.append((name, FED_FORWARD.get(name, ""), *cells, quoted(loop, "true_error", "peak_to_peak"), driven))
     heads = ("Variant", "What is fed forward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
     runs = next(iter(tracked.result.variants.values())).runs
     caption = f"Following error: mean ± standard deviation over {runs} runs with other noise and scatter"
@@ -166,16 +156,9 @@ def _by_variant(tracked: Tracked) -> Table:
 
 def _by_direction(tracked: Tracked) -> Table:
     rows = [
-        (
-            NAMES[name],
-            direction,
-            *(
-                with_spread(1e6 * value, 1e6 * spread_of(loop, "by_direction", direction, key), 0.01)
-                for key, value in (("mean", e.mean), ("rms", e.rms), ("peak_to_peak", e.peak_to_peak))
-            ),
-        )
+        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
         for name, loop in tracked.published.items()
-        for direction, e in loop.by_direction.items()
+        for direction in loop.by_direction
     ]
     heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
     return Table("Following error by direction", heads, rows)
@@ -183,22 +166,22 @@ def _by_direction(tracked: Tracked) -> Table:
 
 def figure_13(tracked: Tracked) -> Reproduced:
     """Return figure 13: the distribution of the following error."""
-    from bristle.figures import error_distribution
-
     errors = {name: loop.following_error for name, loop in tracked.published.items()}
     resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
     after, before = errors[tracked.after], errors[BEFORE]
     ranges = {NAMES[name]: RANGE_WITHOUT if name == BEFORE else RANGE_WITH for name in errors}
+    narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the runs spread
     return Reproduced(
         number=13,
-        verdict=_verdict_13(before, after),
+        verdict="found" if narrower and nearer else "found in part" if narrower or nearer else "refuted",
         found=[
-            _compared(tracked, before, after),
+            f"With {NAMES[tracked.after]} the error is {'narrower' if narrower else 'no narrower'}, and its mean is "
+            f"{'nearer to zero' if nearer else 'no nearer to zero'}.",
             *(
-                f"{NAMES[name]}: mean {_statistic(tracked, name, 'mean')}, "
-                f"standard deviation {_statistic(tracked, name, 'std')}, "
-                f"range from {in_micrometres(error.min)} to {in_micrometres(error.max)}."
-                for name, error in errors.items()
+                f"{NAMES[name]}: mean {quoted(loop, 'following_error', 'mean', step=0.001)} µm, "
+                f"standard deviation {quoted(loop, 'following_error', 'std', step=0.001)} µm, "
+                f"range from {in_micrometres(loop.following_error.min)} to {in_micrometres(loop.following_error.max)}."
+                for name, loop in tracked.published.items()
             ),
         ],
         draw=lambda: error_distribution(tracked.pictured, tracked.settle, resolution, ranges),
@@ -207,29 +190,8 @@ def figure_13(tracked: Tracked) -> Reproduced:
     )
 
 
-def _verdict_13(before: Statistics, after: Statistics) -> Verdict:
-    """Return what became of the claim: narrower, and nearer to zero by more than the runs spread."""
-    narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)
-    return "found" if narrower and nearer else "found in part" if narrower or nearer else "refuted"
-
-
-def _compared(tracked: Tracked, before: Statistics, after: Statistics) -> str:
-    """Return whether the error is narrower and nearer to zero, in words."""
-    wide = "narrower" if after.std < before.std else "no narrower"
-    near = "nearer to zero" if abs(after.mean) < (1.0 - ALIKE) * abs(before.mean) else "no nearer to zero"
-    return f"With {NAMES[tracked.after]} the error is {wide}, and its mean is {near}."
-
-
-def _statistic(tracked: Tracked, name: str, key: str) -> str:
-    loop = tracked.result.variants[name]
-    value, spread = getattr(loop.following_error, key), spread_of(loop, "following_error", key)
-    return f"{with_spread(1e6 * value, 1e6 * spread, 0.001)} µm"
-
-
 def figure_14(tracked: Tracked) -> Reproduced:
     """Return figure 14: the control effort."""
-    from bristle.figures import control_effort
-
     rms = {name: tracked.arm * loop.effort_rms for name, loop in tracked.result.variants.items()}
     peak = {name: tracked.arm * loop.effort_peak for name, loop in tracked.result.variants.items()}
     friction = {
@@ -238,7 +200,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
     }
     more = rms[tracked.after] / rms[BEFORE] - 1.0
     efforts = [
-        f"{NAMES[name]} {_torque(rms[name])}, of it friction {_torque(friction[name])}, peak {_torque(peak[name])}"
+        f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
         for name in tracked.published
     ]
     return Reproduced(
@@ -260,7 +222,3 @@ def figure_14(tracked: Tracked) -> Reproduced:
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )
-
-
-def _torque(value: float) -> str:
-    return f"{number(1e3 * value, digits=3)} mN·m"

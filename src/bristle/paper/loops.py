@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from bristle.core.typography import number
-from bristle.paper.economy import economy, fitted_reformed_dahl, quiet, seeded
-from bristle.paper.economy_findings import CAPTION, numbers, sentences, table, verdict
-from bristle.paper.measurement import Record, measured, measured_loop
+from bristle.figures.errors import error_over
+from bristle.figures.loop_family import loop_family
+from bristle.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
+from bristle.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
 from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
-from bristle.paper.torque_bench import bench_of, led, sensor_numbers, sensor_says
 from bristle.report.table import Table
 
 __all__ = ["figure_5", "figure_6"]
@@ -49,8 +49,6 @@ def figure_5(setting: Setting) -> Reproduced:
 
 def _draw(panels: dict[str, list[Record]]):
     """Draw loops as they are read, narrow and dark, over friction itself."""
-    from bristle.figures import loop_family
-
     return loop_family(
         {
             title: {
@@ -89,13 +87,11 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
     """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured."""
-    from bristle.figures import error_over_count, loop_family
-
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
     run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [_round(fitted.torque, record) for record in loops]
+    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]  # after a round that runs it in
     shares = [
         float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque))) for m, record in zip(modelled, loops, strict=True)
     ]
@@ -127,14 +123,18 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
         tables=(table(cost, still),),
         extras={
             "economy": (
-                lambda: error_over_count(cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"),
+                lambda: error_over(
+                    cost.counts,
+                    {
+                        way: np.stack([pick(errors, axis=1) for pick in (np.mean, np.min, np.max)], axis=1)
+                        for way, errors in cost.errors.items()
+                    },
+                    {"scatter of the rig": cost.floor},
+                    "Branches measured",
+                    "Error on other motions [%]",
+                    counted=True,
+                ),
                 *CAPTION,
             )
         },
     )
-
-
-def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record) -> np.ndarray:
-    """Return what a model gives on a loop after a round that runs it in."""
-    twice = np.concatenate([loop.x, loop.x])
-    return torque(twice)[loop.x.size :]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from bristle.core.contracts import Model
+from functools import partial
+
 from bristle.core.errors import InputError
 from bristle.core.typography import number
 from bristle.engine import response
-from bristle.paper.reproduced import Reproduced, Verdict
+from bristle.figures.preisach import preisach_stages
+from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import Setting
 from bristle.paper.sums import half_the_loop, summed, summed_as_printed
 from bristle.report.table import Table
@@ -18,21 +20,27 @@ LETTERS = "abcdefgh"
 
 def figure_4(setting: Setting) -> Reproduced:
     """Return figure 4: how the staircase comes about, and the force by (14) and (15)."""
-    from bristle.figures import preisach_stages
-
     operator = setting.operator
     path, arm = setting["path", "turns"].tolist(), setting.arm
     _must_nest(setting, path)
     constant = arm * half_the_loop(operator, -path[0])
-    stages = [_stage(operator, path[:count], arm) for count in range(2, len(path) + 1)]
-    by_turns, right, unit, signed = (list(column) for column in zip(*stages, strict=True))
+    # The torque [N*m] at each stage: by turning points, by the sums corrected, and as printed in both readings.
+    by_turns, right, unit, signed = (
+        [arm * float(force(path[:count])) for count in range(2, len(path) + 1)]
+        for force in (
+            lambda past: response(operator, past)[-1],
+            partial(summed, operator),
+            partial(summed_as_printed, operator),
+            partial(summed_as_printed, operator, lower=-1),
+        )
+    )
     apart = max(abs(a - b) for a, b in zip(by_turns, right, strict=True))
     constant_to = max(abs(a - b - constant) for a, b in zip(unit, by_turns, strict=True))
     wrong = max(abs(a - b) for a, b in zip(signed, by_turns, strict=True))
     half = number(1e3 * constant, digits=5)
     return Reproduced(
         number=4,
-        verdict=_verdict(max(apart, constant_to), constant),
+        verdict="refuted" if max(apart, constant_to) > 1e-9 * constant else "found in part" if constant > 0.0 else "found",
         found=[
             f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {half} mN·m, half of "
             f"the height of the saturation loop: at every stage, to {_rounding(constant_to)}.",
@@ -48,24 +56,13 @@ def figure_4(setting: Setting) -> Reproduced:
             "by_printed_sums_of_relays_of_both_signs": signed,
             "half_of_the_saturation_loop": constant,
         },
-        tables=(_table(path, stages, half),),
+        tables=(_table(path, (by_turns, unit, signed), half),),
     )
 
 
-def _stage(operator: Model, path: list[float], arm: float) -> tuple[float, ...]:
-    """Return the torque [N*m] after a path: by turning points, by the sums corrected, and printed in both readings."""
-    forces = (
-        float(response(operator, path)[-1]),
-        summed(operator, path),
-        summed_as_printed(operator, path),
-        summed_as_printed(operator, path, lower=-1),
-    )
-    return tuple(arm * force for force in forces)
-
-
-def _table(path: list[float], stages: list[tuple[float, ...]], constant: str) -> Table:
+def _table(path: list[float], torques: tuple[list[float], ...], constant: str) -> Table:
     rows = []
-    for i, (by_turns, _, unit, signed) in enumerate(stages):
+    for i, (by_turns, unit, signed) in enumerate(zip(*torques, strict=True)):
         equation = "(14)" if path[i + 1] > path[i] else "(15)"
         cells = (number(1e3 * torque, resolution=0.1) for torque in (by_turns, unit, unit - by_turns, signed))
         rows.append((f"({LETTERS[i]})", equation, *cells))
@@ -78,13 +75,6 @@ def _table(path: list[float], stages: list[tuple[float, ...]], constant: str) ->
 
 def _rounding(apart: float) -> str:
     return "rounding" if apart < 1e-15 else f"{apart:.0e} N·m".replace("e-", "e−")
-
-
-def _verdict(apart: float, constant: float) -> Verdict:
-    """Return the verdict: right but for the constant, unless the two differ by more than rounding."""
-    if apart > 1e-9 * constant:
-        return "refuted"
-    return "found in part" if constant > 0.0 else "found"
 
 
 def _must_nest(setting: Setting, path: list[float]) -> None:

@@ -8,17 +8,13 @@ from pathlib import Path
 
 from bristle.core.errors import InputError
 from bristle.paper.drift import figure_2, figure_3
-from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
-from bristle.paper.layout import figure_7
 from bristle.paper.loops import figure_5, figure_6
+from bristle.paper.paths import figure_1, figure_8, figure_9, figure_10
 from bristle.paper.plane import figure_4
-from bristle.paper.pre_sliding import figure_1, figure_8
 from bristle.paper.reproduced import Reproduced
-from bristle.paper.setting import Setting, read_setting
-from bristle.paper.sound_loop import Sound
-from bristle.paper.tracking import BEFORE, Tracked
-from bristle.paper.wiping_out import figure_9, figure_10
+from bristle.paper.setting import EXPERIMENTS, Setting, read_setting
+from bristle.paper.tracking import BEFORE, Sound, Tracked, figure_7
 
 __all__ = ["FIGURES", "reproduce"]
 
@@ -37,7 +33,7 @@ CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
 LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {11: figure_11, 13: figure_13, 14: figure_14}
 FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7, 12}))
 # How long the branches of figure 6 and the loops take, against other figures.
-BRANCHES, TRACKING = 6.0, 20.0
+WEIGHTS = {6: 6.0, 12: 20.0}
 ALL_LOOPS = (*LOOPS, 12)
 
 
@@ -71,7 +67,9 @@ def reproduce(
     for number in distinct:
         if number not in FIGURES:
             raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
-    weights = _weights(distinct)
+    # How long each takes, against the others: the first that shows the loops simulates them, and 12 those at sound margins.
+    simulating = {12, next((number for number in distinct if number in ALL_LOOPS), 12)}
+    weights = [WEIGHTS[12] if number in simulating else WEIGHTS.get(number, 1.0) for number in distinct]
     completed, total = 0.0, sum(weights)
     figures, tracked = [], Tracked(folder / "set_a.toml", allow_code)
     for number, weight in zip(distinct, weights, strict=True):
@@ -90,29 +88,17 @@ def reproduce(
     return figures
 
 
-def _weights(numbers: list[int]) -> list[float]:
-    """Return how long each figure takes, against the others: the first that shows the loops simulates them."""
-    weights = [BRANCHES if number == 6 else 1.0 for number in numbers]
-    for index, number in enumerate(numbers):
-        if number in ALL_LOOPS:
-            weights[index] = TRACKING
-            break
-    return [TRACKING if number == 12 else weight for number, weight in zip(numbers, weights, strict=True)]
-
-
 def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
     """Return the experiments that belong to figure 12 besides that of the loop; None in a copy that has none of them.
 
     They are simulated once the figure's own loop is: what they report of is the second and the last third of it.
     """
-    files = [folder / "set_c.toml", folder / "set_a_break_away.toml"]
-    if not any(file.exists() for file in files):
+    loop, levels = folder / "set_c.toml", folder / "set_a_break_away.toml"
+    if not (loop.exists() or levels.exists()):
         return None
-    loop, levels = (
-        Tracked(file, allow_code, needed, [partial(_third, report, number)])
-        for number, (file, needed) in enumerate(zip(files, ((BEFORE,), ()), strict=True), 1)
+    return Sound(
+        Tracked(loop, allow_code, (BEFORE,), [partial(_third, report, 1)]), Tracked(levels, allow_code, (), [partial(_third, report, 2)])
     )
-    return Sound(loop, levels)
 
 
 def _third(report: Progress, number: int, share: float, text: str) -> None:

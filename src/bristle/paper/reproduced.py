@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent", "spread"]
+__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "in_millinewtons", "percent", "spread"]
 
 Verdict = Literal["found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"]
 
@@ -69,6 +69,11 @@ def percent(share: float, step: float = 0.1) -> str:
 def in_micrometres(length: float, digits: int = 3) -> str:
     """Return a length [m] as text, in micrometres."""
     return f"{number(1e6 * length, digits=digits)} µm"
+
+
+def in_millinewtons(torque: float, digits: int = 3) -> str:
+    """Return a torque [N*m] as text, in millinewton metres."""
+    return f"{number(1e3 * torque, digits=digits)} mN·m"
 
 
 def spread(values: ArrayLike, step: float = 0.0) -> str:

@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,12 +38,13 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import check_keys, check_schema, model_from, number_at, table_at
+from bristle.files.results import results_folder
 from bristle.files.sources import Sources
 from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.hysteresis import OPERATORS
 from bristle.plants import PLANTS
 
-__all__ = ["Setting", "read_setting"]
+__all__ = ["EXPERIMENTS", "Setting", "read_setting", "write_experiments"]
 
 KIND: Kind = "translational"
 
@@ -199,3 +201,33 @@ def _number(entry: Any, key: Key, path: str) -> float:
     if key.is_integer and not value.is_integer():
         raise InputError("must be a whole number", path=path, value=entry, allowed=key.variable.allowed(key.kind))
     return value
+
+
+EXPERIMENTS = Path(str(files("bristle.paper") / "experiments"))
+
+
+def write_experiments(folder: Path, *, force: bool = False) -> list[Path]:
+    """Copy the experiments of the paper into a new folder, to be read, changed and run.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder. Its parent must exist.
+    force : bool
+        Whether an earlier copy is replaced, if nobody changed it.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the folder is there already, or cannot be written.
+    """
+    sources = sorted(source for source in EXPERIMENTS.iterdir() if source.suffix == ".toml")
+    with results_folder(folder, force=force) as written:
+        for source in sources:
+            written.write(source.name, source.read_bytes())
+    return [folder / source.name for source in sources]

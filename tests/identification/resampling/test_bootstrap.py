@@ -10,9 +10,9 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.bootstrap import bootstrap, turned
-from bristle.identification.disturbance import Disturbance
 from bristle.identification.element_models import Elements
 from bristle.identification.fixed_shape import shaped
+from bristle.identification.half_cycles import Disturbance
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.least_squares import linear
 from bristle.identification.parameter_space import ParameterSpace, Solution

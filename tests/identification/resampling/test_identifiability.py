@@ -6,7 +6,7 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle import friction
 from bristle.identification import identifiability, identify
-from bristle.identification.covariance import is_white
+from bristle.identification.problem import is_white
 from bristle.identification.settings import Settings
 from bristle.report.messages import warnings_of
 

@@ -1,20 +1,44 @@
-"""The loops of sets A and C with another friction, and what they follow."""
+"""The loops of sets A and C with another friction, and the compensators: families identified from a log of that friction."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.errors import BristleError, told_by
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
 from bristle.files.experiment import read_experiment
-from bristle.paper.experiment_files import EXPERIMENTS
+from bristle.identification import identify
+from bristle.logs.log import Log
+from bristle.paper.economy import Economy, economy
+from bristle.paper.rig import axis_of, logged
 from bristle.paper.robust.truths import AMPLITUDE, Truth
+from bristle.paper.setting import EXPERIMENTS, read_setting
 from bristle.simulation import simulate
 
-__all__ = ["SETS", "VARIANTS", "loop", "peak_to_peak", "setting"]
+__all__ = [
+    "CHOSEN",
+    "COUNTS",
+    "FAMILIES",
+    "LOG",
+    "PRINTED",
+    "SETS",
+    "VARIANTS",
+    "Fitted",
+    "economy_on",
+    "fitted",
+    "is_measurable",
+    "log_of",
+    "loop",
+    "peak_to_peak",
+    "setting",
+]
 
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
 VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
@@ -60,3 +84,71 @@ def peak_to_peak(variant: Variant, number: int) -> float:
     single = replace(variant, **seeded)
     result = simulate(Experiment("robust", "translational", (single,))).variants[single.name]
     return np.inf if result.status is Status.NOT_FINITE else result.following_error.peak_to_peak
+
+
+PRINTED, GATED = "printed", "preisach_lugre"
+"""Equations (5) to (7) of the paper as printed, and the same with a gate: below nine tenths of break-away z is x."""
+FAMILIES = ("coulomb_viscous", "dahl", "reformed_dahl", "bouc_wen", "lugre", "maxwell_slip", "gms", GATED, PRINTED)
+CHOSEN = "maxwell_slip"
+"""The family of the compensator of the bench: it is taken for every truth and under every condition."""
+LOG = EXPERIMENTS / "set_a_log.toml"
+SEED = 501  # of the scatter in that log
+
+
+class Fitted(NamedTuple):
+    """A model of a family, or why there is none."""
+
+    friction: Model | None
+    reason: str = ""
+
+
+def log_of(truth: Truth) -> tuple[Log, Axis]:
+    """Return what compensators are identified from, and how it is to be read.
+
+    It is the log of the bench: a minute of triangles in the loop of set A without compensation, encoder and effort
+    command alone. Of a measured truth it is one half of its record, whose other half is the truth.
+    """
+    if truth.record is not None and truth.axis is not None:
+        return truth.record, truth.axis
+    described = read_experiment(LOG)
+    variant = replace(described.variants[0], friction=truth.friction.with_values(seed=SEED))
+    described = replace(described, variants=(variant,))
+    return logged(described), axis_of(described)
+
+
+def fitted(family: str, log: Log, axis: Axis) -> Fitted:
+    """Return a model of a family, identified from a log; where it cannot be, why.
+
+    As in the paper, the operator of the printed equations is fitted over the position, and then driven by z: they are
+    identified with the gate, which is then left out.
+
+    Parameters
+    ----------
+    family : str
+        Name of the models.
+    log, axis
+        What `log_of` returns.
+    """
+    try:
+        name = GATED if family == PRINTED else family
+        friction = identify(log, name, axis=axis, blocks=0, draws=0).best.friction
+        return Fitted(friction.with_values(transition="paper") if family == PRINTED else friction)
+    except BristleError as error:
+        return Fitted(None, told_by(error))
+
+
+COUNTS = (1, 10)
+"""Branches measured: fewest, and as many as a patient person measures."""
+
+
+def is_measurable(truth: Truth) -> bool:
+    """Return whether the branches of the paper, which go through a few micrometres, can be measured on a truth."""
+    return truth.amplitude == AMPLITUDE
+
+
+def economy_on(truth: Truth, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
+    """Return the errors of models made from few and more measured branches of a truth."""
+    setting = read_setting(EXPERIMENTS / "fig_06.toml")
+    measurement = dict(setting.numbers["measurement"]) | {"branches": list(COUNTS)}
+    setting = replace(setting, numbers=dict(setting.numbers) | {"measurement": measurement})
+    return economy(setting, truth.friction, seeds, progress)

@@ -7,26 +7,32 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bristle.core.typography import number
-from bristle.paper.robust.competitors import CHOSEN, PRINTED
-from bristle.paper.robust.findings import ON_ALL_TRUTHS, TOGETHER, Claim, Interval, claims, error_of, no_better, numbers, share_left
-from bristle.paper.robust.loops import VARIANTS
-from bristle.paper.robust.sparing import means_of
-from bristle.paper.robust.tables import (
+from bristle.figures.errors import Spread, errors_by_truth
+from bristle.paper.robust.findings import (
     LOOPS,
+    ON_ALL_TRUTHS,
     SET_NAMES,
+    TOGETHER,
+    Claim,
+    Interval,
     best_table,
     claim_table,
+    claims,
     condition_table,
     economy_table,
+    error_of,
     error_table,
     family_table,
     margin_table,
     margins_of_sets,
+    no_better,
+    numbers,
+    share_left,
     unfitted,
 )
+from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
-from bristle.report.front import Front, Ruling, about, answered
-from bristle.report.page import Picture, picture, render
+from bristle.report.page import Front, Picture, Ruling, about, answered, picture, render
 
 __all__ = ["LIMITS", "robust_report", "robust_summary", "ruling_of", "words_of"]
 
@@ -138,18 +144,16 @@ def _front(trial: Trial) -> Front:
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[1]],
         [
-            "your own friction as a truth: `bristle paper --robust --truth model.toml`",
-            "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`",
+            "your own friction as a truth: `bristle paper --robust model.toml`",
+            "a record of a contact: `bristle paper --robust log.csv --axis axis.toml`",
         ],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")
-    return Front(HEADING, facts, *ruling[:2], ruling.reasons, answers, _picture(trial), "claims", "No case is above its limit.")
+    return Front(HEADING, facts, ruling, answers, "claims", "No case is above its limit.", _picture(trial))
 
 
 def _picture(trial: Trial) -> Picture:
     """Return the error of each loop on each truth, and how far it goes under all conditions."""
-    from bristle.figures import errors_by_truth
-
     errors = {
         SET_NAMES[place]: {
             truth.name.replace("_", " "): {LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
@@ -173,8 +177,6 @@ def _picture(trial: Trial) -> Picture:
 
 
 def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
-    from bristle.figures import Spread
-
     errors = [error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None and math.isfinite(error.peak_to_peak)]
     nominal = errors[0] or Interval(math.nan, math.nan, math.nan, math.nan, 0)
@@ -189,7 +191,10 @@ def robust_summary(trial: Trial, *, provenance: Mapping[str, str]) -> dict[str, 
         "sentences": words_of(trial),
         **numbers(trial),
         "margins": margins_of_sets(trial.plan.sets),
-        "economy": {truth: means_of(cost) for truth, cost in trial.economy.items()},
+        "economy": {
+            truth: {"branches": list(cost.counts), "scatter_percent": cost.floor, "error_percent": cost.means}
+            for truth, cost in trial.economy.items()
+        },
         "chosen_family": CHOSEN,
         "provenance": provenance,
     }

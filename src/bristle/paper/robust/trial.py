@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,18 +23,65 @@ from bristle.core.cores import Abreast, cores_for_simulations
 from bristle.core.experiment import Variant
 from bristle.core.fingerprint import digest
 from bristle.files.experiment import read_experiment
+from bristle.files.growing import Growing, growing_folder
 from bristle.friction import find
 from bristle.logs.log import Log
 from bristle.paper.economy import Economy
-from bristle.paper.robust.competitors import CHOSEN, FAMILIES, LOG, Fitted, fitted, log_of
-from bristle.paper.robust.conditions import CONDITIONS, NOMINAL, under
-from bristle.paper.robust.loops import SETS, VARIANTS, loop, peak_to_peak, setting
-from bristle.paper.robust.sparing import COUNTS, economy_on, is_measurable
-from bristle.paper.robust.store import Store
-from bristle.paper.robust.truths import Truth
+from bristle.paper.robust.loops import (
+    CHOSEN,
+    COUNTS,
+    FAMILIES,
+    LOG,
+    SETS,
+    VARIANTS,
+    Fitted,
+    economy_on,
+    fitted,
+    is_measurable,
+    log_of,
+    loop,
+    peak_to_peak,
+    setting,
+)
+from bristle.paper.robust.truths import CONDITIONS, NOMINAL, Truth, under
 from bristle.study.run import in_words
 
-__all__ = ["Cell", "Plan", "Trial", "run_trial"]
+__all__ = ["Cell", "Plan", "Store", "Trial", "opened", "run_trial"]
+
+PARTS = "parts"
+
+
+class Store:
+    """The folder while this process writes into it."""
+
+    def __init__(self, grown: Growing) -> None:
+        self.grown, self.path = grown, grown.path
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file; it appears whole under its name, in the place of one that was written before."""
+        return self.grown.write(name, content)
+
+    def take(self, name: str, source: Mapping[str, Any]) -> Any:
+        """Return what a part holds; None where it is not there or was made from something else."""
+        content = self.grown.read(f"{PARTS}/{name}.json")
+        part = None if content is None else json.loads(content)
+        return part["content"] if part and part["made_from"] == dict(source) else None
+
+    def keep(self, name: str, source: Mapping[str, Any], content: Any) -> None:
+        """Write a part."""
+        self.write(f"{PARTS}/{name}.json", json.dumps({"made_from": dict(source), "content": content}) + "\n")
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[Store]:
+    """Give a folder to write into, new or begun by an earlier trial, to this process alone."""
+    used = {"summary.json", "report.html", PARTS, "figures"}
+    with growing_folder(
+        path, "robust trial", made_anew=lambda name: name.startswith(f"{PARTS}/"), used=lambda name: name.partition("/")[0] in used
+    ) as (grown, damaged):
+        grown.set_all_aside(damaged)
+        yield Store(grown)
+
 
 Progress = Callable[[float, str], None]
 Task = Callable[[threading.Event], None]
@@ -72,26 +122,21 @@ class Plan:
     @property
     def cells(self) -> list[Cell]:
         """Everything that is simulated."""
-        cells = [
+        chosen = [
             Cell(name, truth.name, condition, variant, CHOSEN if "feedforward" in variant else "")
             for truth in self.truths
             for name in self.sets
             for condition in self.conditions
             for variant in VARIANTS
         ]
-        cells += [
-            Cell(name, truth.name, NOMINAL, variant, family)
+        # Fed forward, each family stands in.
+        return chosen + [
+            Cell(name, truth.name, NOMINAL, "feedforward", family)
             for truth in self.truths
             for name in self.sets
             for family in self.families
-            for variant in COMPETING
             if family != CHOSEN
         ]
-        return cells
-
-
-COMPETING = ("feedforward",)
-"""Loops in which each family stands in."""
 
 
 @dataclass
@@ -113,7 +158,8 @@ def run_trial(plan: Plan, store: Store, progress: Progress | None = None) -> Tri
         fits = [partial(_fit, trial, store, tally, logs, *key, source) for key, source in unfitted.items()]
         # Fits keep a core busy with Python itself, loops do not: side by side they use both.
         sparing = [partial(_spare, trial, store, tally, truth) for truth in plan.truths if is_measurable(truth)]
-        _abreast(_alternating([*fits, *sparing], _missing(trial, store, tally, fed=False)))
+        turns = zip_longest([*fits, *sparing], _missing(trial, store, tally, fed=False))
+        _abreast(task for turn in turns for task in turn if task is not None)
         _abreast(_missing(trial, store, tally, fed=True))
     trial.economy = {truth.name: trial.economy[truth.name] for truth in plan.truths if truth.name in trial.economy}
     return trial
@@ -136,11 +182,6 @@ def _missing(trial: Trial, store: Store, tally: Tally, *, fed: bool) -> list[Tas
             tasks.append(partial(_simulate, trial, store, tally, cell, variant, source, present))
     tally.expect(plan, trial)
     return tasks
-
-
-def _alternating(*groups: list[Task]) -> list[Task]:
-    """Return tasks of several groups in turn, and what is left of the longest one at the end."""
-    return [task for turn in zip_longest(*groups) for task in turn if task is not None]
 
 
 def _simulate(
@@ -169,11 +210,13 @@ def _unfitted(trial: Trial, store: Store) -> dict[tuple[str, str], dict[str, str
     for truth in trial.plan.truths:
         for family in trial.plan.compensators:
             source = {"bristle": version("bristle"), "friction": digest(truth.friction), "log": log, "file": truth.origin.checksum}
-            present = store.take(_fit_file(truth.name, family), source)
+            present = store.take(f"fit-{truth.name}-{family}", source)
             if present is None:
                 missing[truth.name, family] = source
+            elif "reason" in present:
+                trial.fits[truth.name, family] = Fitted(None, present["reason"])
             else:
-                trial.fits[truth.name, family] = _restored(present)
+                trial.fits[truth.name, family] = Fitted(find(present["model"])(kind=present["kind"], **present["values"]))
     return missing
 
 
@@ -202,8 +245,12 @@ def _fit(
     """Identify one compensator, unless all is to stop."""
     if stop.is_set():
         return
-    outcome = fitted(family, *logs[truth])
-    store.keep(_fit_file(truth, family), source, _written(outcome))
+    friction, reason = outcome = fitted(family, *logs[truth])
+    content: dict[str, Any] = {"reason": reason}
+    if friction is not None:
+        values = {name: np.asarray(value).tolist() for name, value in friction.values.items()}
+        content = {"model": friction.name, "kind": friction.kind, "values": values}
+    store.keep(f"fit-{truth}-{family}", source, content)
     trial.fits[truth, family] = outcome
     tally.tell(f"{truth}: {family} identified")
 
@@ -223,23 +270,6 @@ def _spare(trial: Trial, store: Store, tally: Tally, truth: Truth, stop: threadi
         store.keep(f"economy-{truth.name}", source, present)
     errors = {way: np.array(values) for way, values in present["errors"].items()}
     trial.economy[truth.name] = Economy(list(COUNTS), errors, present["floor"], present["duration"])
-
-
-def _fit_file(truth: str, family: str) -> str:
-    return f"fit-{truth}-{family}"
-
-
-def _written(fit: Fitted) -> dict[str, Any]:
-    if fit.friction is None:
-        return {"reason": fit.reason}
-    values = {name: np.asarray(value).tolist() for name, value in fit.friction.values.items()}
-    return {"model": fit.friction.name, "kind": fit.friction.kind, "values": values}
-
-
-def _restored(content: Mapping[str, Any]) -> Fitted:
-    if "reason" in content:
-        return Fitted(None, content["reason"])
-    return Fitted(find(content["model"])(kind=content["kind"], **content["values"]))
 
 
 def _source_of(variant: Variant, compensator: Model | None) -> dict[str, str]:

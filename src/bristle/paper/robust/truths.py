@@ -2,15 +2,18 @@
 
 The simulated ones have the stiffness at a reversal, the break-away force, the asymmetry and the offset of the rig
 (`bristle.paper.rig`) as far as their equations know them, and scatter by 5 % from reversal to reversal.
+
+Conditions are what changes on the rig after its compensator was identified, which nobody tells it.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import Origin, content_of
@@ -21,12 +24,12 @@ from bristle.files.axis import read_axis
 from bristle.files.model import read_model
 from bristle.logs.assembly import within
 from bristle.logs.log import Log
-from bristle.paper.experiment_files import EXPERIMENTS
-from bristle.paper.rig import STATIC, screw_ratio
+from bristle.paper.rig import SCATTER, STATIC, screw_ratio
 from bristle.paper.robust.recorded import half_cycles_of, recorded_contact
 from bristle.paper.robust.uneven import uneven
+from bristle.paper.setting import EXPERIMENTS
 
-__all__ = ["DATA", "MEASURED", "SIMULATED", "Truth", "is_own", "truths_named"]
+__all__ = ["CONDITIONS", "DATA", "MEANINGS", "MEASURED", "NOMINAL", "SIMULATED", "Truth", "is_own", "truths_named", "under"]
 
 FOLDER = Path(str(files("bristle.paper.robust") / "truths"))
 SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} | {
@@ -44,10 +47,8 @@ OF_FAMILY = {
     "lugre": ("lugre", "dahl"),
 }
 """Families that have the structure of a truth, or are what it becomes in slow motion or at the ends of its ranges."""
-SCATTER = 0.05
 AMPLITUDE = 6.8e-6  # [m] of the motion of sets A and C
 WITHIN_STROKE = 0.95  # share of a recorded stroke that the rig goes through
-TRAVEL = 0.15  # of the amplitude, over which the level changes
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,10 @@ def truths_named(names: Sequence[str] = (), axis: Path | None = None, *, allow_c
     truths = [_truth(name, axis, present, allow_code) for name in dict.fromkeys(names or present)]
     if axis is not None and not any(truth.record is not None and truth.name != MEASURED for truth in truths):
         raise InputError("is there for a log, and none is among the truths", path="--axis", value=str(axis))
-    _refuse_alike(truths)
+    if len({truth.name for truth in truths}) < len(truths):
+        raise InputError(
+            "two truths have one name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
+        )
     return truths
 
 
@@ -91,18 +95,20 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
         if file is None:
             raise InputError(
                 f"needs the record {RECORD.as_posix()} in the folder that {DATA} names",
-                path="--truth",
+                path="TRUTH",
                 value=name,
-                mend="Name a log instead: --truth log.csv --axis axis.toml",
+                mend="Name a log instead: --robust log.csv --axis axis.toml",
             )
         return _recorded(name, file, read_axis(FOLDER / "measured_axis.toml"))
     if file is not None:
-        return _simulated(name, file, OF_FAMILY[name])
+        friction = read_model(file).friction
+        scatter = 0.0 if "scatter" in friction.values else SCATTER  # the thirty elements have their own
+        return Truth(name, _in_layer(friction, scatter), content_of(file).origin, OF_FAMILY[name])
     path = Path(name)
     if not path.is_file():
         raise InputError(
             "no such truth",
-            path="--truth",
+            path="TRUTH",
             value=name,
             allowed=", ".join([*present, "a model file", "a log"]),
             mend=did_you_mean(name, present),
@@ -111,18 +117,12 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
         friction = read_model(path, allow_code=allow_code).friction
         return Truth(path.stem, _in_layer(friction, 0.0), content_of(path).origin, (friction.name.split("+")[0],))
     if axis is None:
-        raise InputError("is a log, and nothing says what its columns are", path="--truth", value=name, mend="Add --axis axis.toml")
+        raise InputError("is a log, and nothing says what its columns are", path="TRUTH", value=name, mend="Add --axis axis.toml")
     return _recorded(path.stem, path, read_axis(axis))
 
 
-def _simulated(name: str, file: Path, families: tuple[str, ...]) -> Truth:
-    friction = read_model(file).friction
-    scatter = 0.0 if "scatter" in friction.values else SCATTER  # the thirty elements have their own
-    return Truth(name, _in_layer(friction, scatter), content_of(file).origin, families)
-
-
 def _in_layer(friction: Model, scatter: float, amplitude: float = AMPLITUDE) -> Model:
-    return uneven(friction, unevenness=scatter, travel=TRAVEL * amplitude)
+    return uneven(friction, unevenness=scatter, travel=0.15 * amplitude)
 
 
 def _recorded(name: str, file: Path, axis: Axis) -> Truth:
@@ -131,21 +131,39 @@ def _recorded(name: str, file: Path, axis: Axis) -> Truth:
     middle = 0.5 * float(log.time.values[0] + log.time.values[-1])
     first, second = within(log, (float(log.time.values[0]), middle)), within(log, (middle, float("inf")))
     record = half_cycles_of(second)
+    assert first.effort is not None
     factor = STATIC * screw_ratio(5e-3) / record.height
     amplitude = WITHIN_STROKE * float(record.x[-1])
     friction = _in_layer(recorded_contact(record, factor), 0.0, amplitude)
-    return Truth(name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False, record=_times(first, factor), axis=axis)
+    heard = replace(first, effort=replace(first.effort, values=factor * first.effort.values))
+    return Truth(name, friction, content_of(file).origin, amplitude=amplitude, is_varied=False, record=heard, axis=axis)
 
 
-def _times(log: Log, factor: float) -> Log:
-    """Return a log with its effort so many times as large."""
-    effort = log.effort
-    return log if effort is None else replace(log, effort=replace(effort, values=factor * effort.values))
+NOMINAL = "nominal"
 
 
-def _refuse_alike(truths: Sequence[Truth]) -> None:
-    names: Mapping[str, Truth] = {truth.name: truth for truth in truths}
-    if len(names) < len(truths):
-        raise InputError(
-            "two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
-        )
+CONDITIONS: dict[str, Callable[[Truth], dict[str, Any]]] = {
+    NOMINAL: lambda truth: {},
+    "level_0.7": lambda truth: {"level": 0.7},
+    "level_1.3": lambda truth: {"level": 1.3},
+    "level_1.6": lambda truth: {"level": 1.6},
+    "scatter_10": lambda truth: {"scatter" if "scatter" in truth.friction.values else "unevenness": 0.1},
+    "position_wave": lambda truth: {"wave": 0.2, "wavelength": 0.75 * truth.amplitude},
+    "creep": lambda truth: {"k_creep": 10.0 / truth.amplitude, "tau": 5.0},
+}
+"""Parameters of the layer around a truth, by condition; `MEANINGS` says them in words."""
+MEANINGS = {
+    NOMINAL: "as when the log for the compensator was made",
+    "level_0.7": "friction 0.7 times as large",
+    "level_1.3": "friction 1.3 times as large",
+    "level_1.6": "friction 1.6 times as large",
+    "scatter_10": "the level scatters by 10 % from reversal to reversal",
+    "position_wave": "the level waves by 20 % over three quarters of the amplitude",
+    "creep": "beside it a spring and a damper in series, 10 N over the amplitude, 5 s",
+}
+
+
+def under(condition: str, truth: Truth) -> Model:
+    """Return the friction of a truth under a condition."""
+    changes = CONDITIONS[condition](truth)
+    return truth.friction.with_values(**changes) if changes else truth.friction

@@ -1,0 +1,236 @@
+"""The Preisach plane of an operator: the Everett function, the staircase between relays up and down, reversal curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from bristle.core.contracts import Model
+from bristle.core.dispatch import everett
+from bristle.core.errors import InputError
+from bristle.core.typography import Scale
+from bristle.core.variable import Kind
+from bristle.engine import response
+from bristle.engine.path import after
+from bristle.figures import style
+from bristle.figures.labels import effort_scale, scale_for
+from bristle.figures.small_multiples import loop_units
+
+__all__ = ["everett_surface", "preisach_plane", "preisach_stages", "staircase", "transition_curves", "trapezoids"]
+
+NODES = 61  # of the thresholds
+SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", style.BARS, style.PREDICTED["color"]])
+SHARES = (-0.5, 0.0, 0.5)
+SAMPLES = 120  # of a way from turn to turn
+LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
+HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
+NOW = style.MEASURED["color"]
+
+
+@style.styled
+def everett_surface(operator: Model, extent: float) -> Figure:
+    """Return the Everett function as heights over the thresholds, and along the way from the diagonal.
+
+    Parameters
+    ----------
+    operator : Model
+        An operator with an Everett function: `preisach` or `everett_table`.
+    extent : float
+        Largest threshold that is shown [m or rad].
+
+    Raises
+    ------
+    InputError
+        If the operator has no Everett function.
+    """
+    if operator.component.measure is None:
+        raise InputError("has no Everett function", path="operator", value=operator.name)
+    q = operator.component.measure(operator.parameters)
+    inputs = np.linspace(-extent, extent, NODES)
+    E = np.array([[everett(a, b, q) if a >= b else np.nan for b in inputs.tolist()] for a in inputs.tolist()])
+    length, (scale, _) = scale_for("length", operator.kind, inputs), effort_scale(operator.kind, E)
+    figure, ((plane, section),) = style.panels(3.6, columns=2, between=0.75)
+    edge = inputs * length.factor
+    filled = plane.contourf(edge, edge, E * scale.factor, levels=9, cmap=SHADES)
+    lines = plane.contour(edge, edge, E * scale.factor, levels=filled.levels, colors=style.INK, linewidths=0.6)
+    plane.clabel(lines, np.asarray(lines.levels)[1:-1:2], fontsize=7, fmt="%g")
+    plane.plot(edge, edge, **style.AID)
+    _label_plane(plane, length)
+    plane.set_title(scale.label("E(α, β)"))
+    for share, look in zip(SHARES, style.SERIES[1:], strict=False):
+        # Towards one corner of the triangle a section is shorter.
+        d = np.linspace(0.0, 2.0 * extent * (1.0 - abs(share)), NODES)
+        heights = [everett(share * extent + 0.5 * width, share * extent - 0.5 * width, q) for width in d.tolist()]
+        name = f"{share * extent * length.factor:g}".replace("-", "−")
+        section.plot(d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=style.SMALL, **look)
+    section.set(xlabel=length.label("α − β"), ylabel=scale.label("E"), title=length.label("(α + β)/2"))
+    style.legend(section, len(SHARES), handle=1.2)
+    return figure
+
+
+def _label_plane(axes: Axes, length: Scale) -> None:
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlabel=length.label("Threshold β, down"), ylabel=length.label("Threshold α, up"))
+
+
+@style.styled
+def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
+    """Return what an operator remembers of a history, and the loops that the history drew.
+
+    Parameters
+    ----------
+    operator : Model
+        An operator with turning points: `preisach` or `everett_table`.
+    history : sequence of float
+        Inputs where a demagnetised operator turned, the present one last [m or rad].
+
+    Raises
+    ------
+    InputError
+        If the operator keeps no turning points, or the history is empty.
+    """
+    if operator.component.measure is None:
+        raise InputError("keeps no turning points", path="operator", value=operator.name)
+    if not len(history):
+        raise InputError("is empty", path="history", mend="Give the inputs where it turned")
+    turns = [0.0, *map(float, history)]
+    path = _way(turns)
+    output = response(operator, path)
+    units = loop_units([(path, output)], operator.kind)
+    figure, ((plane, loops),) = style.panels(3.7, columns=2, between=0.75)
+    _draw_memory(plane, operator, turns, 1.15 * max(map(abs, turns)), units.length)
+    style.legend(plane, 3, handle=1.2)
+    units.plot(loops, path, output, label="_path", **style.PREDICTED)
+    units.plot(loops, path[-1], output[-1], "o", color=NOW, markersize=style.SMALL, label="_now")
+    loops.set(xlabel=units.x, ylabel=units.y)
+    return figure
+
+
+@style.styled
+def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None) -> Figure:
+    """Return the planes at the turns of a history that begins in saturation, and the force along it."""
+    path = [saturated, *turns]
+    u = _way(path)
+    f = arm * response(operator, u, history=[saturated])
+    units = loop_units([(u, f)], operator.kind, effort)
+    figure, (above, (below,)) = style.panels(5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7)
+    for index, axes in enumerate(above):
+        past = path[: index + 2]
+        _draw_memory(axes, operator, [0.0, *past], 1.1 * max(map(abs, path)), units.length, "S⁺: relays up", "----")
+        _hatch(axes, past, units.length)
+        axes.set_title(f"({LETTERS[index]})", loc="left")
+    style.share_y(above, above[0].get_ylabel())
+    for axes in above[1:]:
+        axes.set_ylabel("")
+    handles = above[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="upper right", ncols=4, frameon=False, handlelength=1.2, columnspacing=1.4, borderaxespad=0.1)
+    units.plot(below, u, f, **style.PREDICTED)
+    for index, (start, turn) in enumerate(pairwise(path)):
+        at = (u[(index + 1) * SAMPLES - 1] * units.length.factor, f[(index + 1) * SAMPLES - 1] * units.force.factor)
+        below.plot(*at, "o", color=NOW, markersize=style.SMALL)
+        side, align = (1, "left") if turn >= start else (-1, "right")
+        below.annotate(f"({LETTERS[index]})", at, xytext=(6 * side, 1), textcoords="offset points", color=style.INK, ha=align)
+    below.margins(x=0.05, y=0.1)
+    below.set(xlabel=units.x, ylabel=units.y)
+    return figure
+
+
+def _way(turns: Sequence[float]) -> np.ndarray:
+    """Return inputs from turn to turn, denser where each way begins."""
+    share = np.linspace(0.0, 1.0, SAMPLES) ** 2
+    return np.concatenate([a + (b - a) * share for a, b in pairwise(turns)])
+
+
+def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
+    """Return the corners (beta, alpha) of the line below which relays are up, from that of the demagnetised state on."""
+    first, *later = [*turning_points, u]
+    beta, alpha = -abs(first), abs(first)
+    corners, rising = [(beta, alpha)], first > 0.0
+    for point in later:
+        rising = not rising
+        beta, alpha = (beta, point) if rising else (point, alpha)
+        corners.append((beta, alpha))
+    return np.array([*corners, (u, u)])
+
+
+def _draw_memory(
+    axes: Axes, operator: Model, turns: Sequence[float], extent: float, length: Scale, name: str = "relays up", hatch: str | None = None
+) -> None:
+    """Draw the plane up to a threshold of `extent` [m or rad], with the staircase that a history leaves in it."""
+    state, memory = after(operator, turns)
+    edge = extent * length.factor
+    line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
+    up = np.vstack((line, [-edge, -edge]))
+    axes.fill(up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name)
+    axes.plot([-edge, edge], [-edge, edge], label="_diagonal", **style.AID)
+    axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
+    axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
+    axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
+    _label_plane(axes, length)
+
+
+def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
+    """Return the corners (beta, alpha) of what the sums over the extremes add up, one part a term.
+
+    Between one minimum and the next relays are up to the maximum before: a trapezoid on the diagonal. While the input
+    rises the last one is still a triangle, with the input at its tip.
+    """
+    minima, maxima = list(path[::2]), list(path[1::2])
+    ends = minima[1:] if len(minima) > len(maxima) else [*minima[1:], maxima[-1]]
+    return [
+        np.array([(left, left), (left, top), (right, top), (right, right)]) for left, right, top in zip(minima, ends, maxima, strict=False)
+    ]
+
+
+def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
+    """Hatch the trapezoids Q_k, one unlike the next."""
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    for index, corners in enumerate(trapezoids(path)):
+        scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]
+        name = "_trapezoid" if index else "trapezoids Qₖ"
+        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=HATCH, hatch=hatch, linewidth=0.8, label=name)
+        (left, _), (_, top), (right, _), _ = scaled
+        x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
+        axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)
+
+
+@style.styled
+def transition_curves(operators: Mapping[str, Model], extent: float, count: int = 10) -> Figure:
+    """Return the first-order reversal curves of operators, one panel for each.
+
+    Parameters
+    ----------
+    operators : mapping of str to Model
+        Hysteresis operators of one kind of axis, by the name above their panel.
+    extent : float
+        Input at both ends of the ascending branch [m or rad].
+    count : int
+        Number of branches that leave it.
+    """
+    families = {name: _family(operator, extent, count) for name, operator in operators.items()}
+    curves = [curve for family in families.values() for curve in family]
+    units = loop_units(curves, next(iter(operators.values())).kind)
+    figure, (row,) = style.panels(3.2, columns=len(families), between=0.2)
+    for axes, (name, (ascending, *falling)) in zip(row, families.items(), strict=True):
+        for curve in falling:
+            units.plot(axes, *curve, color="#5b7f9e", linewidth=0.8)
+        units.plot(axes, *ascending, color=style.INK, linewidth=style.WIDE)
+        units.plot(axes, -extent, ascending[1][0], "o", color=NOW, markersize=style.SMALL)
+        style.title(axes, name)
+        axes.set(ylim=units.height(curves), xlabel=units.x)
+    style.share_y(row, units.y)
+    return figure
+
+
+def _family(operator: Model, extent: float, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the ascending branch from the lower end, and the descending ones from it to that end."""
+    branches = [np.linspace(-extent, extent, SAMPLES)]
+    # Denser where the branch is steepest.
+    share = np.linspace(0.0, 1.0, SAMPLES) ** 2
+    branches += [alpha - (alpha + extent) * share for alpha in np.linspace(-extent, extent, count + 1)[1:].tolist()]
+    return [(branch, response(operator, branch, history=[-extent])) for branch in branches]

@@ -1,1 +1,0 @@
-"""What a log does not tell of a fit, and what the fit rests on, as codes and numbers."""

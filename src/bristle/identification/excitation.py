@@ -1,0 +1,280 @@
+"""What the motion of a log cannot tell: which parameters, and whatever is fitted, one amplitude and repeated motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.lazy import cached_property
+from bristle.core.variable import Variable
+from bristle.friction import is_static
+from bristle.identification.dataset import Dataset
+from bristle.identification.parameters import PriorKnowledge, Role, Scales, acts_in_sliding, name_of, names_of
+from bristle.identification.result import Fit
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.check import checked
+from bristle.logs.log import Log
+from bristle.logs.passages import passages_along
+from bristle.logs.turns import by_lag, period_of, turning_points
+
+__all__ = [
+    "Excitation",
+    "about_amplitudes",
+    "about_repeated_logs",
+    "about_repetition",
+    "checks_of",
+    "repeats_after",
+    "shortest_zone",
+    "spread_between_repeats",
+    "stroke_lengths",
+    "with_checks",
+]
+
+COMPARED = 4000  # samples of the longer of two logs
+DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What a log shows of the parameters of a fit [SI]; the `excitation` of a variable names what it takes."""
+
+    dataset: Dataset
+    scales: Scales
+    values: Mapping[str, float]
+    variables: Mapping[str, Variable]
+    settings: Settings
+
+    def cause(self, name: str) -> Diagnostic:
+        """Return what the log lacks to identify a parameter."""
+        code, numbers = self._lacking(self.variables[name].excitation)
+        return Diagnostic(code, name, "warning", numbers, self.dataset.kind)
+
+    def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
+        """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
+
+        Where nothing is `filtered`, as in a simulation, two samples take the place of that period.
+
+        A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but
+        not its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction. Noise
+        of the position turns the friction of the model to and fro as pre-sliding would.
+        """
+        if self.variables[name].excitation != "presliding":
+            return False
+        if not self._reversals or self._zone is None:
+            return not self._reversals
+        period = self._filter_period if filtered else 2.0
+        return self._samples_within(self._zone) < period or self._below_the_noise(self._zone) is not None
+
+    def _lacking(self, excitation: str) -> tuple[str, dict[str, Number]]:
+        """Return which kind of excitation a log lacks, as a code with its numbers."""
+        dataset, scales = self.dataset, self.scales
+        match excitation:
+            case "acceleration":
+                return "low_acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
+            case "speed":
+                low, high = np.quantile(np.abs(dataset.velocity), [0.1, 0.9])
+                return "few_speeds" if high < self.settings.one_speed * low else "low_speed", {"speed": scales.speed}
+            case "stribeck":
+                return self._without_fall()
+            case "presliding":
+                return self._without_presliding()
+            case "displacement":
+                return "no_bend", {"stroke": scales.stroke}
+            case "sliding":
+                return "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
+        return "small_effect", {}
+
+    def _without_fall(self) -> tuple[str, dict[str, Number]]:
+        speeds, fall = self.dataset.all_velocities, name_of(Role.FALL, self.variables)
+        slow = self.scales.slowest if fall is None else self.values[fall]
+        numbers: dict[str, Number] = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
+        grain = shortest_zone(self.dataset, self.settings)
+        steady = [
+            speed
+            for segment in self.dataset.segments
+            for passage in passages_along(segment.time, segment.position, segment.effort, grain)
+            if passage.kind == "constant_velocity"
+            for speed in passage.speeds
+        ]
+        if not steady:
+            return "no_steady_slide", numbers
+        return "no_fall", numbers | {"slowest": min(steady), "fastest": max(steady)}
+
+    def _without_presliding(self) -> tuple[str, dict[str, Number]]:
+        count, zone = self._reversals, self._zone
+        if not count:
+            return "no_reversal", {}
+        if zone is None:
+            return "few_reversals", {"reversals": count}
+        return self._below_the_noise(zone) or (
+            "fast_reversals",
+            {"reversals": count, "zone": zone, "samples": self._samples_within(zone), "filter_samples": self._filter_period},
+        )
+
+    def _below_the_noise(self, zone: float) -> tuple[str, dict[str, Number]] | None:
+        """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
+        dataset, least = self.dataset, self.settings
+        if zone < least.zone_counts * dataset.resolution:
+            return "coarse_position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
+        if zone < least.zone_noise * dataset.noise:
+            return "noisy_position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
+        return None
+
+    @property
+    def _reversals(self) -> int:
+        return sum(len(turns) for turns in self.dataset.reversals)
+
+    @property
+    def _filter_period(self) -> float:
+        """Samples of one period of the cut-off."""
+        return 1.0 / (self.dataset.cutoff * self.dataset.sample_time)
+
+    @cached_property
+    def _zone(self) -> float | None:
+        """Displacement [m or rad] over which friction builds up, where the model has a stiffness."""
+        stiffness = [value for name, value in self.values.items() if self.variables[name].quantity == "force/length"]
+        return self.scales.force / max(stiffness) if max(stiffness, default=0.0) > 0.0 else None
+
+    def _samples_within(self, zone: float) -> float:
+        """Return the median number of samples from a reversal until the body has moved by `zone`."""
+        counts = []
+        for segment, turns in zip(self.dataset.segments, self.dataset.reversals, strict=True):
+            for first in turns:
+                left = np.abs(segment.position[first:] - segment.position[first]) > zone
+                counts.append(int(np.argmax(left)) if left.any() else left.size)
+        return float(np.median(counts))
+
+
+def shortest_zone(dataset: Dataset, settings: Settings) -> float:
+    """Return the shortest displacement [m or rad] that the position shows, by its encoder and its noise."""
+    return max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
+
+
+def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:
+    """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
+    ways = []
+    for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
+        least, heights = tremble * float(np.ptp(segment.position)), []
+        for height in segment.position[list(turns)].tolist():
+            if not heights or abs(height - heights[-1]) > least:
+                heights.append(height)
+        apart = np.array(heights)
+        if apart.size:
+            ways.append(np.abs(np.diff(apart[np.unique([0, *turning_points(apart), apart.size - 1])])))
+    return np.concatenate([np.empty(0), *ways])
+
+
+def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where a model has pre-sliding and the log shows it at one amplitude only."""
+    if is_static(friction):
+        return ()
+    ways = stroke_lengths(dataset, settings.tremble)
+    if ways.size < settings.amplitude_half_cycles or np.min(ways) < settings.nested_loop * np.max(ways):
+        return ()
+    amplitude = float(np.median(ways))
+    advised = tuple(share * amplitude for share in DESIGN)
+    numbers = {"half_cycles": ways.size, "amplitude": amplitude, "advised": advised}
+    return (Diagnostic("one_amplitude", numbers=numbers, kind=dataset.kind),)
+
+
+def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where held-out blocks only repeat the motion that was fitted."""
+    period = repeats_after(dataset, settings)
+    return () if period is None else (Diagnostic("motion_repeats", numbers={"period": period}),)
+
+
+def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
+    """Return the period of a motion that repeats itself [s]; None where it does not."""
+    position = max((segment.position for segment in dataset.segments), key=len)
+    return period_of(position, dataset.sample_time, settings.repeated, settings.repeated_periods)
+
+
+def spread_between_repeats(dataset: Dataset, settings: Settings = DEFAULT) -> float:
+    """Return by how much the effort of one repeat differs from the next [% of it]; 0 where no motion repeats itself."""
+    period = repeats_after(dataset, settings)
+    if period is None:
+        return 0.0
+    effort = max((segment.effort for segment in dataset.segments), key=len)
+    size, later = float(np.sqrt(np.mean(effort**2))), round(period / dataset.sample_time)
+    return 100.0 * float(np.sqrt(np.mean((effort[later:] - effort[:-later]) ** 2))) / size if size > 0.0 else 0.0
+
+
+def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
+    motions: dict[int, np.ndarray] = {}
+    for segment in sorted(dataset.segments, key=lambda segment: -segment.position.size):
+        motions.setdefault(segment.log, segment.position)
+    step = max(max(x.size for x in motions.values()) // COMPARED, 1)
+    thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
+    repeated = {log for log, second in permutations(thinned, 2) if _repeats(thinned[log], thinned[second], settings)}
+    if not repeated:
+        return ()
+    return (Diagnostic("logs_repeat", numbers={"repeated": len(repeated), "logs": len(motions)}),)
+
+
+def _repeats(x: np.ndarray, y: np.ndarray, settings: Settings) -> bool:
+    """Return whether two motions, each about its mean, are the same, one of them shifted in time."""
+    shared, product, xx, yy = by_lag(x, y)
+    long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
+    alike = long & (product >= settings.repeated * np.sqrt(xx * yy))
+    most = settings.repeated_size**2
+    return bool(np.any(alike & (xx <= most * yy) & (yy <= most * xx)))
+
+
+TRADED = {
+    "one_speed": ("sliding", "speed", "stribeck"),
+    "one_direction": ("sliding", "stribeck"),
+    "level_drifts": ("sliding", "speed", "stribeck"),
+    "clipped": ("acceleration", "sliding", "speed", "stribeck"),
+    "saturates": ("acceleration", "sliding", "speed", "stribeck"),
+    "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
+}
+"""By code, what it takes to tell the parameters that trade places in such a log."""
+BY_THE_LOG = ("held_one_direction", "held_one_speed")
+"""Why a parameter is held that such a log does not tell."""
+TOLD_MORE_FULLY = {"repeats_one_motion": ("motion_repeats", "one_amplitude")}
+"""Codes of a fit that say the same with more."""
+
+
+def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return what the logs of an identification say before it, of each code the first."""
+    by_code: dict[str, Diagnostic] = {}
+    mass = sum(prior.values[name] for name in names_of(Role.INERTIA, prior.plant.variables) if name in prior.values)
+    for log, axis in pairs:
+        as_known = replace(axis or Axis(kind=log.kind), mass=mass or None)
+        for diagnostic in checked(log, as_known, settings):
+            by_code.setdefault(diagnostic.code, diagnostic)
+    return tuple(by_code.values())
+
+
+def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
+    """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
+    of_fit = {diagnostic.code for diagnostic in fit.diagnostics}
+    added = [_naming(fit, diagnostic) for diagnostic in diagnostics if not of_fit.intersection(TOLD_MORE_FULLY.get(diagnostic.code, ()))]
+    return replace(fit, diagnostics=(*fit.diagnostics, *added))
+
+
+def _naming(fit: Fit, diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic with the names of all parameters that trade places where it holds."""
+    variables = {**fit.plant.component.variables, **fit.friction.component.variables}
+    names = tuple(
+        estimate.name
+        for estimate in fit.estimates
+        # A fit with elements has further parameters than its models ask for.
+        if estimate.name in variables
+        and _trades(variables[estimate.name], diagnostic.code)
+        and (estimate.status != "held" or (estimate.reason is not None and estimate.reason.code in BY_THE_LOG))
+    )
+    return replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic
+
+
+def _trades(variable: Variable, code: str) -> bool:
+    """Return whether a parameter is one that a log with this finding does not tell apart from others."""
+    of_sliding = code == "never_slides" and acts_in_sliding(variable)
+    return of_sliding or variable.excitation in TRADED.get(code, ())

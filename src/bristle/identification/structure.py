@@ -1,0 +1,341 @@
+"""Whether a model has the structure of the axis: which force it lacks, by name, and which model has it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.normal import NORMAL_95
+from bristle.core.variable import KINDS
+from bristle.friction import is_static
+from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
+from bristle.identification.dataset import Dataset
+from bristle.identification.estimation import Estimation
+from bristle.identification.half_cycles import neighbour_correlation
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.missing_force import Missing, missing_forces, play_at_flanks, slow_forces
+from bristle.identification.missing_rows import Rows
+from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import Role, name_of, names_of
+from bristle.identification.problem import CLUSTERS
+from bristle.identification.result import Estimate, Fit
+from bristle.identification.settings import Settings
+
+__all__ = [
+    "about_alignment",
+    "about_held_effort",
+    "about_noise",
+    "about_residual",
+    "about_rise",
+    "about_treatment",
+    "missing_in",
+    "next_models",
+    "noisy_inertia",
+    "with_structure",
+]
+
+CODES = {
+    "speed": "missing_speed",
+    "direction": "missing_direction",
+    "lag": "missing_lag",
+    "play": "missing_play",
+    "presliding": "missing_presliding",
+    "position": "missing_position",
+    "ripple": "missing_ripple",
+    "gravity": "missing_gravity",
+    "transmitted": "missing_transmitted",
+    "flanks": "missing_flanks",
+    "load": "missing_load",
+    "temperature": "missing_temperature",
+}
+"""The code of each cause; the others are further channels of the log."""
+LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
+WITHOUT_MODEL = ("gravity", "flanks")  # told by what to write or to look for
+NEARLY = 0.1  # of a turn, by which a period may miss a whole number of times
+AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
+
+
+def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+    """Return the forces that a fit along the measured motion lacks, and what noise and scatter leave [N or N*m]."""
+    problem, solution = estimation.inverse, estimation.solution
+    if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
+        return (), 0.0
+    values = problem.parameters.complete(solution.values)
+    rows = Rows.of(
+        problem.dataset,
+        problem.half_cycles,
+        fit.traces.residual,
+        solution.jacobian,
+        fit.traces.predicted - fit.traces.mechanical,
+        problem.friction_slope(values),
+    )
+    for test in (missing_forces, slow_forces, play_at_flanks):
+        missing, left = test(rows, settings)
+        if missing:
+            return missing, left
+    return (), 0.0
+
+
+def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
+    """Return a fit with what its model lacks before all else that is to be known of it.
+
+    A `lead` [m or rad] is that of the axis file: of its turns cogging is told. Nobody is sent to models that were
+    `compared` and are no better. Parameters are effective however small the force is; a warning is what may matter to
+    the use of the model.
+    """
+    if any(diagnostic.code == "never_slides" for diagnostic in fit.diagnostics) and is_static(fit.friction):
+        return _with_presliding(fit, compared)
+    missing, left = missing_in(fit, estimation, settings)
+    if not missing:
+        return fit
+    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
+    level = float(np.sqrt(np.mean(friction**2)))
+    lacking = float(np.sqrt(sum(force.force**2 for force in missing)))
+    names = tuple(estimate.name for estimate in fit.estimates if estimate.status == "identified")
+    numbers: dict[str, Number] = {
+        "missing": lacking,
+        "percent": 100.0 * lacking / level,
+        "chance": left,
+        "names": names,
+        "causes": tuple(force.cause for force in missing),
+        "small": int(lacking < settings.missing_force * level),
+    }
+    named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
+    structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
+    if numbers["small"]:
+        structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
+    return replace(fit, diagnostics=(*structure, *fit.diagnostics))
+
+
+def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
+    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names.
+
+    A slot of a level alone is tried beside a damping as well, which what was missing may have hidden. Beside what is a
+    person's own nothing is tried.
+    """
+    if not goes_by_name(fit.friction.component):
+        return ()
+    causes = ("direction", *(_slot_cause(force) for force in missing_in(fit, estimation, settings)[0]))
+    names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
+    named = [name for name in names if name]
+    damped = [name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]
+    return tuple(dict.fromkeys([*named, *damped]))
+
+
+def _with_presliding(fit: Fit, compared: Collection[str]) -> Fit:
+    """Return the fit of a static model to a log that never slides: all that it leaves over builds up over a distance.
+
+    Such a force lies over the position as much as over the way since a reversal, and would be taken for one of the
+    place.
+    """
+    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
+    level, left = (float(np.sqrt(np.mean(signal**2))) for signal in (friction, fit.traces.residual))
+    numbers: dict[str, Number] = {
+        "force": left,
+        "percent": 100.0 * left / level if level > 0.0 else 100.0,
+        "share_percent": 100.0,
+        **_next("hysteresis", fit.friction, compared),
+    }
+    return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
+
+
+def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:
+    """Return the model to try next, or the one of those compared that it would be."""
+    name = model_with(cause, friction)
+    return {"model": "", "compared": name} if name in compared else {"model": name, "compared": ""}
+
+
+def _slot_cause(missing: Missing) -> str:
+    """Return what a slot is named after that has a force: a ripple that turns with the motion is one of the level."""
+    return "level" if missing.cause == "ripple" and missing.alike is False else missing.cause
+
+
+def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]) -> Diagnostic:
+    # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
+    cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
+    numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
+    if cause not in WITHOUT_MODEL:
+        numbers |= _next(_slot_cause(missing) if cause == "ripple" else cause, friction, compared)
+    if cause == "ripple":
+        numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
+        numbers |= _turns_of(missing, friction, lead)
+    if cause == "gravity":
+        numbers |= {"amplitude": missing.amplitude}
+    if cause == "flanks":
+        numbers |= {"ratio": missing.ratio}
+    if cause not in CODES:
+        numbers |= {"channel": cause}
+    return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
+
+
+def _turns_of(ripple: Missing, friction: Model, lead: float | None) -> dict[str, Number]:
+    """Return in which directions a ripple pulls, and how often it comes back in a turn: what cogging is written with.
+
+    Of a turn nobody told, the period of the ripple is one.
+    """
+    pulls = {True: "alike", False: "turning", None: ""}[ripple.alike]
+    turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
+    orders = np.array(ripple.overtones) * (turn / ripple.period if turn else 1.0)
+    integral = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+    harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
+    turner = "screw" if turn else "motor"
+    return {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or ripple.period}
+
+
+FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
+MENDED = 0.1  # of the share of noise that is told
+DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
+
+
+def about_residual(problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
+    residual = problem.dataset.effort - problem.predicted(values)
+    if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
+        code = "no_presliding"
+    elif percent >= settings.poor_error:
+        code = "unexplained"
+    elif percent >= settings.coloured_error and neighbour_correlation(residual) > settings.coloured_correlation:
+        code = "coloured_residual"
+    else:
+        return ()
+    return (Diagnostic(code, numbers={"percent": percent}),)
+
+
+def _lacks_presliding(problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings) -> bool:
+    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
+    dataset, total = problem.dataset, float(residual @ residual)
+    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
+    if not is_static(problem.model(values)) or not near.any() or total == 0.0:
+        return False
+    friction = np.abs(problem.friction(values))
+    if not friction.any():
+        return False
+    share = float(residual[near] @ residual[near]) / total
+    behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / float(np.mean(friction))
+    much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
+    return share > much and behind > settings.reversal_lag
+
+
+def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
+    """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
+    variables = problem.parameters.component.variables
+    firsts, levels = names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables)
+    speed = name_of(Role.FALL, variables)
+    if speed is None or len(firsts) != len(levels):
+        return ()
+    return tuple(
+        Diagnostic(
+            "rising_friction",
+            first,
+            "warning",
+            {"first": values[first], "level": values[level], "speed": values[speed], "direction": direction},
+            problem.dataset.kind,
+        )
+        for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
+        if values[first] < values[level]
+    )
+
+
+def about_held_effort(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
+    dataset, variables = problem.dataset, problem.parameters.variables
+
+    def identified(role: Role) -> dict[str, float]:
+        names = names_of(role, variables)
+        return {one.name: one.value for one in estimates if one.status == "identified" and one.name in names}
+
+    shift = 0.5 * dataset.sample_time * max(identified(Role.STIFFNESS).values(), default=0.0)
+    touched = tuple(name for name, damping in identified(Role.MICRO_DAMPING).items() if shift > settings.half_sample_damping * abs(damping))
+    aligned = dataset.alignment is not None and dataset.alignment.delay is not None
+    if dataset.held is not None or aligned or not touched:
+        return ()
+    return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
+
+
+def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
+    share = problem.dataset.acceleration_noise_share
+    inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
+    identified = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    if (
+        inertia not in identified.intersection(problem.parameters.free)
+        or not settings.acceleration_noise <= share <= settings.noisy_inertia
+    ):
+        return ()
+    return (noisy_inertia(problem.dataset, inertia, settings),)
+
+
+def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
+    """Return by how much noise of the position makes the inertia too small, and the cut-off that would mend it."""
+    share = dataset.acceleration_noise_share
+    enough = dataset.bandwidth * (MENDED * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)
+    return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
+
+
+def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return what was found of the channels in time, and where all rows want another inertia than was found with it."""
+    dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
+    if alignment is None:
+        return ()
+    if alignment.delay is not None:
+        half_width = alignment.delay_half_width or 0.0
+        numbers = {"delay": alignment.delay, "samples": alignment.delay / dataset.sample_time, "half_width": half_width}
+        rough = half_width > settings.delay_rough * dataset.sample_time
+        code, severity = ("delay_rough", "warning") if rough else ("delay_found", "note")
+        about.append(Diagnostic(code, severity=severity, numbers=numbers))
+    elif alignment.sought:
+        about.append(Diagnostic("delay_unknown"))
+    if alignment.smoothing is not None:
+        numbers = {
+            "lag": abs(alignment.smoothing),
+            "half_width": alignment.smoothing_half_width or 0.0,
+            "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
+        }
+        about.append(Diagnostic("filter_suspect", numbers=numbers))
+    if alignment.filter_open and alignment.delay is not None:
+        feeling = Role.STIFFNESS, Role.MICRO_DAMPING
+        touched = tuple(name for role in feeling for name in names_of(role, problem.parameters.variables))
+        numbers = {"delay": abs(alignment.delay), "names": touched}
+        about.append(Diagnostic("delay_or_filter", severity="warning" if touched else "note", numbers=numbers))
+    inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
+    held = problem.parameters.fixed.get(inertia)
+    if held is not None and held.half_width is not None:
+        change, error = _preferred(problem, inertia, solution, residual)
+        joint = float(np.hypot(held.half_width / NORMAL_95, error))
+        least = (settings.stages_apart + 2.0 * dataset.acceleration_noise_share) * held.value
+        if abs(change) > max(settings.stages_differ * joint, least):
+            numbers = {"first": held.value, "value": held.value + change}
+            about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
+    return tuple(about)
+
+
+def _preferred(problem: InverseDynamics, name: str, solution: Solution, residual: np.ndarray) -> tuple[float, float]:
+    """Return by how much all rows would change a parameter of the plant, and the standard error of that."""
+    column = problem.mechanical(problem.unit(name))
+    basis = np.linalg.qr(solution.jacobian)[0]
+    apart = column - basis @ (basis.T @ column)
+    square = float(apart @ apart)
+    if square <= 0.0:
+        return 0.0, np.inf
+    scores = [float(np.sum(part)) for part in np.array_split(apart * residual, CLUSTERS)]
+    return float(apart @ residual) / square, float(np.sum(np.square(scores))) ** 0.5 / square
+
+
+def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
+    """Return what was done to a log before a model was fitted to it."""
+    remarks: dict[str, dict[str, float]] = {
+        "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
+    }
+    if dataset.calmed_from:
+        remarks["rows_calmed"] = {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation}
+    if dataset.rest_share > 0.0 and not dataset.keeps_rests:
+        remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
+    if dataset.creeping:
+        remarks["creeps"] = {"resolution": dataset.resolution}
+    remarks["standard_errors"] = {}
+    return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())
