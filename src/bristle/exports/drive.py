@@ -23,9 +23,8 @@ from bristle.exports.targets import Product, Request
 from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance
+from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, log_units, table_units, units_of
-from bristle.prediction.table_error import table_error
 
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive
@@ -208,6 +207,7 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
     """Return how far a table is from the model along the log that was given, in a sentence."""
     if request.log is None:
         return ()
+
     effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS
 from bristle.figures.lettering import shortened
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["study_influence"]
+__all__ = ["FIGURE", "study_influence"]
 
 Bar = tuple[float, tuple[float, float]]
 
@@ -47,3 +48,27 @@ def study_influence(causes: Sequence[str], bars: Mapping[str, Sequence[Bar]], wo
     if len(bars) > 1:
         style.legend_in_corner(figure, axes)
     return figure
+
+
+Influence = tuple[Sequence[str], Mapping[str, Sequence[Bar]], str]
+"""The causes, their numbers by what these are, and what stands at the axis."""
+
+
+def _draw(influence: Influence) -> Figure:
+    causes, bars, word = influence
+    return study_influence(causes, bars, word, signed=_is_signed(influence))
+
+
+def _is_signed(influence: Influence) -> bool:
+    """Return whether these are rank correlations, and no shares of a variance."""
+    return len(influence[1]) == 1
+
+
+def _caption(influence: Influence) -> str:
+    numbers = "Rank correlations" if _is_signed(influence) else "Sobol indices"
+    return f"{numbers} with their 95 % intervals. The further from zero, the more the cause matters."
+
+
+FIGURE = ReportFigure(
+    name="influence", takes="influence", draw=_draw, alternative=lambda influence: f"{influence[2]} of each cause", caption=_caption
+)

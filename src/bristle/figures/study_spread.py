@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,8 +13,12 @@ from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS
 from bristle.figures.labels import largest
 from bristle.figures.lettering import shortened
+from bristle.figures.report_figure import ReportFigure
 
-__all__ = ["study_spread"]
+if TYPE_CHECKING:
+    from bristle.study.dataset import Runs
+
+__all__ = ["FIGURE", "study_spread"]
 
 
 @style.styled
@@ -39,7 +44,8 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
-            axes.stairs(share, edges, label=name, **style.LINES[place % len(style.LINES)] | {"linewidth": 1.1})
+            look = style.LINES[place % len(style.LINES)]
+            axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)
@@ -47,3 +53,25 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
         axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
     style.legend_in_corner(figure, panels[0])
     return figure
+
+
+Spread = Mapping[str, tuple[str, str, Mapping[str, np.ndarray]]]
+"""By metric, what stands at the axis, the unit, and the groups of runs."""
+
+
+def _draw(study: Runs, spread: Spread) -> Figure:
+    return study_spread({words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()])
+
+
+def _caption(study: Runs, spread: Spread) -> str:
+    lines = "A line for each point of the grid." if study.described["grid"] else "Shaded are the 90 % in the middle."
+    return f"How often the runs come out at which value. {lines}"
+
+
+FIGURE = ReportFigure(
+    name="spread",
+    takes=("study", "spread"),
+    draw=_draw,
+    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    caption=_caption,
+)

@@ -33,7 +33,7 @@ from bristle.lab.packing import as_json, differences, packed, packed_numbers
 from bristle.lab.page import joined, policy
 from bristle.lab.rows import fitted_rows
 from bristle.plants.pulled_inertia import MODEL as BODY
-from bristle.report.living import Living
+from bristle.report.page import Living
 from bristle.sensors.encoder import MODEL as ENCODER
 from bristle.simulation.compensation import COMPENSATED
 

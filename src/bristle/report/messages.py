@@ -154,7 +154,7 @@ class _Words(Formatter):
         if format_spec == "whole numbers":
             return ", ".join(str(int(order)) for order in value)
         if format_spec == "lead":
-            return f"{number(1e3 * value, digits=4)} mm"
+            return f"{number(1e3 * value)} mm"
         if format_spec == "unit":
             return value if isinstance(value, str) else with_unit(value, self.unit)
         if format_spec == "percents":

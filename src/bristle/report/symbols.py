@@ -10,25 +10,8 @@ from bristle.core.typography import typeset_sentence
 
 __all__ = ["GREEK", "symbolic", "worded"]
 
-GREEK = {
-    "alpha": "α",
-    "beta": "β",
-    "gamma": "γ",
-    "delta": "δ",
-    "epsilon": "ε",
-    "zeta": "ζ",
-    "eta": "η",
-    "kappa": "κ",
-    "lambda": "λ",
-    "mu": "µ",
-    "nu": "ν",
-    "rho": "ρ",
-    "sigma": "σ",
-    "tau": "τ",
-    "phi": "φ",
-    "psi": "ψ",
-    "omega": "ω",
-}
+NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
+GREEK = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _CODE = re.compile(r"`([^`]+)`")
@@ -47,13 +30,15 @@ def symbolic(text: str) -> Markup:
 
 
 def worded(text: str) -> Markup:
-    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code.
+    """Return a sentence as a page shows it: units and symbols set, what is to be typed as code; markup stays as it is.
 
     Examples
     --------
     >>> worded('F_C is 5 N*m, see `k_v = "2 N*m"`')
     Markup('<i>F</i><sub>C</sub> is 5 N·m, see <code>k_v = &#34;2 N*m&#34;</code>')
     """
+    if isinstance(text, Markup):
+        return text
     pieces = _CODE.split(text)
     return Markup().join(
         Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
