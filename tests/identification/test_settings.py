@@ -104,7 +104,7 @@ def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
     assert "too_short" in codes(identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows)}))
 
 
-def test_they_are_shown_those_that_were_changed_apart():
+def test_a_table_shows_the_thresholds_that_were_changed():
     changed = Settings.of({"unsure_std": 0.25})
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)

@@ -5,7 +5,7 @@ import pytest
 
 import bristle as br
 from bristle.exports.described import Source
-from bristle.exports.target import Request
+from bristle.exports.targets import Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
 from bristle.files.model import read_model

@@ -44,7 +44,8 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             share = np.histogram(values * scale.factor, edges)[0] * (100.0 / max(values.size, 1))
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
-            axes.stairs(share, edges, label=name, **style.LINES[place % len(style.LINES)] | {"linewidth": 1.1})
+            look = style.LINES[place % len(style.LINES)]
+            axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)

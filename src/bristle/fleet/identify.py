@@ -176,17 +176,17 @@ def fleet_of(
 ) -> Fleet:
     """Return many logs as a fleet, described by what tells it from another; nothing is identified yet."""
     listed = listed_logs(logs, size_limit=size_limit)
-    models = models_of(model)
-    if len(models) > 1:
+    chosen, *further = models_of(model)
+    if further:
         raise InputError(
             "takes one model: parameters of different ones do not compare",
             path="--each",
-            value=", ".join(component.name for component in models),
+            value=", ".join(component.name for component in (chosen, *further)),
             mend="Compare models on one log first, then name the best one",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
     axes_for(described, len(listed))
-    kinds = {axis.kind for axis in described if axis is not None}
+    kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("describe axes of different kinds", path="--axis", mend="Make a fleet of each kind")
@@ -195,7 +195,7 @@ def fleet_of(
         with suppress(InputError):
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
     numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
-    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), models[0], dict(options or {}), tuple(readers), size_limit, {})
+    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers), size_limit, {})
     texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
     identity = {
         "fleet": {"model": fleet.model.name} | plain(fleet.options),

@@ -24,7 +24,7 @@ from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
 from bristle.exports.build import Builder
-from bristle.exports.fmu_core import SOLVER
+from bristle.exports.cycle import SOLVER
 from bristle.exports.wasm import module_of_parts
 from bristle.friction.level import rises_with_effort
 from bristle.lab.described import body_described, described, values_of, variables_of

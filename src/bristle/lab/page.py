@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core.contracts import Model
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.friction import MODELS
 from bristle.lab.described import example_named
 from bristle.lab.loop import loop_described, presets

@@ -8,12 +8,11 @@ import logging
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.logs.table import Request, Table
+from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import Series, by_name, table_of_series
 
 __all__ = ["read"]
 
-NUMBER_BYTES = 16  # of a sample and its time
 MASTERS = (2, 3)  # kinds of channels that others are sampled by: real ones, and those that are only counted
 
 
@@ -31,7 +30,7 @@ def read(data: bytes, request: Request) -> Table:
         ]
         called = by_name(places)
         cycles = [content.groups[group].channel_group.cycles_nr for group, _ in called.values()]
-        refuse_larger(NUMBER_BYTES * sum(cycles), request.limit, request.source)
+        refuse_larger(2 * NUMBER_BYTES * sum(cycles), request.limit, request.source)
         series, notes = [], []
         for name, (group, index) in called.items():
             signal = content.get(group=group, index=index)

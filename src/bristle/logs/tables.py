@@ -14,14 +14,13 @@ import numpy as np
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
 from bristle.core.errors import InputError, close_names
-from bristle.logs.table import Request, Table, some_of
+from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
 __all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "table_from", "table_of_series", "tall"]
 
 T = TypeVar("T")
 
 WITHIN = "::"  # between the name of a file and that of a table in it
-NUMBER_BYTES = 8
 
 
 def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
@@ -194,6 +193,7 @@ def table_of_series(
     source: Path,
     kind: str,
     *,
+    time: str = TIME,
     time_unit: str = "s",
     notes: Sequence[str] = (),
     texts: Mapping[str, InputError] | None = None,
@@ -212,13 +212,13 @@ def table_of_series(
             continue
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
-            name = TIME if not clocks else f"{TIME} of {channel.name}"
+            name = time if not clocks else f"{TIME} of {channel.name}"
             while name in names_used:
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name
     columns = clocks | {channel.name: channel.values for channel in channels if channel.values is not None}
-    units = dict.fromkeys(clocks, time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
+    units = dict.fromkeys(clocks if time_unit else (), time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
     return Table(
         columns,
         units,

@@ -17,7 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from bristle.exports.rendering import version
+from bristle.exports.described import version
 from bristle.exports.targets import TARGETS
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import hash_of, joined

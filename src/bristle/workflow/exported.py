@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS
 from bristle.core.variable import Kind, Variable
 from bristle.exports.face import NAME, PERIOD, STEP
-from bristle.exports.target import Target
+from bristle.exports.targets import Target
 from bristle.exports.writing import name_for, target_named
 from bristle.files.toml import TOML_LIMIT
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
-    from bristle.exports.target import Product
+    from bristle.exports.targets import Product
     from bristle.files.results import Results
 
 __all__ = ["ExportedModel", "export_model_file"]
@@ -78,7 +78,7 @@ def export_model_file(
 ) -> ExportedModel:
     """Return a friction model or an operator, from its file, as files for another world."""
     from bristle.exports.described import Source
-    from bristle.exports.target import Request
+    from bristle.exports.targets import Request
     from bristle.exports.writing import files_for
     from bristle.files.arrays import read_arrays
     from bristle.files.summary import provenance

@@ -18,8 +18,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.files.arrays import read_arrays
 from bristle.files.axis import read_axis
-from bristle.files.bands import NUMBERS
-from bristle.files.model import read_model
+from bristle.files.model import NUMBERS, read_model
 from bristle.files.results import SUMMARY
 from bristle.files.single import write_whole
 from bristle.identification.result import Estimate, Fit, Resampling, Scatter, Traces

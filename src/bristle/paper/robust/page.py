@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bristle.core.typography import number
-from bristle.figures import Spread, errors_by_truth
+from bristle.figures.errors import Spread, errors_by_truth
 from bristle.paper.robust.findings import (
     LOOPS,
     ON_ALL_TRUTHS,
@@ -144,8 +144,8 @@ def _front(trial: Trial) -> Front:
         ["a log of a minute, and an observer in the controller"],
         [PIPELINE, LIMITS[1]],
         [
-            "your own friction as a truth: `bristle paper --robust --truth model.toml`",
-            "a record of a contact: `bristle paper --robust --truth log.csv --axis axis.toml`",
+            "your own friction as a truth: `bristle paper --robust model.toml`",
+            "a record of a contact: `bristle paper --robust log.csv --axis axis.toml`",
         ],
     )
     facts = about("simulated loops", f"{len(trial.plan.truths)} truths", f"{trial.plan.seeds} runs each")

@@ -1,9 +1,10 @@
-"""What a target of the export is: what it is asked for, what it writes, and how one is declared, ours or a user's."""
+"""The targets of the export: what one is asked for and writes, how one is declared, and those of bristle as help lists them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from bristle.exports.effect import Drive, Effect
     from bristle.exports.law import Law
     from bristle.logs.log import Log
-
-__all__ = ["Product", "Request", "Target"]
 
 
 def _no_source() -> Source:
@@ -175,3 +174,124 @@ class Target:
     def module(self) -> str:
         """The module that defines it."""
         return self.write.__module__
+
+
+def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., Any]:
+    """Return a function of a module of the exports, which is loaded when it is called."""
+
+    def called(*arguments: Any) -> Any:
+        return getattr(import_module(f"bristle.exports.{module}"), function_name)(*arguments, **fixed)
+
+    called.__module__ = f"bristle.exports.{module}"
+    return called
+
+
+def _target(
+    name: str, description: str, *functions: str, module: str = "", law: str = "", fixed: dict[str, Any] | None = None, **able: Any
+) -> Target:
+    """Return a target whose functions, `write` and further ones, stand in the module of its name, or in another one.
+
+    `law` is the module and the function that write a control law.
+    """
+    called = {function: _of_module(module or name, function, **(fixed or {})) for function in ("write", *functions)}
+    called |= {"write_law": _of_module(*law.split("."))} if law else {}
+    return Target(name=name, description=description, **called, **able)
+
+
+_FMUS = (
+    _target(
+        f"fmu{fmi}",
+        f"FMUs for FMI {fmi}.0, of the friction and, where the model file has a plant, of both, for "
+        "co-simulation and, where the model has continuous time, model exchange, with a library for each platform that "
+        "there is a compiler for; of a control law, for co-simulation",
+        "write_law",
+        module="fmu",
+        fixed={"fmi": fmi},
+        title=f"FMU {fmi}",
+        rest="middle",
+        tunable=True,
+        needs="a compiler",
+    )
+    for fmi in (2, 3)
+)
+TARGETS: dict[str, Target] = {
+    target.name: target
+    for target in (
+        _target(
+            "c",
+            "C99: a header, a source that compiles alone, an example, and a self-test that proves that the target "
+            "gives the same bits; nothing is compiled here, and no compiler is needed",
+            law="c_law.law_files",
+            title="C",
+            rest="held",
+            pushes=True,
+            tunable=True,
+            single=True,
+            operators=True,
+        ),
+        _target("wasm", "a module of WebAssembly and the script that loads it, for a browser or node", title="WebAssembly", rest="middle"),
+        _target(
+            "st",
+            "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen and as files of TwinCAT 3",
+            law="st_law.st_law_files",
+            title="Structured Text",
+            rest="held",
+            pushes=True,
+            tunable=True,
+            single=True,
+            operators=True,
+        ),
+        _target(
+            "cuda",
+            "CUDA C++: lanes of a graphics processor, thousands of axes beside each other",
+            title="CUDA",
+            rest="middle",
+            operators=True,
+        ),
+        _target(
+            "table",
+            "effort over velocity as CSV, in the units of the log and of the drive that AXIS.toml describes; with "
+            "--points 3, gravity, level and viscous friction for each direction, and the inertia",
+            "reads",
+            module="drive",
+            title="table for a drive",
+            compares=True,
+            rest="held",
+            pushes=True,
+        ),
+        _target(
+            "tf5200",
+            "the list of compensation values of the friction compensation of a Beckhoff TF5200 CNC; it takes the "
+            "rated effort of the drive from AXIS.toml",
+            "reads",
+            title="Beckhoff TF5200",
+            compares=True,
+            pushes=True,
+        ),
+        _target(
+            "ax8000",
+            "static and dynamic friction of a Beckhoff AX8000 or AMP8000 drive, objects 0x3144:02 and :03, and its "
+            "spring rate, :01, where the model knows it",
+            "reads",
+            title="Beckhoff AX8000",
+            pushes=True,
+        ),
+        _target(
+            "sinumerik",
+            "start values for the friction compensation of a SINUMERIK, to be tuned by the circularity test",
+            "reads",
+            title="SINUMERIK",
+            pushes=True,
+        ),
+        _target("cogging", "harmonics of cogging, where they were identified", "reads", pushes=True, of_cogging=True),
+        _target("mjcf", "a scene of MuJoCo with what it has of friction", title="MuJoCo"),
+        _target(
+            "draws",
+            "what the bootstrap found, a row a draw with all correlations, and the same as attributes of a scene of MuJoCo",
+            takes_draws=True,
+            needs="draws of an identification",
+        ),
+        *_FMUS,
+    )
+}
+"""Every target of bristle, by name."""
