@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import written_in
-from tests.comparison.machine import STEP, log, sine
+from tests.comparison.machine import log, sine
 
 QUIET = ("compare", "before.csv", "after.csv", "--axis", "axis.toml")
 
@@ -51,7 +51,7 @@ def test_without_a_reference_nobody_asks_for_help(bristle, logs):
 
 
 def test_results_in_a_folder(bristle, logs):
-    found = bristle(*QUIET, "--out", "compared", "--format", "png", "--data", "csv")
+    found = bristle(*QUIET, "--out", "compared", "--format", "png", "--format", "csv")
     assert found.code == 0
     assert written_in("compared") == {"summary.json", "report.html", "figures"}
     assert (Path("compared") / "figures" / "comparison.png").is_file()
@@ -66,14 +66,6 @@ def test_further_logs_of_a_side(bristle, logs):
     assert [one["name"] for one in found.data["logs"]["before"]] == ["before.csv", "more.csv"]
     assert found.data["shared"]["cycles_before"] == 12
     assert found.data["provenance"]["before_2"] == "more.csv"
-
-
-def test_the_window_is_taken_with_its_unit(bristle, logs):
-    assert bristle(*QUIET, "--window", "20 ms", "--json").data["reversals"]["window"] == pytest.approx(5 * STEP)
-    for wrong in ("20 mm", "0 s", "soon"):
-        found = bristle(*QUIET, "--window", wrong)
-        assert found.code == 2
-        assert "--window" in found.err
 
 
 @pytest.mark.parametrize(

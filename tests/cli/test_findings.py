@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from tests.identification.known_logs import STATED, sliding_log
 
-from bristle.cli.findings import show_identification
+from bristle.cli.identify import show_identification
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import identify
 

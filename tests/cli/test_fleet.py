@@ -63,14 +63,6 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
     assert "of left in friction.F_C" not in named
 
 
-def test_a_dry_run_tells_what_there_is_and_writes_nothing(at, capsys):
-    assert main([*EACH, "--dry-run", "--json"]) == 0
-    cost = json.loads(capsys.readouterr().out)
-    assert (cost["logs"], cost["with_time"], cost["status"], cost["workers"]) == (33, 33, "ok", 1)
-    assert cost["seconds"] == pytest.approx(33 * cost["seconds_per_log"])
-    assert not (at / "out").exists()
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -78,8 +70,7 @@ def test_a_dry_run_tells_what_there_is_and_writes_nothing(at, capsys):
         ((*EACH, "--out", "x", "--force"), "is gone on with, never replaced"),
         ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
-        (("identify", "logs/left/left_2026-03-01.csv", "--dry-run"), "is for many logs, each by itself"),
-        (("watch", "fleet", "--out", "watched"), "bristle watch is retired. Use bristle identify LOGS --each"),
+        (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],
 )
 def test_what_does_not_go_together_is_refused(at, capsys, options, message):

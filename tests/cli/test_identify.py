@@ -96,7 +96,7 @@ def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_predi
 
 
 def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
-    asked = ("--cutoff", "40 Hz", "--decimation", 8)
+    asked = ("--cutoff", "40 Hz")
     found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
     predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
     error = found.data["metrics"]["force_error_percent"]
@@ -151,10 +151,9 @@ def test_results_are_kept_without_force(bristle, place):
     assert read_model("run/model.toml").friction.name == "viscous"
 
 
-def test_filter_options_change_the_treatment(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--decimation", 8, "--json")
+def test_the_filter_option_changes_the_treatment(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--json")
     assert found.data["treatment"]["cutoff"] == 40.0
-    assert found.data["treatment"]["decimation"] == 8
 
 
 def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
@@ -237,18 +236,18 @@ def test_the_command_line_takes_several_logs(bristle, place):
     assert "axis: 2 for 1 logs" in wrong.err
 
 
-def test_an_axis_file_and_the_command_line_set_thresholds(bristle, place):
+def test_an_axis_file_sets_thresholds(bristle, place):
     axis = place / "axis.toml"
-    axis.write_text(axis.read_text() + "\n[identification.settings]\npoor_error = 0.0\n")
+    axis.write_text(axis.read_text() + "\n[identification.settings]\npoor_error = 0.0\ninseparable = 0.5\n")
     asked = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0")
-    found = bristle(*asked, "--set", "inseparable=0.5", "--json").data
+    found = bristle(*asked, "--json").data
     assert (found["settings"]["poor_error"], found["settings"]["inseparable"]) == (0.0, 0.5)
     assert set(found["settings"]) == {one.name for one in thresholds()}
     assert "unexplained" in [one["code"] for one in found["diagnostics"]]
-    refused = bristle(*asked, "--set", "inseparable")
+    axis.write_text(axis.read_text() + "nothing = 1.0\n")
+    refused = bristle(*asked)
     assert refused.code == 2
-    assert "NAME=VALUE" in refused.err
-    assert "--set" in bristle(*asked, "--set", "nothing=1").err
+    assert "identification.settings.nothing" in refused.err
 
 
 def test_a_delay_that_was_found_is_told_before_the_parameters(bristle, place):

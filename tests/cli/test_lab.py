@@ -86,33 +86,6 @@ def test_a_folder_that_is_not_there_is_told(tmp_path, page):
         run(["lab", "--out", str(tmp_path / "nowhere" / "lab.html")])
 
 
-def test_a_log_is_put_on_the_page(tmp_path, monkeypatch, capsys):
-    facts = {}
-    monkeypatch.setattr("bristle.lab.lab_page", lambda **given: facts.update(given) or MARK)
-    model_in(tmp_path)
-    rows = "\n".join(f"{0.001 * k},{0.01 * ((k // 50) % 2 * (50 - k % 50) + (k // 50 + 1) % 2 * (k % 50))},{k % 7}" for k in range(4000))
-    (tmp_path / "log.csv").write_text(f"time,position,force\n{rows}\n")
-    (tmp_path / "axis.toml").write_text(
-        'schema = 1\nkind = "translational"\n'
-        + "\n".join(
-            f'columns.{name} = {{ column = "{column}", unit = "{unit}" }}'
-            for name, column, unit in (("time", "time", "s"), ("position", "position", "mm"), ("effort", "force", "N"))
-        )
-        + "\n"
-    )
-    # The axis file of the results serves where no other is named.
-    line = ["lab", str(tmp_path), "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html"), "--json"]
-    assert run(line) == 0
-    assert f'"points_of_log": {facts["replay"].time.size}' in capsys.readouterr().out
-    assert 100 < facts["replay"].time.size <= 4000
-    assert {"log", "axis"} <= set(facts["provenance"])
-
-
-def test_a_log_without_a_model_is_refused(tmp_path):
-    with pytest.raises(br.core.InputError, match="is read with a model"):
-        run(["lab", "--log", str(tmp_path / "log.csv"), "--out", str(tmp_path / "lab.html")])
-
-
 def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
     calls = []
 
@@ -122,7 +95,8 @@ def test_the_lab_is_served_with_what_was_chosen(monkeypatch, capsys):
         raise KeyboardInterrupt  # Ctrl-C is how it ends
 
     monkeypatch.setattr("bristle.server.serve", serve)
-    assert run(["lab", "--serve", "--no-open", "--port", "8123", "--size-limit", "2 MB"]) == 0
+    monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "2 MB")
+    assert run(["lab", "--serve", "--no-open", "--port", "8123"]) == 0
     (chosen,) = calls
     assert (chosen["port"], chosen["opens"], chosen["limits"].file_size) == (8123, False, 2_000_000)
     assert chosen["limits"].total_size == 8_000_000

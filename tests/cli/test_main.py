@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from bristle.cli import failure, identify, terminal
+from bristle.cli import identify, terminal
 from bristle.cli.application import app
 from bristle.cli.main import main
+from bristle.cli.options import REMOVED
 from bristle.cli.signals import SignalledError, ended_by_signals
 
 COMMANDS = [one.name for one in app.registered_commands]
@@ -70,7 +71,7 @@ def test_the_list_of_commands_tells_each_in_a_whole_sentence(bristle):
         (["identfy"], "Did you mean 'identify'"),
         (["identify"], "LOG"),
         (["identify", "x.csv", "--axes", "a.toml"], "--axis"),
-        (["identify", "x.csv", "--decimation", "ten"], "--decimation"),
+        (["identify", "x.csv", "--draws", "ten"], "--draws"),
         (["run", "a.toml", "b.toml"], "b.toml"),
         (["predict", "--mode"], "--mode"),
     ],
@@ -82,6 +83,23 @@ def test_a_mistyped_command_line_is_one_line_that_says_how_to_go_on(bristle, arg
     assert words in ended.err
     assert "Try: bristle" in ended.err
     assert len(ended.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("removed", REMOVED)
+def test_what_an_earlier_release_had_is_refused_by_name_with_what_takes_its_place(bristle, removed):
+    command, _, option = removed.rpartition(" ")
+    arguments = [removed] if not removed.startswith("--") and not command else [command or "identify", option, "1"]
+    ended = bristle(*arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert f"{option} was removed. {REMOVED[removed]}" in ended.err
+
+
+def test_a_size_limit_of_the_environment_holds(bristle, place, monkeypatch):
+    monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "1 kB")
+    ended = bristle("log", "log.csv")
+    assert (ended.code, "up to 1 kB" in ended.err) == (2, True)
+    monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "9" * 5000)
+    assert "BRISTLE_SIZE_LIMIT" in bristle("log", "log.csv").err
 
 
 def test_a_bug_is_one_message_and_a_saved_traceback(bristle, monkeypatch, place):
@@ -105,7 +123,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
 
-    monkeypatch.setattr(failure, "let_go", lambda stream: None)
+    monkeypatch.setattr(terminal, "let_go", lambda stream: None)
     monkeypatch.setattr("bristle.friction.find", ends)
     monkeypatch.setattr("bristle.cli.models._families", ends)
     ended = bristle("models")

@@ -45,7 +45,7 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
         loops / "said",
         "--format",
         "pdf",
-        "--data",
+        "--format",
         "csv",
     )
     assert said.code == 0, said.err

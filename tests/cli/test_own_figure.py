@@ -86,7 +86,7 @@ def later(place):
     ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
 )
 def test_it_stands_behind_the_others_and_among_the_files(bristle, later, command, takes):
-    found = bristle(*command, *own(takes=takes), "--format", "svg", "--data", "csv", "--json")
+    found = bristle(*command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json")
     assert found.code == 0, found.err
     text = page()
     behind = text.split('<h2 id="further">')[1]
@@ -111,7 +111,7 @@ def test_without_one_there_is_no_such_section(bristle, place):
 
 def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     shutil.copy(EXAMPLE, "own_figure.py")
-    found = bristle(*IDENTIFY, "--figure", "own_figure.py", "--data", "csv")
+    found = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
     assert found.code == 0, found.err
     with Path("run/figures/residual_over_position.csv").open(encoding="utf-8") as file:
         head, *rows = csv.reader(file)

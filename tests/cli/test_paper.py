@@ -65,9 +65,9 @@ def test_what_cannot_be_done_is_told_and_leaves_nothing(bristle, arguments):
 
 
 def test_frictions_are_named_one_after_another(bristle):
-    several = bristle("paper", "--robust", "--truth", "gms", "bouc-wen", "--seeds", 1)
+    several = bristle("paper", "--robust", "gms", "bouc-wen", "--seeds", 1)
     assert several.code == 2
     assert "found 'bouc-wen'" in several.err
     alone = bristle("paper", "gms")
     assert alone.code == 2
-    assert "gms is no option: frictions are named behind --truth" in alone.err
+    assert "TRUTH: says nothing without --robust" in alone.err

@@ -83,7 +83,7 @@ def test_a_report_of_a_grid_and_of_indices(bench, capsys):
 
 
 def test_figures_of_a_study_are_written_and_those_of_an_earlier_report_go(bench, capsys):
-    assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--data", "csv"]) == 0
+    assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv"]) == 0
     figures = bench.folder / "out" / "figures"
     names = {file.name for file in figures.iterdir()}
     assert {"spread.svg", "influence.svg", "captions.tex"} <= names

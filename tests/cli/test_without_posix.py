@@ -10,7 +10,7 @@ import pytest
 from tests.cli.conftest import AXIS, written_in
 from tests.files.test_results import mark_of
 
-from bristle.cli.command_line import command_told
+from bristle.cli.options import command_told
 from bristle.core.content import content_of
 from bristle.files.owned import NOTE
 from bristle.files.results import results_folder

@@ -101,13 +101,13 @@ def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(bytes(1001))
     for given in (path, bytes(1001), io.BytesIO(bytes(1001))):
-        with pytest.raises(InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*--size-limit") as caught:
+        with pytest.raises(InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*BRISTLE_SIZE_LIMIT") as caught:
             content_of(given, limit=1000)
         assert size_of(caught.value.mend.split('"')[1]) > 1001
         assert len(content_of(path, limit=1001).data) == 1001
     with pytest.raises(InputError, match=r"holds more than 1 kB, which is more than is read; .*right file") as caught:
         content_of(path, limit=FixedLimit(1000))
-    assert "--size-limit" not in str(caught.value)
+    assert "BRISTLE_SIZE_LIMIT" not in str(caught.value)
     read, write = os.pipe()
     os.write(write, bytes(2000))
     with pytest.raises(InputError, match="more than is read"):
@@ -182,8 +182,8 @@ def test_sizes(text, size):
 
 @pytest.mark.parametrize("text", ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"])
 def test_what_is_no_size(text):
-    with pytest.raises(InputError, match="--size-limit"):
-        size_of(text, "--size-limit")
+    with pytest.raises(InputError, match="BRISTLE_SIZE_LIMIT"):
+        size_of(text, "BRISTLE_SIZE_LIMIT")
 
 
 def test_sizes_in_words_are_read_again():

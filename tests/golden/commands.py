@@ -29,7 +29,6 @@ COMMANDS = {
     "identify_curves": "identify curves.csv --axis curves.toml --model prandtl_ishlinskii,preisach",
     "identify_reversal_curves": "identify reversals.npz --axis reversals.toml --model reversal_table",
     "identify_each": "identify parts --each --axis bare.toml --draws 0 --workers 1 --out each",
-    "identify_each_dry": "identify parts --each --axis bare.toml --draws 0 --workers 1 --dry-run",
     "predict": "predict model.toml log.csv --axis axis.toml",
     "predict_in_loop": "predict model.toml log.csv --axis axis.toml --mode closed-loop",
     "predict_open_loop": "predict model.toml log.csv --axis axis.toml --mode open-loop",

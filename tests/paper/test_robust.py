@@ -333,7 +333,7 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
     monkeypatch.setattr(
         trials, "economy_on", lambda truth, seeds: Economy([1, 10], {name: np.full((2, seeds), 5.0) for name in WAYS}, 2.0, 1.0)
     )
-    asked = ("paper", "--robust", "--truth", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
+    asked = ("paper", "--robust", "lugre,gms", "--seeds", "2", "--out", "out", "--json")
     done = bristle(*asked)
     assert done.code == 0, done.err
     for key in keys_of_the_docs():
@@ -357,10 +357,10 @@ def test_the_command_writes_report_and_numbers_and_goes_on(bristle, quick, tmp_p
         (("--robust", "--write", "there"), "--write: says nothing beside --robust"),
         (("--robust", "--force"), "--force: says nothing beside --robust"),
         (("--seeds", "3"), "--seeds: says nothing without --robust"),
-        (("--truth", "gms"), "--truth: says nothing without --robust"),
-        (("--robust", "--truth", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
+        (("gms",), "TRUTH: says nothing without --robust"),
+        (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "--truth", "gms"), "--axis"),
+        (("--robust", "--axis", "axis.toml", "gms"), "--axis"),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811

@@ -16,9 +16,9 @@ from bristle.report.page import Plate, picture, plates
 DRAW = gallery()
 
 
-def write(out: Path, formats=(), data=None, names=("expected", "drive_table")) -> dict[str, int]:
+def write(out: Path, formats=(), names=("expected", "drive_table")) -> dict[str, int]:
     """Draw figures for a report; return how large the files are that come of it."""
-    with results_folder(out) as folder, figure_files(folder, formats, data):
+    with results_folder(out) as folder, figure_files(folder, formats):
         for name in names:
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
         folder.write("report.html", "")
@@ -26,7 +26,7 @@ def write(out: Path, formats=(), data=None, names=("expected", "drive_table")) -
 
 
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
-    found = write(tmp_path / "run", ["svg", "pdf", "png", "svg"], "csv")
+    found = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
     assert set(found) == {
         "expected.svg",
         "expected.pdf",
@@ -45,14 +45,14 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
 
 
 def test_numbers_alone_need_no_captions_and_nothing_asked_is_nothing_written(tmp_path):
-    assert set(write(tmp_path / "a", data="csv", names=("drive_table",))) == {"drive-table.csv"}
+    assert set(write(tmp_path / "a", ["csv"], names=("drive_table",))) == {"drive-table.csv"}
     assert write(tmp_path / "b") == {}
     assert not (tmp_path / "b/figures").exists()
 
 
-@pytest.mark.parametrize(("formats", "data", "option"), [(["svg"], None, "--format"), (None, "csv", "--data")])
-def test_without_a_folder_it_is_refused_before_any_work(formats, data, option):
-    with pytest.raises(InputError, match=option), figure_files(None, formats, data):
+@pytest.mark.parametrize("formats", [["svg"], ["csv"]])
+def test_without_a_folder_it_is_refused_before_any_work(formats):
+    with pytest.raises(InputError, match="--format"), figure_files(None, formats):
         pytest.fail("the work must not begin")
 
 
@@ -78,7 +78,7 @@ def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
     with (
         results_folder(tmp_path / "run") as folder,
         pytest.warns(InputWarning, match="the figure tall would have"),
-        figure_files(folder, ["png"], None),
+        figure_files(folder, ["png"]),
     ):
         picture("tall", draw, "a", "b")
     assert {one.name for one in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.tex"}
@@ -96,6 +96,6 @@ def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
 
 def test_a_report_is_the_same_whether_its_figures_are_written_or_not(tmp_path):
     alone = picture("a", DRAW["margins"], "x", "y")
-    with results_folder(tmp_path / "run") as folder, figure_files(folder, ["png", "svg"], "csv"):
+    with results_folder(tmp_path / "run") as folder, figure_files(folder, ["png", "svg", "csv"]):
         beside = picture("a", DRAW["margins"], "x", "y")
     assert alone == beside

@@ -8,9 +8,8 @@ import typer
 
 from bristle.cli import check, compare, demo, design, excite, export, identify, lab, log, models, paper, predict, study
 from bristle.cli import run as run_command
-from bristle.cli.command_line import command_told
-from bristle.cli.failure import BAD_INPUT, INTERRUPTED
-from bristle.cli.terminal import complain
+from bristle.cli.options import REMOVED, as_command, command_told
+from bristle.cli.terminal import BAD_INPUT, INTERRUPTED, complain
 
 __all__ = ["app", "run"]
 
@@ -18,12 +17,10 @@ __all__ = ["app", "run"]
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
-RETIRED = {"watch": "bristle identify LOGS --each, whose report says which axis differs from the others"}
-"""Commands of the release before, each with what takes its place."""
 for module in (demo, excite, identify, predict, run_command, study, compare, design, lab, export, paper, check, models, log):
     name = module.__name__.rpartition(".")[2]
     command_class = getattr(module, "COMMAND", None)
-    app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
+    app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, name)))
 
 
 @app.callback(invoke_without_command=True)
@@ -45,8 +42,8 @@ def bristle(
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; a mistyped command line is told as one line."""
-    if arguments[:1] and arguments[0] in RETIRED:
-        complain(f"bristle {arguments[0]} is retired. Use {RETIRED[arguments[0]]}")
+    if arguments and arguments[0] in REMOVED:
+        complain(f"bristle {arguments[0]} was removed. {REMOVED[arguments[0]]}")
         return BAD_INPUT
     command = typer.main.get_command(app)
     try:
@@ -58,6 +55,10 @@ def run(arguments: list[str]) -> int:
         return INTERRUPTED
     except UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "bristle"
-        text = error.format_message()
+        text, option = error.format_message(), getattr(error, "option_name", "")
+        mend = REMOVED.get(f"{place.removeprefix('bristle ')} {option}", REMOVED.get(option))
+        if mend:
+            complain(f"{option} was removed. {mend}")
+            return BAD_INPUT
         complain(f"{text}{'' if text.endswith(('.', '?')) else '.'} Try: {place} --help")
         return BAD_INPUT

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Json
-from bristle.cli.terminal import complain, progress, show_table
+from bristle.cli.options import Json, code_in, print_json, refuse, toml_content
+from bristle.cli.terminal import NO, complain, progress, show_table
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
+    from bristle.report.table import Table
     from bristle.testing import Check
 
 __all__ = ["EXAMPLE", "check"]
@@ -35,7 +32,6 @@ def check(
     ],
     force_ripple: Annotated[str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
-    allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
     """Check whether a model, or what else you wrote, is fit.
@@ -46,49 +42,52 @@ def check(
     the export held against its contract.
     The exit code is 1 if one of them fails.
     """
-    if model.suffix == ".toml":
-        return _check_values(model, _pair(force_ripple), _pair(loop), as_json, allow_code)
-    return _check_code(model, {"--force-ripple": force_ripple, "--loop": loop}, as_json)
+    options = {"--force-ripple": force_ripple, "--loop": loop}
+    judgement = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
+    if as_json:
+        print_json({"model": judgement.name, "passed": not judgement.failures, "certificates": judgement.certificates})
+    else:
+        show_table(judgement.table)
+    for failure in judgement.failures:
+        complain(failure)
+    return NO if judgement.failures else 0
 
 
-def _pair(text: str | None) -> tuple[str, ...] | None:
-    return None if text is None else tuple(text.split(","))
+class _Judgement(NamedTuple):
+    """What came of checking a model: its name, each certificate as data, why some fail, and all as a table."""
+
+    name: str
+    certificates: dict[str, Any]
+    failures: list[str]
+    table: Table
 
 
-def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allow_code: bool) -> int:
+def _of_values(model: Path, options: dict[str, str | None]) -> _Judgement:
+    """Return the certificates of a model file or an operator."""
     from bristle.certificates import check as certificates_of
-    from bristle.core.content import content_of
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
-    from bristle.files.toml import TOML_LIMIT
+    from bristle.report.model_tables import certificate_table
 
-    file = content_of(model, limit=TOML_LIMIT)
+    file = toml_content(model)
     of_operator = holds_operator(file)
-    if of_operator:
-        chosen = read_operator(file).operator
-    else:
-        chosen = read_model(file, related=False, allow_code=allow_code).friction
+    chosen = read_operator(file).operator if of_operator else read_model(file, related=False).friction
+    ripple, loop = (None if text is None else tuple(text.split(",")) for text in options.values())
     with progress("checking"):
-        certificates = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
-    failed = {name: certificate for name, certificate in certificates.items() if certificate.passed is False}
-    if not failed and not of_operator:
+        certificates = certificates_of(chosen, force_ripple=ripple, loop=loop)  # type: ignore[arg-type]
+    failures = [f"{name}: {certificate.advice}" for name, certificate in certificates.items() if certificate.passed is False]
+    if not failures and not of_operator:
         # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
-        read_model(file, allow_code=allow_code)
-    if as_json:
-        _print_json(chosen.name, not failed, {name: vars(certificate) for name, certificate in certificates.items()})
-    else:
-        from bristle.report.certificates import certificate_table
-
-        show_table(certificate_table(chosen.name, certificates))
-    for name, certificate in failed.items():
-        complain(f"{name}: {certificate.advice}")
-    return NO if failed else 0
+        read_model(file)
+    data = {name: vars(certificate) for name, certificate in certificates.items()}
+    return _Judgement(chosen.name, data, failures, certificate_table(chosen.name, certificates))
 
 
-def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
+def _of_code(model: Path, options: dict[str, str | None]) -> _Judgement:
+    """Return how what a file of code defines stands to its contract; naming the code allows it."""
     from bristle.core import InputError
-    from bristle.core.content import content_of
-    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.permission import allow
+    from bristle.report.table import Table
 
     if model.suffix != ".py":
         raise InputError(
@@ -97,87 +96,38 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
             allowed="a file .toml or .py",
             mend="For the models of bristle itself see: bristle models",
         )
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(
-                "needs a model with parameters",
-                path=name,
-                value=value,
-                mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
-            )
-    content = content_of(model, limit=CODE_LIMIT)
-    subject = _subject_in(content)
+    mend = f'Write a model file with file = "{model.name}" and its parameters, and check that'
+    refuse(options, "needs a model with parameters", mend)
+    content = code_in(model)
+    subject, title, checked = _subject_in(content)
     allow(content)
     with progress("checking"):
-        results = subject.checks()
-    failed = [check for check in results if not check.passed]
-    if as_json:
-        _print_json(subject.name, not failed, {check.name: _as_certificate(check) for check in results})
-    else:
-        _show_demands(f"The contract of a {subject.title}: {subject.name}", results)
-    for check in failed:
-        complain(f"{check.name}: {check.detail}. {check.advice}")
-    return NO if failed else 0
+        results: list[Check] = checked(subject)
+    keys = ("applies", "value", "unit", "threshold", "passed", "detail", "advice")
+    outcomes = ["–" if not check.applies else "met" if check.passed else "NOT MET" for check in results]
+    rows = [(check.name, outcome, check.detail, check.advice) for check, outcome in zip(results, outcomes, strict=True)]
+    return _Judgement(
+        subject.name,
+        {check.name: {key: getattr(check, key) for key in keys} for check in results},
+        [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed],
+        Table(f"The contract of a {title}: {subject.name}", ("Demand", "Outcome", "Seen", "What to do"), rows),
+    )
 
 
-class _Subject(NamedTuple):
-    """What is held against a contract: its name, what people call such a thing, and what tries it."""
-
-    name: str
-    title: str
-    checks: Callable[[], list[Check]]
-
-
-def _subject_in(content: Content) -> _Subject:
-    """Return what a file defines that has a contract."""
+def _subject_in(content: Content) -> tuple[Any, str, Any]:
+    """Return what a file defines that has a contract, what people call such a thing, and what tries it."""
     from bristle.exports import load_target_file
-    from bristle.files.user_model import SourceText, load_checked, word_of
+    from bristle.figures import load_figure_file
+    from bristle.files.user_model import SourceText, load_checked, load_reader_file, word_of
     from bristle.testing import check_figure, check_model, check_reader, check_target
 
     module = SourceText(content).module()
-    if hasattr(module, "TARGET") and not hasattr(module, "MODEL"):
-        target = load_target_file(content)
-        return _Subject(target.name, "target of the export", partial(check_target, target))
-    if hasattr(module, "FIGURE") and not hasattr(module, "MODEL"):
-        from bristle.figures import load_figure_file
-
-        figure = load_figure_file(content)
-        return _Subject(figure.name, "figure", partial(check_figure, figure))
-    if hasattr(module, "FORMAT") and not hasattr(module, "MODEL"):
-        from bristle.files.user_model import load_reader_file
-
-        log_format = load_reader_file(content)
-        return _Subject(log_format.name, "reader of logs", partial(check_reader, log_format))
+    for name, load, title, checked in (
+        ("TARGET", load_target_file, "target of the export", check_target),
+        ("FIGURE", load_figure_file, "figure", check_figure),
+        ("FORMAT", load_reader_file, "reader of logs", check_reader),
+    ):
+        if hasattr(module, name) and not hasattr(module, "MODEL"):
+            return load(content), title, checked
     component = load_checked(content)
-    return _Subject(component.name, word_of(component), partial(check_model, component))
-
-
-def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:
-    from bristle.files.summary import as_json
-
-    sys.stdout.write(as_json({"model": name, "passed": passed, "certificates": certificates}))
-
-
-def _as_certificate(check: Check) -> dict[str, object]:
-    return {
-        "applies": check.applies,
-        "value": check.value,
-        "unit": check.unit,
-        "threshold": check.threshold,
-        "passed": check.passed,
-        "detail": check.detail,
-        "advice": check.advice,
-    }
-
-
-def _outcome(check: Check) -> str:
-    if not check.applies:
-        return "–"
-    return "met" if check.passed else "NOT MET"
-
-
-def _show_demands(title: str, results: list[Check]) -> None:
-    from bristle.report.table import Table
-
-    rows = [(check.name, _outcome(check), check.detail, check.advice) for check in results]
-    show_table(Table(title, ("Demand", "Outcome", "Seen", "What to do"), rows))
+    return component, word_of(component), check_model

@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from bristle.cli.failure import NO
-from bristle.cli.options import (
-    AxisFiles,
-    Data,
-    FigureFiles,
-    Force,
-    Formats,
-    Json,
-    Out,
-    Readers,
-    SizeLimit,
-    bytes_asked,
-    own_figures,
-    own_readers,
-)
-from bristle.cli.terminal import complain, progress, say, show_table
+from bristle.cli.options import AxisFiles, FigureFiles, Output, Readers, own_figures, own_readers, size_limit, toml_content
+from bristle.cli.terminal import NO, say, show_table
 
 __all__ = ["EXAMPLE", "compare"]
 
@@ -33,7 +17,6 @@ EXAMPLE = """Example:
 
 
 def compare(
-    context: typer.Context,
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="The log from before a change.")],
     after: Annotated[Path, typer.Argument(metavar="AFTER", help="The log from after it, of the same axis with the same reference.")],
     *,
@@ -44,22 +27,9 @@ def compare(
     after_too: Annotated[
         list[Path] | None, typer.Option("--after", metavar="LOG", help="A further log from after; may be given several times.")
     ] = None,
-    window: Annotated[
-        str | None,
-        typer.Option(
-            "--window",
-            metavar="TIME",
-            help="Time behind a reversal for its peak, such as '50 ms'; a tenth of the time between two by default.",
-        ),
-    ] = None,
-    out: Out = None,
-    formats: Formats = None,
-    data: Data = None,
+    output: Output,
     figure: FigureFiles = None,
     reader: Readers = None,
-    size_limit: SizeLimit = None,
-    force: Force = False,
-    as_json: Json = False,
 ) -> int:
     """Compare two logs of one axis, from before and after a change.
 
@@ -69,61 +39,37 @@ def compare(
 
     Writes summary.json and report.html into DIR.
     """
-    from bristle.core.content import content_of
     from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
-    from bristle.files.results import results_folder
-    from bristle.files.summary import as_json as json_text
-    from bristle.files.toml import TOML_LIMIT
     from bristle.logs import read_log
     from bristle.report.comparison import change_table, remarks_of
-    from bristle.report.figure_files import figure_files
     from bristle.workflow.compared import compared_as
 
-    context.with_resource(own_readers(reader))
-    limit = bytes_asked(size_limit)
-    sides = [before, *(before_too or ())], [after, *(after_too or ())]
+    output.context.with_resource(own_readers(reader))
+    limit, sides = size_limit(), ([before, *(before_too or ())], [after, *(after_too or ())])
     files = [*sides[0], *sides[1]]
-    contents = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
-    further, code = own_figures(figure, "compare", has_folder=out is not None)
-    with (
-        results_folder(out, force=force, reads=[*files, *contents]) if out else nullcontext() as folder,
-        progress("comparing"),
-        figure_files(folder, formats, data),
-    ):
+    contents = [toml_content(file) for file in axis or ()]
+    further, code = own_figures(figure, "compare", has_folder=output.out is not None)
+    with output.opened("comparing", [*files, *contents]) as (folder, _):
         axes = axes_for([read_axis(content) for content in contents], len(files))
         logs = [read_log(file, axis, size_limit=limit) for file, axis in zip(files, axes, strict=True)]
         comparison = compared_as(
             logs[: len(sides[0])],
             logs[len(sides[0]) :],
             axis=axes,
-            window=_seconds(window),
-            call=context.obj,
+            call=output.command,
             name=axes[0].name if axes[0] else before.stem,
             read={"axis": contents, "figure": code},
             figures=further,
         )
         if folder:
             comparison.write(folder)
-    if as_json:
-        sys.stdout.write(json_text(comparison.summary))
-    else:
+
+    def show() -> None:
         say(comparison.sentences[0])
         show_table(change_table(comparison))
         for remark in remarks_of(comparison):
             say(f"{remark[0].upper()}{remark[1:]}.")
-    if out:
-        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+    output.tell(comparison.summary, show)
     return NO if comparison.helped is False else 0
-
-
-def _seconds(text: str | None) -> float | None:
-    if text is None:
-        return None
-    from bristle.core import InputError, Variable
-    from bristle.core.units import quantity
-
-    seconds = quantity(text, Variable("time", "time behind a reversal", min=0.0), path="--window")
-    if not seconds > 0.0:
-        raise InputError("must be positive", path="--window", value=text, allowed="> 0 s")
-    return seconds

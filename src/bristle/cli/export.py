@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Json, folder_named
-from bristle.cli.prepared import experiment_in
-from bristle.cli.terminal import complain, progress, say
+from bristle.cli.options import AllowCode, AxisFile, Force, Json, Output, code_in, experiment_in, folder_named, refuse
+from bristle.cli.terminal import say
 
 if TYPE_CHECKING:
-    from bristle.exports.target import Target
-    from bristle.workflow.exported import ExportedModel
+    from bristle.exports.targets import Target
+    from bristle.workflow.commands import ExportedModel
 
 __all__ = ["COMMAND", "EXAMPLE", "export"]
 
-STEP = "0.5 ms"
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
 LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]
@@ -71,55 +67,36 @@ def export(
     With --law, what a variant of an experiment commands: its controller and all that is fed forward.
     """
     from bristle.core import InputError
-    from bristle.exports.writing import name_for
-    from bristle.files.results import results_folder
-    from bristle.files.summary import as_json as json_text
-    from bristle.workflow.exported import export_model_file
+    from bristle.workflow.commands import export_model_file
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
         raise InputError("must be a model or a law, and one of them", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
-    _refuse_beside(law is None, {"--variant": variant}, "--law")
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "draws": draws, "rest": rest}
-    _refuse_beside(law is not None, {f"--{option}": value for option, value in of_model.items()}, "a model")
+    if law is None:
+        refuse({"--variant": variant}, "belongs to --law")
+    else:
+        refuse({f"--{option}": value for option, value in of_model.items()}, "belongs to a model")
     file = read / "model.toml" if read.is_dir() else read
-    target = _target(to)
-    with results_folder(out, force=force, reads=[file, log] if log else [file]) as folder, progress("exporting"):
+    target, output = _target(to), Output(context, out, force=force, as_json=as_json)
+    options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
+    options |= {"tunable": tunable, "float32": float32, "accept_harm": accept_harm}
+    with output.opened("exporting", [file, log] if log else [file]) as (folder, _):
         if law is not None:
-            exported = _law(
-                context,
-                law,
-                variant,
-                target,
-                name_for(name),
-                allow_code=allow_code,
-                tunable=tunable,
-                float32=float32,
-                accept_harm=accept_harm,
-            )
+            exported = _law(law, variant, target, **options)
         else:
-            options = of_model | {"step": step or STEP, "draws": draws or 0, "points": points}
-            exported = export_model_file(
-                file,
-                target,
-                command=context.obj,
-                name=name,
-                allow_code=allow_code,
-                tunable=tunable,
-                float32=float32,
-                accept_harm=accept_harm,
-                **options,
-            )
+            of_model |= {"step": step, "draws": draws or 0, "points": points}
+            exported = export_model_file(file, target, **options, **of_model)
         exported.write(folder)
     summary = exported.summary
-    if as_json:
-        sys.stdout.write(json_text(summary))
-    else:
+
+    def show() -> None:
         for note in summary["notes"]:
             say(f"Note: {note}")
-    complain(f"wrote {out}: {', '.join(exported.product.files)}")
+
+    output.tell(summary, show, files=", ".join(exported.product.files))
 
 
 class _Command(TyperCommand):
@@ -155,51 +132,40 @@ def _target(to: str) -> str | Target:
     """Return the name of a target, or the one that a file defines; naming its code allows it."""
     if not to.endswith(".py"):
         return to
-    from bristle.core.content import content_of
-    from bristle.exports.own import load_target_file
-    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.exports.writing import load_target_file
+    from bristle.files.permission import allow
 
-    content = content_of(to, limit=CODE_LIMIT)
+    content = code_in(to)
     target = load_target_file(content)
     allow(content)
     return target
 
 
-def _refuse_beside(unfit: bool, options: Mapping[str, Any], owner: str) -> None:
-    """Refuse options that were given and belong to something else."""
-    from bristle.core import InputError
-
-    option = next((option for option, value in options.items() if value), None)
-    if unfit and option is not None:
-        raise InputError(f"belongs to {owner}", path=option, mend=f"Leave {option} out")
-
-
 def _law(
-    context: typer.Context,
     path: Path,
     variant: str | None,
     to: str | Target,
-    name: str,
     *,
+    command: str,
+    name: str,
     allow_code: bool,
     tunable: bool,
     float32: bool,
     accept_harm: bool,
 ) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
-    from bristle.core.content import SIZE_LIMIT
     from bristle.exports.described import Source
-    from bristle.exports.writing import law_for, target_named, variant_of
+    from bristle.exports.writing import law_for, name_for, target_named, variant_of
     from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.testing import admit
-    from bristle.workflow.exported import ExportedModel
+    from bristle.workflow.commands import ExportedModel
 
-    experiment = experiment_in(path, allow_code=allow_code, size_limit=SIZE_LIMIT)
+    called, experiment = name_for(name), experiment_in(path, allow_code=allow_code)
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
     target = target_named(to)
-    source = provenance(context.obj, **experiment.origins, target=origins_of_code([target]))
-    product = law_for(target, chosen, name, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm)
+    source = provenance(command, **experiment.origins, target=origins_of_code([target]))
+    product = law_for(target, chosen, called, Source(source), tunable=tunable, single=float32, accept_harm=accept_harm)
     return ExportedModel(target.name, product, f"{chosen.controller.name} of {chosen.name}", source)

@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import shlex
-import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.failure import INTERRUPTED
-from bristle.cli.findings import show_identification
-from bristle.cli.fleet import identify_each, refuse_mixed
+from bristle.cli.fleet import identify_each
 from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
-    Data,
     FigureFiles,
-    Figures,
-    Force,
-    Formats,
-    Json,
-    Out,
+    Output,
     Readers,
-    SizeLimit,
-    bytes_asked,
+    holds_own,
     own_figures,
+    own_model,
     own_readers,
+    refuse,
+    size_limit,
+    toml_content,
 )
-from bristle.cli.own import holds_own, own_model
-from bristle.cli.terminal import complain, progress
+from bristle.cli.terminal import INTERRUPTED, complain, say, show_table
 
 if TYPE_CHECKING:
     from bristle.core.content import Content
+    from bristle.identification import Identification
+    from bristle.prediction.following import Following
+    from bristle.simulation import SimulationResult
 
-__all__ = ["EXAMPLE", "identify"]
+__all__ = ["EXAMPLE", "identify", "show_identification"]
 
+OF_REPORTS = ("AIC, above the best", "BIC, above the best", "Condition number")  # of the models compared
 OF_A_FLEET = "coulomb_viscous"  # parameters of several models do not compare
 
 EXAMPLE = """Example:
@@ -44,12 +41,11 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
-Thresholds = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated.")
+Method = Annotated[
+    str | None, typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says.")
 ]
 Separate = Annotated[bool, typer.Option("--each", help="Each log by itself: a row each in DIR, which is gone on with and may grow.")]
 Workers = Annotated[int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: processes; as many as cores by default.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="With --each: tell how many logs there are and how long they take.")]
 Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help=f"One log or several: {LOG_FILE}")]
 ModelNames = Annotated[
     str | None,
@@ -62,39 +58,24 @@ ModelNames = Annotated[
     ),
 ]
 Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")]
-Decimation = Annotated[int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")]
 Draws = Annotated[int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals: 0, or 20 to 100000.")]
 Free = Annotated[str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl.")]
-Method = Annotated[
-    str | None, typer.Option("--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says.")
-]
-Everywhere = Annotated[bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")]
 
 
 def identify(
     *,
-    context: typer.Context,
     log: Logs,
     axis: AxisFiles = None,
     model: ModelNames = None,
-    out: Out = None,
-    formats: Formats = None,
-    data: Data = None,
+    output: Output,
     figure: FigureFiles = None,
     cutoff: Cutoff = None,
-    decimation: Decimation = None,
     draws: Draws = 100,
     free: Free = "",
     method: Method = None,
-    everywhere: Everywhere = None,
-    thresholds: Thresholds = None,
     separate: Separate = False,
     workers: Workers = None,
-    dry_run: DryRun = False,
     reader: Readers = None,
-    size_limit: SizeLimit = None,
-    force: Force = False,
-    as_json: Json = False,
 ) -> int:
     """Identify friction models from one log or several.
 
@@ -107,89 +88,54 @@ def identify(
     beside them what other programs and bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then,
     marked unfinished, and exit code 130.
 
-    With --each, every log is a row of its own in DIR, which br.read_study reads; one that fails is a
-    row with its reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is
-    missing, and with further logs those.
+    With --each, every log is a row of its own in DIR, which br.read_study reads; one that fails is a row with its
+    reason. LOG may be a folder then, and FILE::* is every table of a file. The same command does what is missing, and
+    with further logs those.
     """
-    from bristle.core import InputError
-    from bristle.core.content import content_of
+    from bristle.core import Variable
+    from bristle.core.edge import amount
     from bristle.files.curves import describes_curves
-    from bristle.files.toml import TOML_LIMIT
 
-    refuse_mixed(separate=separate, force=force, figures=bool(formats or data or figure), workers=workers is not None, dry_run=dry_run)
-    context.with_resource(own_readers(reader))
-    limit = bytes_asked(size_limit)
-    axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
+    if separate:
+        refuse({"--force": output.force}, "a fleet is gone on with, never replaced", "Name another folder")
+        refuse({"--format, --figure": output.formats or figure}, "a fleet has no figures", "Read its rows: br.read_study(DIR)")
+    else:
+        refuse({"--workers": workers is not None}, "is for many logs, each by itself", "Add --each")
+    output.context.with_resource(own_readers(reader))
+    axes = [toml_content(file) for file in axis or ()]
     if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
-        if figure:
-            raise InputError("is for friction, not for recorded curves", path="--figure", mend="Leave --figure out")
-        return identify_operators(
-            log, axes, model, out, force=force, as_json=as_json, command=context.obj, limit=limit, figures=(formats, data)
-        )
+        refuse({"--figure": figure}, "is for friction, not for recorded curves")
+        return identify_operators(log, axes, model, output)
+    hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
     options = {
-        "model": _models(model),
-        "cutoff": _hertz(cutoff),
-        "decimation": decimation,
+        "model": _models(OF_A_FLEET if separate and model is None else model),
+        "cutoff": None if cutoff is None else hertz(cutoff, "--cutoff", None),
         "free": free,
         "draws": draws,
         "method": method,
-        "global_search": everywhere,
-        "settings": _thresholds(thresholds or []),
     }
     if separate:
-        options["model"] = _models(OF_A_FLEET if model is None else model)
-        return identify_each(
-            log,
-            axes,
-            options,
-            out,
-            command=context.obj,
-            readers=reader or (),
-            limit=limit,
-            workers=workers,
-            dry_run=dry_run,
-            as_json=as_json,
-        )
-    return _identify_friction(
-        log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit, figures=(formats, data), own=figure
-    )
+        return identify_each(log, axes, options, output, readers=reader or (), workers=workers)
+    return _identify_friction(log, axes, options, output, figure)
 
 
-def _identify_friction(
-    log: list[Path],
-    axis: list[Content],
-    options: dict[str, Any],
-    out: Path | None,
-    *,
-    force: bool,
-    as_json: bool,
-    command: str,
-    limit: int,
-    figures: Figures,
-    own: list[Path] | None,
-) -> int:
+def _identify_friction(log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None) -> int:
     from bristle.files.arguments import axes_for
     from bristle.files.axis import read_axis
-    from bristle.files.results import results_folder
-    from bristle.files.summary import as_json as json_text
     from bristle.logs import read_log
-    from bristle.report.figure_files import figure_files
     from bristle.workflow import identify as identified
     from bristle.workflow.outcome import EXPERIMENT
 
+    out, limit = output.out, size_limit()
     further, code = own_figures(own, "identify", has_folder=out is not None)
-    with (
-        results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
-        progress("identifying") as report,
-        figure_files(folder, *figures),
-    ):
+    with output.opened("identifying", [*log, *axis]) as (folder, report):
         axes = axes_for([read_axis(file) for file in axis], len(log))
         recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
         identification = identified(recorded, axis=axes, progress=report, **options)
         outcome = identification.outcome_with(
-            command=command,
+            command=output.command,
             axis_name=axes[0].name if axes[0] else log[0].stem,
             progress=report,
             figures=further,
@@ -199,16 +145,57 @@ def _identify_friction(
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
             outcome.write(folder)
-    if as_json:
-        sys.stdout.write(json_text(outcome.summary))
-    else:
-        show_identification(identification, outcome.simulation, outcome.following)
+    output.tell(outcome.summary, lambda: show_identification(identification, outcome.simulation, outcome.following))
     if out:
-        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
         complain(_next_step(outcome.following_experiment(out).missing, out / EXPERIMENT))
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
+
+
+def show_identification(identification: Identification, simulation: SimulationResult | None, following: Following | None = None) -> None:
+    """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
+    from bristle.core.typography import with_unit
+    from bristle.core.variable import unit_of
+    from bristle.report.compensation import about_loop, gain_of
+    from bristle.report.judgement import judged
+    from bristle.report.log import break_away_table
+    from bristle.report.messages import warnings_of, whole_sentence, why_effective
+    from bristle.report.model_tables import comparison_table, parameter_table
+    from bristle.report.table import Table
+
+    best = identification.best
+    judgement = judged(best, identification.settings, following)
+    say(f"{judgement.words}{': ' if judgement.reasons else ''}{'; '.join(judgement.reasons)}.")
+    for diagnostic in best.diagnostics:
+        if diagnostic.code == "delay_found":
+            say(whole_sentence(diagnostic))
+        elif diagnostic.code == "structure" and diagnostic.severity == "note":
+            say(f"Parameters are effective: {why_effective(best)}, too small to matter; the report names it.")
+    show_table(parameter_table(best))
+    if len(identification.fits) > 1:
+        table = comparison_table(identification)
+        shown = [column for column, head in enumerate(table.heads) if head not in OF_REPORTS]
+        show_table(Table(table.caption, [table.heads[i] for i in shown], [[row[i] for i in shown] for row in table.rows]))
+    if identification.break_aways:
+        show_table(break_away_table(identification.break_aways, best.plant.kind))
+    held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
+    if best.position_rmse is not None:
+        rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))
+        say(f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square{held_out}.")
+    elif best.loop_rmse is not None:
+        rmse = with_unit(best.loop_rmse, unit_of("force", best.plant.kind))
+        say(f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square{held_out}.")
+    else:
+        friction = f"{best.friction_alone_error_percent:.3g} % of what friction takes of it"
+        say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
+    gain = gain_of(simulation) if simulation else None
+    for sentence in about_loop(gain, following, best.plant.kind):
+        say(sentence)
+    for note in identification.notes:
+        say(f"Note: {note}")
+    for warning in warnings_of(best):
+        complain(f"warning: {warning}")
 
 
 def _next_step(missing: tuple[str, ...], file: Path) -> str:
@@ -230,28 +217,3 @@ def _models(text: str | None) -> list[Any]:
 
     names = [part.strip() for part in (DEFAULT_MODELS if text is None else text).split(",")]
     return [own_model(name, "--model") if holds_own(name) else name for name in names]
-
-
-def _thresholds(texts: list[str]) -> dict[str, float]:
-    """Return the thresholds of ``--set NAME=VALUE``."""
-    from bristle.core import InputError
-    from bristle.identification.settings import Settings
-
-    thresholds: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            thresholds[name.strip()] = float(value)
-        except ValueError:
-            raise InputError("must be a name and a number", path="--set", value=text, allowed="NAME=VALUE") from None
-    Settings.of(thresholds, "--set")
-    return thresholds
-
-
-def _hertz(text: str | None) -> float | None:
-    if text is None:
-        return None
-    from bristle.core import Variable
-    from bristle.core.edge import amount
-
-    return amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)(text, "--cutoff", None)

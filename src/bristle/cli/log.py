@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.failure import NO
-from bristle.cli.options import LOG_FILE, AxisFile, Data, Force, Formats, Json, Out, Readers, SizeLimit, bytes_asked, own_readers
-from bristle.cli.terminal import complain, say, show_table
+from bristle.cli.options import LOG_FILE, AxisFile, Output, Readers, own_readers, print_json, size_limit, toml_content
+from bristle.cli.terminal import NO, complain, say, show_table
 
 if TYPE_CHECKING:
     from bristle.files.proposal import Proposal
@@ -25,19 +22,14 @@ MOST_COLUMNS = 100  # in the terminal
 
 
 def log(
-    context: typer.Context,
     file: Annotated[Path, typer.Argument(metavar="FILE", help=f"A log: {LOG_FILE}")],
+    *,
     axis: AxisFile = None,
     write: Annotated[
         Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write the axis file that the log itself speaks of.")
     ] = None,
-    out: Out = None,
-    formats: Formats = None,
-    data: Data = None,
+    output: Output,
     reader: Readers = None,
-    size_limit: SizeLimit = None,
-    force: Force = False,
-    as_json: Json = False,
 ) -> int:
     """Tell what is in a log.
 
@@ -48,32 +40,25 @@ def log(
 
     Writes summary.json and report.html into DIR; the report needs a log without problems, in units that are known.
     """
-    from bristle.core.content import content_of
     from bristle.files.axis import read_axis
-    from bristle.files.results import results_folder
-    from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.files.toml import TOML_LIMIT
-    from bristle.report.figure_files import figure_files
-    from bristle.workflow.inspected import inspect_log
+    from bristle.workflow.commands import inspect_log
 
-    context.with_resource(own_readers(reader))
-    limit = bytes_asked(size_limit)
+    output.context.with_resource(own_readers(reader))
     axis = axis or (write if write is not None and write.exists() else None)
-    described = content_of(axis, limit=TOML_LIMIT) if axis else None
-    log_axis = read_axis(described) if described else None
-    with results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder, figure_files(folder, formats, data):
-        inspected = inspect_log(file, log_axis, size_limit=limit)
-        summary, proposal = inspected.summary, inspected.proposal
+    described = toml_content(axis)
+    with output.opened("reading", [file, axis]) as (folder, _):
+        inspected = inspect_log(file, read_axis(described) if described else None, size_limit=size_limit())
+        summary = inspected.summary
         if folder:
-            source = provenance(context.obj, log=inspected.content, axis=described)
-            inspected._replace(summary=summary | {"provenance": source}).write(folder, context.obj)
-    if out:
-        complain(f"wrote {out}" + (f"; open {out / 'report.html'} in a browser" if inspected.log else ""))
+            source = provenance(output.command, log=inspected.content, axis=described)
+            inspected._replace(summary=summary | {"provenance": source}).write(folder, output.command)
+    if output.out:
+        complain(f"wrote {output.out}" + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else ""))
     if write is not None:
-        _write_proposal(write, proposal)
-    if as_json:
-        sys.stdout.write(json_text(summary))
+        _write_proposal(write, inspected.proposal)
+    if output.as_json:
+        print_json(summary)
     else:
         _show(summary)
     for problem in summary["problems"]:
@@ -96,6 +81,8 @@ def _write_proposal(write: Path, proposal: Proposal | None) -> None:
 
 
 def _show(summary: dict[str, Any]) -> None:
+    from bristle.report.log import passage_table
+
     columns = summary["columns"]
     show_table(_table("Columns of the file", "name", columns[:MOST_COLUMNS]))
     if len(columns) > MOST_COLUMNS:
@@ -103,8 +90,6 @@ def _show(summary: dict[str, Any]) -> None:
     if summary["channels"]:
         show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
     if summary["passages"]:
-        from bristle.report.passages import passage_table
-
         show_table(passage_table(summary["passages"], summary["kind"]))
     if summary["rate"]:
         duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""

@@ -39,8 +39,7 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
-            from bristle.cli.failure import INTERRUPTED
-            from bristle.cli.terminal import streams_that_take_all, warnings_as_lines
+            from bristle.cli.terminal import INTERRUPTED, streams_that_take_all, warnings_as_lines
 
             signals.check()
             streams_that_take_all()
@@ -49,7 +48,7 @@ def _ended_well(arguments: list[str]) -> int:
                 # A command that kept what it had found returns 130 after any of the signals.
                 return signals.exit_code or code if code == INTERRUPTED else code
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
-            from bristle.cli.failure import report
+            from bristle.cli.terminal import report
 
             return report(error, results=_asks_for_results(arguments))
 
@@ -97,7 +96,7 @@ def errors_let_go() -> Iterator[None]:
         try:
             sys.stderr.flush()
         except OSError:
-            from bristle.cli.failure import let_go
+            from bristle.cli.terminal import let_go
 
             let_go(sys.stderr)
 
@@ -111,7 +110,7 @@ def _flushed(code: int) -> int:
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        from bristle.cli.failure import let_go
+        from bristle.cli.terminal import let_go
 
         let_go(sys.stdout)
     return code

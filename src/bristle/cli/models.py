@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import Json
-from bristle.cli.own import holds_own, own_model
+from bristle.cli.options import Json, code_in, holds_own, own_model, print_json
 from bristle.cli.terminal import say, say_laid_out, show_table
 
 if TYPE_CHECKING:
@@ -31,12 +29,10 @@ def models(
     Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the equations and
     parameters of one, or of one of your own by its file, my_slot.py.
     """
-    from bristle.files.summary import as_json as json_text
-
     chosen = _families() if name is None else _selected(name)
     if as_json:
         entries = [_described(family, member) for family, members in chosen.items() for member in members]
-        sys.stdout.write(json_text({"models": entries}))
+        print_json({"models": entries})
     elif name is None:
         _show_families(chosen)
     else:
@@ -86,11 +82,10 @@ def _own(name: str) -> dict[str, list[Any]]:
     """Return the model of a name that holds files, or what is in a file alone: a slot, a model, a law or a sensor."""
     if "+" in name:
         return {"friction": [own_model(name, "NAME").inner]}
-    from bristle.core.content import content_of
-    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.permission import allow
     from bristle.files.user_model import load_checked
 
-    content = content_of(Path(name), limit=CODE_LIMIT)
+    content = code_in(Path(name))
     described = load_checked(content)
     allow(content)
     return {described.family: [described]}

@@ -1,55 +1,87 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what they ask for: folders, figures, readers, code of a person's own."""
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+import inspect
+import os
+import re
+import shlex
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import typer
 
+from bristle.cli.terminal import complain, progress
+
 if TYPE_CHECKING:
-    from bristle.core.content import Origin
+    from bristle.core.content import Content, Origin
+    from bristle.core.experiment import Experiment
     from bristle.figures import ReportFigure
 
 __all__ = [
     "LOG_FILE",
+    "REMOVED",
     "AllowCode",
     "AxisFile",
     "AxisFiles",
-    "Data",
     "FigureFiles",
-    "Figures",
-    "Force",
+    "Format",
     "Formats",
     "Json",
-    "Out",
+    "Output",
     "OwnFigures",
     "Readers",
-    "SizeLimit",
-    "bytes_asked",
+    "as_command",
+    "code_in",
+    "command_told",
+    "experiment_in",
     "folder_named",
+    "holds_own",
     "own_figures",
+    "own_model",
     "own_readers",
+    "print_json",
+    "refuse",
+    "size_limit",
+    "toml_content",
 ]
 
 LOG_FILE = (
     "text, traces of TwinCAT, LabVIEW and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a table in it."
 )
+SEPARATORS = f"{os.sep}{os.altsep or ''}"
+SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
+REMOVED = {
+    "watch": "Use bristle identify LOGS --each, whose report says which axis differs from the others",
+    "--data": "Write --format csv",
+    "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
+    "--decimation": "Write decimation = 5 under [identification] of the axis file",
+    "--global": "Write global_search = true under [identification] of the axis file",
+    "--no-global": "Write global_search = false under [identification] of the axis file",
+    "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
+    "--truth": "Name the frictions behind --robust: bristle paper --robust gms bouc_wen",
+    "--window": "Call br.compare(..., window=...) in Python",
+    "lab --log": "Identify that log, and name the folder of its results: bristle lab RESULTS",
+    "lab --axis": "Identify a log with it, and name the folder of its results: bristle lab RESULTS",
+    "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
+    "identify --dry-run": "Begin: on a terminal a bar tells how long it takes, and what is done is kept and gone on with",
+    "check --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
+    "excite --allow-code": "Check the file with that code first, which allows it: bristle check OWN.py",
+}
+"""What to write in place of commands and options that an earlier release had; with its command where another one still has it."""
 
 
 class Format(StrEnum):
-    """A format of figures."""
+    """A format of figures, or of the numbers that they draw."""
 
     svg = "svg"
     pdf = "pdf"
     png = "png"
-
-
-class Numbers(StrEnum):
-    """A format of the numbers of figures."""
-
     csv = "csv"
 
 
@@ -60,23 +92,141 @@ def folder_named(text: str | Path) -> Path:
     return Path(text)
 
 
-def bytes_asked(text: str | None) -> int:
-    """Return a size that a person typed, in bytes; the usual limit where none was typed."""
+AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
+AxisFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."),
+]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")]
+Readers = Annotated[
+    list[Path] | None,
+    typer.Option("--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."),
+]
+Formats = Annotated[
+    list[Format] | None,
+    typer.Option(
+        "--format",
+        metavar="svg|pdf|png|csv",
+        case_sensitive=False,
+        help="Write each figure into DIR/figures too, to be published, or as csv its numbers; may be repeated.",
+    ),
+]
+FigureFiles = Annotated[
+    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated.")
+]
+
+
+@dataclass(frozen=True)
+class Output:
+    """The options of what a command writes and prints."""
+
+    context: typer.Context
+    out: Out = None
+    formats: Formats = None
+    force: Force = False
+    as_json: Json = False
+
+    @property
+    def command(self) -> str:
+        """The command line, as results tell it."""
+        return self.context.obj
+
+    @contextmanager
+    def opened(self, words: str, reads: Iterable[Any] = ()) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
+        """Give the folder of results, None where none is asked for, and what work reports its share to."""
+        from bristle.files.results import results_folder
+        from bristle.report.figure_files import figure_files
+
+        place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
+        with place as folder, progress(words) as report, figure_files(folder, self.formats):
+            yield folder, report
+
+    def tell(self, summary: Any, show: Callable[[], object], files: str = "") -> None:
+        """Print numbers as JSON, or what is shown of them; say where results lie."""
+        if self.as_json:
+            print_json(summary)
+        else:
+            show()
+        if self.out:
+            complain(f"wrote {self.out}; open {self.out / 'report.html'} in a browser" if not files else f"wrote {self.out}: {files}")
+
+
+def print_json(data: Any) -> None:
+    """Write plain data as one JSON object to the standard output."""
+    from bristle.files.summary import as_json
+
+    sys.stdout.write(as_json(data))
+
+
+def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a command with an option for each field of those parameters that are groups of options."""
+    hints, groups, parameters = get_type_hints(function, include_extras=True), {}, {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        group = hints[name]
+        if is_dataclass(group):
+            groups[name], of_group = group, get_type_hints(group, include_extras=True)
+            options = {field.name: (of_group[field.name], field.default) for field in fields(group)}
+        else:
+            options = {name: (group, parameter.default)}
+        for option, (kind, default) in options.items():
+            default = inspect.Parameter.empty if default is MISSING else default
+            parameters[option] = inspect.Parameter(option, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+    def command(**values: Any) -> Any:
+        grouped = {name: group(**{field.name: values[field.name] for field in fields(group)}) for name, group in groups.items()}
+        return function(**{name: grouped[name] if name in grouped else values[name] for name in inspect.signature(function).parameters})
+
+    command.__doc__, command.__name__ = function.__doc__, function.__name__
+    command.__annotations__ = {name: parameter.annotation for name, parameter in parameters.items()}
+    command.__signature__ = inspect.Signature(list(parameters.values()))  # type: ignore[attr-defined]
+    return command
+
+
+def size_limit() -> int:
+    """Return how large a log may be [byte]: as the environment says, or the usual limit."""
     from bristle.core.content import SIZE_LIMIT, size_of
 
-    return SIZE_LIMIT if text is None else size_of(text, "--size-limit")
+    text = os.environ.get(SIZE_SETTING)
+    return size_of(text, SIZE_SETTING) if text else SIZE_LIMIT
+
+
+def refuse(options: dict[str, Any], message: str, mend: str = "") -> None:
+    """Refuse the first of these options that was given."""
+    option = next((option for option, value in options.items() if value), None)
+    if option is not None:
+        from bristle.core.errors import InputError
+
+        raise InputError(message, path=option, mend=mend or f"Leave {option} out")
+
+
+def toml_content(file: Path | None) -> Any:
+    """Return what a file in TOML holds; None where there is none."""
+    from bristle.core.content import content_of
+    from bristle.files.toml import TOML_LIMIT
+
+    return None if file is None else content_of(file, limit=TOML_LIMIT)
+
+
+def code_in(file: str | Path) -> Content:
+    """Return what a file of code holds."""
+    from bristle.core.content import content_of
+    from bristle.files.permission import CODE_LIMIT
+
+    return content_of(file, limit=CODE_LIMIT)
 
 
 def own_readers(files: list[Path] | None) -> AbstractContextManager[None]:
     """Return while which logs of formats of a person's own are read, too; naming their code allows it."""
     if not files:
         return nullcontext()
-    from bristle.core.content import content_of
-    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.permission import allow
     from bristle.files.user_model import load_reader_file
     from bristle.logs.formats import reading
 
-    contents = [content_of(file, limit=CODE_LIMIT) for file in files]
+    contents = [code_in(file) for file in files]
     formats = [load_reader_file(content) for content in contents]
     for content in contents:
         allow(content)
@@ -94,14 +244,11 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
     """Return the figures that files of a person's own define, and those files; naming their code allows it."""
     if not files:
         return OwnFigures()
-    from bristle.core.content import content_of
-    from bristle.core.errors import InputError
     from bristle.figures.own import load_figure_file, refuse_unfit
-    from bristle.files.permission import CODE_LIMIT, allow
+    from bristle.files.permission import allow
 
-    if not has_folder:
-        raise InputError("needs a folder to write into", path="--figure", mend="Add --out DIR")
-    contents = [content_of(file, limit=CODE_LIMIT) for file in files]
+    refuse({"--figure": not has_folder}, "needs a folder to write into", "Add --out DIR")
+    contents = [code_in(file) for file in files]
     figures = tuple(load_figure_file(content) for content in contents)
     for content in contents:
         allow(content)
@@ -110,35 +257,72 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
     return OwnFigures(figures, tuple(content.origin for content in contents))
 
 
-AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
-AxisFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."),
-]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")]
-SizeLimit = Annotated[str | None, typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default.")]
-Readers = Annotated[
-    list[Path] | None,
-    typer.Option("--reader", metavar="READER.py", help="A reader of your own for logs of another format; may be repeated."),
-]
-Formats = Annotated[
-    list[Format] | None,
-    typer.Option(
-        "--format",
-        metavar="svg|pdf|png",
-        case_sensitive=False,
-        help="Write each figure into DIR/figures too, to be published; may be given several times.",
-    ),
-]
-Data = Annotated[
-    Numbers | None,
-    typer.Option("--data", metavar="csv", case_sensitive=False, help="Write the numbers that each figure draws into DIR/figures."),
-]
-FigureFiles = Annotated[
-    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="A figure of your own for the report; may be repeated.")
-]
-Figures = tuple[list[Format] | None, Numbers | None]
-"""How figures are asked for as files: formats, and the format of their numbers."""
+def holds_own(name: str) -> bool:
+    """Return whether a name holds a file of a model or a slot, ``my_model.py+asymmetry`` or ``lugre+my_slot.py``."""
+    return any(part.endswith(".py") for part in name.split("+"))
+
+
+def own_model(name: str, path: str) -> Any:
+    """Return the friction model of a name that holds files; they are executed, tried, and allowed from now on."""
+    from bristle.files.permission import allow
+    from bristle.files.user_model import load_code, slots_in
+    from bristle.friction import base_of, find, with_slots
+    from bristle.testing import admit
+
+    contents: list[Content] = []
+
+    def read(file: str, path: str) -> Content:
+        contents.append(code_in(file))
+        return contents[-1]
+
+    base, *slots = name.split("+")
+    model = load_code(read(base, path)) if base.endswith(".py") else base_of(find(base, path))
+    chosen = with_slots(model, slots_in(slots, path, read), path)
+    admit(chosen)
+    for content in contents:
+        allow(content)
+    return chosen
+
+
+def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, str], None] | None = None) -> Experiment:
+    """Return the experiment in a file, whose friction is tried; what it identifies is identified where it is not there."""
+    from bristle.core.content import content_of
+    from bristle.files.experiment import read_experiment
+    from bristle.files.toml import TOML_LIMIT
+    from bristle.workflow.pipeline import prepare
+
+    content = content_of(path, limit=TOML_LIMIT, path="experiment", what="an experiment file")
+    for model in prepare(content, allow_code=allow_code, size_limit=size_limit(), progress=progress):
+        if model.best is None:
+            complain(f"{model.name}: as identified before, {model.folder}")
+        else:
+            error = f"{model.best.name}, error {model.best.error_percent:.3g} %"
+            complain(f"{model.name}: identified ({error}); see {model.folder / 'report.html'}")
+    return read_experiment(content, allow_code=allow_code, size_limit=size_limit())
+
+
+def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
+    """Return a command line as it is told: files without their folders, nothing that cannot be printed.
+
+    Examples
+    --------
+    >>> command_told(["identify", "/home/anna/axis 1.csv", "--axis=../x/axis.toml", "--cutoff", "100 Hz"])
+    "bristle identify 'axis 1.csv' --axis=axis.toml --cutoff '100 Hz'"
+    """
+    return shlex.join(["bristle", *(_plain(_without_folders(argument, separators)) for argument in arguments)])
+
+
+def _plain(text: str) -> str:
+    # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
+    if text.isprintable():
+        return text
+    from bristle.core.typography import escaped
+
+    return "".join(letter if letter.isprintable() else "?" for letter in escaped(text))
+
+
+def _without_folders(argument: str, separators: str) -> str:
+    option, equals, value = argument.partition("=")
+    if equals and option.startswith("--"):
+        return f"{option}={_without_folders(value, separators)}"
+    return ",".join(re.split(f"[{re.escape(separators)}]", part.rstrip(separators))[-1] for part in argument.split(","))

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.command_line import command_told
-from bristle.cli.failure import NO
-from bristle.cli.lost import tell_lost
 from bristle.cli.options import (
     AllowCode,
-    Data,
     FigureFiles,
-    Figures,
     Formats,
     Json,
+    Output,
     OwnFigures,
-    SizeLimit,
-    bytes_asked,
+    command_told,
     folder_named,
     own_figures,
+    print_json,
+    refuse,
+    size_limit,
 )
-from bristle.cli.terminal import complain, progress, say, show_table
+from bristle.cli.terminal import NO, complain, progress, say, show_table
 
 if TYPE_CHECKING:
     from bristle.study import Study
     from bristle.study.run import Ran
     from bristle.study.store import Store
 
-__all__ = ["EXAMPLE", "study"]
+__all__ = ["EXAMPLE", "exit_code", "interruptible", "study"]
 
 EXAMPLE = """Example:
   bristle study study.toml --dry-run
@@ -59,10 +56,8 @@ def study(
         bool, typer.Option("--dry-run", help="Tell how many runs it has and how long they take, from a few of them.")
     ] = False,
     formats: Formats = None,
-    data: Data = None,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
-    size_limit: SizeLimit = None,
     as_json: Json = False,
 ) -> int:
     """Run an experiment thousands of times with other values.
@@ -78,43 +73,30 @@ def study(
     """
     from bristle.report.figure_files import figure_files
     from bristle.study import read_study_file
+    from bristle.study.cluster import checked
     from bristle.testing import admit_friction_of
 
-    _check(scheduler, {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run})
-    report = "study" if run is None else "run"
-    further = own_figures(figure, report, has_folder=out is not None and not dry_run)
-    described = read_study_file(study, allow_code=allow_code, size_limit=bytes_asked(size_limit))
+    if scheduler is not None:
+        checked(scheduler)
+        of_this_machine = {"--workers": workers is not None, "--run": run is not None, "--dry-run": dry_run}
+        option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
+        refuse(of_this_machine, "simulates on this machine, and --scheduler does not", f"Leave {option} or --scheduler out")
+    own = own_figures(figure, "study" if run is None else "run", has_folder=out is not None and not dry_run)
+    described = read_study_file(study, allow_code=allow_code, size_limit=size_limit())
     admit_friction_of(described.experiment)
-    figures = formats, data
+    output = Output(context, out, formats, as_json=as_json)
     if dry_run:
-        with figure_files(None, *figures):
-            _tell_cost(described, workers, as_json)
+        with figure_files(None, formats):
+            _tell_cost(described, workers, as_json=as_json)
         return 0
     if run is not None:
-        return _repeat(context, described, run, out, as_json, figures, further)
-    if out is None:
-        from bristle.core import InputError
-
-        raise InputError("needs a folder to write into", path="bristle study", mend="Add --out DIR, or --dry-run")
-    return _run(described, study, out, workers, scheduler, as_json, figures, further)
+        return _repeat(described, run, output, own)
+    refuse({"bristle study": out is None}, "needs a folder to write into", "Add --out DIR, or --dry-run")
+    return _run(described, study, output, workers, scheduler, own)
 
 
-def _check(scheduler: str | None, options: Mapping[str, bool]) -> None:
-    """Refuse an address that is none, and options that say nothing of a cluster, before anything is read."""
-    if scheduler is None:
-        return
-    from bristle.core import InputError
-    from bristle.study.cluster import checked
-
-    checked(scheduler)
-    for option, is_chosen in options.items():
-        if is_chosen:
-            raise InputError("simulates on this machine, and --scheduler does not", path=option, mend=f"Leave {option} or --scheduler out")
-
-
-def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
+def _tell_cost(study: Study, workers: int | None, *, as_json: bool) -> None:
     from bristle.core.cores import core_count
-    from bristle.files.summary import as_json as json_text
     from bristle.study.run import cost_of, in_words
 
     with progress("measuring"):
@@ -132,7 +114,7 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
         "seconds": cost.wall(count),
     }
     if as_json:
-        sys.stdout.write(json_text(numbers))
+        print_json(numbers)
         return
     points = f" of {study.sampling.count} draws at {len(study.points)} points of a grid" if study.grid else ""
     say(
@@ -142,42 +124,31 @@ def _tell_cost(study: Study, workers: int | None, as_json: bool) -> None:
     )
 
 
-def _repeat(
-    context: typer.Context, study: Study, number: int, out: Path | None, as_json: bool, figures: Figures, further: OwnFigures
-) -> int:
+def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     """Simulate one run of a study again and tell it as ``bristle run`` does, with what it was made with."""
-    from bristle.files.results import results_folder
-    from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.report.figure_files import figure_files
-    from bristle.report.loop_tables import variant_table
+    from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report
-    from bristle.report.summary import simulation_summary
+    from bristle.report.simulation import simulation_report, simulation_summary
     from bristle.study.run import repeat_run, values_of
     from bristle.study.sampling import seed_of_run
 
-    with results_folder(out) if out else nullcontext() as folder, progress(f"run {number}"), figure_files(folder, *figures):
+    with output.opened(f"run {number}") as (folder, _):
         result = repeat_run(study, number)
-        source = provenance(context.obj, **study.origins, figure=further.origins)
+        source = provenance(output.command, **study.origins, figure=own.origins)
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
-        summary = simulation_summary(result, files=files, provenance=source) | {
-            "run": number,
-            "seed": seed_of_run(study.seed, number),
-            "values": values,
-            "units": study.units,
-        }
+        drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
+        summary = simulation_summary(result, files=files, provenance=source) | drawn
         if folder:
-            page = simulation_report(result, command=context.obj, provenance=source, figures=further.figures)
+            page = simulation_report(result, command=output.command, provenance=source, figures=own.figures)
             write_report(folder, page, summary)
-    if as_json:
-        sys.stdout.write(json_text(summary))
-    else:
+
+    def show() -> None:
         say(f"Run {number}: {_in_words(values, study.units)}.")
         show_table(variant_table(result))
-    if out:
-        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+    output.tell(summary, show)
     return 0 if all(variant["completed"] for variant in summary["variants"].values()) else NO
 
 
@@ -193,48 +164,39 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "nothing varies but the seed"
 
 
-def _run(
-    study: Study, file: Path, out: Path, workers: int | None, scheduler: str | None, as_json: bool, figures: Figures, further: OwnFigures
-) -> int:
-    from bristle.files.summary import as_json as json_text
+def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
     from bristle.files.summary import provenance
     from bristle.report.figure_files import figure_files
     from bristle.report.study import spread_tables, study_sentences
-    from bristle.study.dataset import OK
     from bristle.study.run import run_within
     from bristle.study.store import opened
 
-    command = command_told(["study", str(file), "--out", str(out)])
-    with opened(out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
-        try:
+    assert output.out is not None
+    command = command_told(["study", str(file), "--out", str(output.out)])
+    with opened(output.out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
+        with interruptible(output.out, "runs"):
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
-        except KeyboardInterrupt:
-            complain(f"{out} keeps the runs that are done; the same command goes on")
-            raise
         report(1.0, "writing the report")
         for name in store.grown.names:
             if name.startswith("figures/"):
                 store.grown.remove(name)  # those of an earlier report, whose numbers were others
-        with figure_files(store.grown, *figures):
-            summary = _write(store, ran, command, command_told(["study", str(file)]), further)
-    if as_json:
-        sys.stdout.write(json_text(summary))
-    else:
+        with figure_files(store.grown, output.formats):
+            summary = _write(store, ran, command, command_told(["study", str(file)]), own)
+
+    def show() -> None:
         for table in spread_tables(summary):
             show_table(table)
         for sentence in study_sentences(summary):
             say(sentence)
-    tell_lost(ran)
-    complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    return 0 if ran.is_whole and OK in summary["statuses"] else NO
+
+    output.tell(summary, show)
+    return exit_code(ran, summary)
 
 
-def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigures) -> dict[str, Any]:
+def _write(store: Store, ran: Ran, command: str, repeat: str, own: OwnFigures) -> dict[str, Any]:
     """Write traces, numbers and report of a study; return the numbers."""
-    from bristle.files.results import SUMMARY
-    from bristle.files.summary import as_json as json_text
     from bristle.files.summary import provenance
-    from bristle.report.results import REPORT
+    from bristle.report.results import write_report
     from bristle.report.study import WORST_SHOWN, study_report, study_summary
     from bristle.study.dataset import runs_in
     from bristle.study.run import worst_runs, write_traces
@@ -242,10 +204,31 @@ def _write(store: Store, ran: Ran, command: str, repeat: str, further: OwnFigure
     runs = runs_in(store.folder)
     worst = worst_runs(runs, max(store.study.worst, WORST_SHOWN))
     traces = write_traces(store, worst[: store.study.worst]) if ran.is_whole else []
-    origins = provenance(command, figure=further.origins)
+    origins = provenance(command, figure=own.origins)
     source = runs.described["provenance"] | {key: origins[key] for key in origins if key.startswith("figure")}
     summary = study_summary(runs, command=repeat, provenance=source, worst=worst, traces=traces)
-    store.grown.write(SUMMARY, json_text(summary))
-    page = study_report(runs, summary, command=command, figures=further.figures)
-    store.grown.write(REPORT, page)
+    write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
     return summary
+
+
+@contextmanager
+def interruptible(folder: Path, parts: str) -> Iterator[None]:
+    """Tell who interrupts the work in this block what is kept of it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        complain(f"{folder} keeps the {parts} that are done; the same command goes on")
+        raise
+
+
+def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
+    """Return the exit code of a study or a fleet; runs are told that no process lived through, and how these ended."""
+    from bristle.study.dataset import OK
+
+    for block, code in ran.lost:
+        ended = "as the cluster tells it" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
+        complain(
+            f"runs {block.first} to {block.last - 1} are missing: each process that simulated them ended ({ended}). "
+            "Is there enough memory? The same command tries again"
+        )
+    return 0 if ran.is_whole and OK in summary["statuses"] else NO

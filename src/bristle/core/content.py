@@ -128,7 +128,7 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
             allowed=f"up to {size_in_words(limit)}",
             mend="Is it the right file?"
             if fixed
-            else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
+            else f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
             " (size_limit in Python); reading takes several times as much memory",
         )
     return True

@@ -122,6 +122,8 @@ class Thresholds:
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
+                if isinstance(getattr(cls, name, None), float):
+                    raise InputError("is fixed, and no longer set", path=f"{path}.{name}", value=value, mend="Leave it out")
                 raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
             numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
         return cls(**numbers)

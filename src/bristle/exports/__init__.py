@@ -5,16 +5,15 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from bristle.exports.target import Product, Request, Target
-from bristle.exports.targets import TARGETS
+from bristle.exports.targets import TARGETS, Product, Request, Target
 
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
-    from bristle.exports.own import load_target_file
+    from bristle.exports.writing import load_target_file
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-_FROM = {"Exported": "face", "export": "face", "load_target_file": "own"}
+_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"}
 
 
 def __getattr__(name: str) -> Any:

@@ -28,7 +28,7 @@ class Settings(CheckThresholds):
 
     # Parameters: which of them count as identified.
     unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
-    hopeless_std: float = _set(100.0, "relative standard error above which none is given")
+    hopeless_std = 100.0  # relative standard error above which none is given
     negligible_force: float = _set(0.02, "share of the root mean square effort: a constant force with a smaller error is known to be small")
     beyond_effort: float = _set(1.2, "share of the largest effort beyond which a friction force counts as one that never acted")
     inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
@@ -44,26 +44,24 @@ class Settings(CheckThresholds):
     delay_rough: float = _set(0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples")
     delay_unsure: float = _set(4.0, "half-width of a delay up to which it is taken out", "samples")
     delay_inertia: float = _set(0.12, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0)
-    filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
+    filter_seen = 3.0  # standard errors from which a filter in one channel is suspected [σ]
     inertia_unsure: float = _set(
         0.03, "half-width of the inertia, as a share, beyond which each model has its own, if noise is little", most=1.0
     )
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
-    stages_apart: float = _set(0.02, "share of the inertia by which the rows of a fit may want another one", most=1.0)
+    stages_apart = 0.02  # share of the inertia by which the rows of a fit may want another one
 
     # Noise and residual.
     acceleration_noise: float = _set(0.01, "share of noise in the mean square acceleration from which it is told", most=1.0)
-    noisy_inertia: float = _set(
-        0.05, "share of noise in the mean square acceleration beyond which a fit does not tell the inertia", most=1.0
-    )
-    half_sample_damping: float = _set(0.1, "share of a damping from which the stiffness over half a sample is told to matter")
+    noisy_inertia = 0.05  # share of noise in the mean square acceleration beyond which a fit does not tell the inertia
+    half_sample_damping = 0.1  # share of a damping from which the stiffness over half a sample is told to matter
     poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
     usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
     useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
     coloured_error: float = _set(15.0, "error of the effort from which a residual that lasts is told", "%")
     coloured_correlation: float = _set(0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0)
-    reversal_error: float = _set(5.0, "error of the effort from which missing pre-sliding is looked for", "%")
-    reversal_periods: float = _set(3.0, "periods of the cut-off that count as around a reversal", "periods")
+    reversal_error = 5.0  # error of the effort from which missing pre-sliding is looked for [%]
+    reversal_periods = 3.0  # periods of the cut-off that count as around a reversal [periods]
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
     reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
     missing_share: float = _set(
@@ -83,16 +81,12 @@ class Settings(CheckThresholds):
         "noise of single rows hides",
         most=1.0,
     )
-    missing_slow_force: float = _set(0.0015, "share of the friction force, root mean square, below which a model lacks no such force")
+    missing_slow_force = 0.0015  # share of the friction force, root mean square, below which a model lacks no such force
     missing_slow_share_around: float = _set(0.3, "the same share of a lag, of rows around reversals too", most=1.0)
-    missing_slow_force_around: float = _set(0.005, "the same share of the friction force of such a lag")
-    missing_level: float = _set(
-        0.99,
-        "level at which such a cause must take more than with signs drawn by chance for each half-cycle",
-        least=0.5,
-        most=0.999,
-        source="P. Kline, A. Santos, Journal of Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006",
-    )
+    missing_slow_force_around = 0.005  # the same share of the friction force of such a lag
+    # level at which such a cause must take more than with signs drawn by chance for each half-cycle; P. Kline, A. Santos, Journal of
+    # Econometric Methods 1(1), 2012, doi:10.1515/2156-6674.1006
+    missing_level = 0.99
     missing_flanks: float = _set(
         2.1,
         "ratio of the residual where the force on the load changes its side, away from reversals, to that of rows "
@@ -107,14 +101,14 @@ class Settings(CheckThresholds):
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 
     # Repetition: what a motion cannot tell, whatever is fitted.
-    nested_loop: float = _set(0.7, "share of the longest half-cycle below which one is of another amplitude", most=1.0)
-    amplitude_half_cycles: float = _set(6.0, "half-cycles from which one amplitude is told", "half-cycles", least=2.0)
+    nested_loop = 0.7  # share of the longest half-cycle below which one is of another amplitude
+    amplitude_half_cycles = 6.0  # half-cycles from which one amplitude is told [half-cycles]
     tremble: float = _set(0.02, "share of the range below which a way between two reversals is no half-cycle", most=1.0)
-    repeated_size: float = _set(1.1, "ratio of two motions up to which they are the same", least=1.0)
-    repeated_overlap: float = _set(0.5, "share of the shorter of two logs over which they are compared", most=1.0)
+    repeated_size = 1.1  # ratio of two motions up to which they are the same
+    repeated_overlap = 0.5  # share of the shorter of two logs over which they are compared
 
     # Identifiability by refitting.
-    clear_std: float = _set(0.5, "relative standard error up to which a parameter is asked whether the log sees it")
+    clear_std = 0.5  # relative standard error up to which a parameter is asked whether the log sees it
     moved: float = _set(
         0.3,
         "share by which a parameter is moved away, up and down, the others fitted again",
@@ -127,7 +121,7 @@ class Settings(CheckThresholds):
         "rise of the held-out squared error, in variances of the residual, from which a parameter is seen",
         source="95 % quantile of chi-square with one degree of freedom",
     )
-    flat_rise: float = _set(0.1, "the same of the fitted rows, below which nothing in the log depends on a parameter")
+    flat_rise = 0.1  # the same of the fitted rows, below which nothing in the log depends on a parameter
     follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
 
     # Resampling.
@@ -143,13 +137,13 @@ class Settings(CheckThresholds):
         least=1.0,
         source="G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978, doi:10.1093/biomet/65.2.297",
     )
-    white_level: float = _set(0.95, "level of that test", least=0.5, most=0.9999)
+    white_level = 0.95  # level of that test
 
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)
     same_error: float = _set(1e-3, "relative difference of held-out errors that is none")
     doubtful_share: float = _set(0.5, "share of parameters not identified from which a model gives way to simpler ones")
-    unfinished_error: float = _set(0.7, "share of the best held-out error below which an interrupted model leads nevertheless")
+    unfinished_error = 0.7  # share of the best held-out error below which an interrupted model leads nevertheless
 
     # The loop in simulation.
     loop_differs: float = _set(

@@ -20,7 +20,7 @@ __all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
 
 FOLDER = "figures"
 CAPTIONS = "captions.tex"
-FOR_LATEX = ("pdf", "png")
+FOR_LATEX, NUMBERS = ("pdf", "png"), "csv"
 HEAD = r"""% The figures of a report of bristle, with their captions. In the preamble of your document:
 %   \usepackage{graphicx}
 %   \graphicspath{{figures/}}  % where they lie
@@ -31,27 +31,29 @@ WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --forma
 
 
 @contextmanager
-def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
-    """Write each figure that is drawn for a report in this block into a folder of results."""
+def figure_files(folder: ResultsFolder | None, formats: Iterable[str] | None) -> Iterator[None]:
+    """Write each figure that is drawn for a report in this block into a folder of results; as csv the numbers that it draws."""
     endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
-    if folder is None and (endings or data):
-        raise InputError("needs a folder to write into", path="--format" if endings else "--data", mend="Add --out DIR")
+    if folder is None and endings:
+        raise InputError("needs a folder to write into", path="--format", mend="Add --out DIR")
     with plates() as collected:
         yield
     if folder is None:
         return
-    written = [plate for plate in collected if _is_written(folder, plate, endings, data)]
-    if endings and written:
-        folder.write(f"{FOLDER}/{CAPTIONS}", captions(written, endings))
+    written = [plate for plate in collected if _is_written(folder, plate, endings)]
+    drawn = [ending for ending in endings if ending != NUMBERS]
+    if drawn and written:
+        folder.write(f"{FOLDER}/{CAPTIONS}", captions(written, drawn))
 
 
-def _is_written(folder: ResultsFolder, plate: Plate, endings: Sequence[str], data: str | None) -> bool:
+def _is_written(folder: ResultsFolder, plate: Plate, endings: Sequence[str]) -> bool:
     """Write a figure as files; return whether that was done, which one of a user's own may prevent for itself."""
     try:
-        if data:
-            _write_numbers(folder, plate)
-        for form in endings:
-            _write_figure(folder, plate, form)
+        for ending in endings:
+            if ending == NUMBERS:
+                _write_numbers(folder, plate)
+            else:
+                _write_figure(folder, plate, ending)
     except OSError:
         raise  # no room on the disk, and no fault of the figure
     except (Exception, SystemExit) as error:  # (what a user's code may raise has no common type)

@@ -77,5 +77,5 @@ def _too_large(most: int) -> RefusedRequestError:
         "is larger than is taken",
         path="file",
         allowed=f"up to {size_in_words(most)}",
-        mend='Cut the log, or start again with --size-limit "2 GB"',
+        mend='Cut the log, or start again with BRISTLE_SIZE_LIMIT="2 GB" in the environment',
     )

@@ -78,7 +78,7 @@ def truths_named(names: Sequence[str] = (), axis: Path | None = None, *, allow_c
         raise InputError("is there for a log, and none is among the truths", path="--axis", value=str(axis))
     if len({truth.name for truth in truths}) < len(truths):
         raise InputError(
-            "two truths have one name", path="--truth", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
+            "two truths have one name", path="TRUTH", value=", ".join(truth.name for truth in truths), mend="Rename one of the files"
         )
     return truths
 
@@ -95,9 +95,9 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
         if file is None:
             raise InputError(
                 f"needs the record {RECORD.as_posix()} in the folder that {DATA} names",
-                path="--truth",
+                path="TRUTH",
                 value=name,
-                mend="Name a log instead: --truth log.csv --axis axis.toml",
+                mend="Name a log instead: --robust log.csv --axis axis.toml",
             )
         return _recorded(name, file, read_axis(FOLDER / "measured_axis.toml"))
     if file is not None:
@@ -108,7 +108,7 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
     if not path.is_file():
         raise InputError(
             "no such truth",
-            path="--truth",
+            path="TRUTH",
             value=name,
             allowed=", ".join([*present, "a model file", "a log"]),
             mend=did_you_mean(name, present),
@@ -117,7 +117,7 @@ def _truth(name: str, axis: Path | None, present: Sequence[str], allow_code: boo
         friction = read_model(path, allow_code=allow_code).friction
         return Truth(path.stem, _in_layer(friction, 0.0), content_of(path).origin, (friction.name.split("+")[0],))
     if axis is None:
-        raise InputError("is a log, and nothing says what its columns are", path="--truth", value=name, mend="Add --axis axis.toml")
+        raise InputError("is a log, and nothing says what its columns are", path="TRUTH", value=name, mend="Add --axis axis.toml")
     return _recorded(path.stem, path, read_axis(axis))
 
 

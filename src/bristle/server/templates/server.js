@@ -165,7 +165,7 @@ async function look() {
 async function receive(files) {
   const role = document.querySelector('input[name="role"]:checked').value;
   for (const file of files) {
-    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; up to ${sizeText(settings.file_size)} are taken. Start again with --size-limit`);
+    if (file.size > settings.file_size) throw new Refusal(`${file.name} has ${sizeText(file.size)}; up to ${sizeText(settings.file_size)} are taken. Start again with BRISTLE_SIZE_LIMIT`);
     byId("said").textContent = `receiving ${file.name}`;
     const headers = { "X-Bristle-Name": encodeURIComponent(file.name), "X-Bristle-Role": /\.toml$/i.test(file.name) ? "axis" : role, "Content-Type": "application/octet-stream" };
     state = await (await asked("PUT", pathTo("/files"), { body: file, headers })).json();
