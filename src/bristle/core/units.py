@@ -148,9 +148,9 @@ def factor(unit: str, target: str, *, path: str = "") -> float:
 def compatible(unit: str, target: str, *, path: str = "") -> bool:
     """Return whether `unit` has the dimension of `target`."""
     spelt = _spelt(unit)
-    own, wanted = _decimal(spelt), _decimal(target)
-    if own and wanted:
-        return own.base == wanted.base
+    source, target_unit = _decimal(spelt), _decimal(target)
+    if source and target_unit:
+        return source.base == target_unit.base
     with located(path=path, value=unit, mend=_EXAMPLE):
         return _unit(spelt).dimensionality == _unit(target).dimensionality
 

@@ -44,8 +44,8 @@ class Constant:
     def of(cls, text: str, effort: str | None, path: str) -> Constant:
         """Return the constant that a text such as ``"0.12 N*m/A"`` tells; without `effort` its unit says which it is of."""
         unit = units.split(text, path)[1]
-        told = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
-        if (base := units.like(unit, told, path=path)) is not None:
+        bases = [f"{spoken_of}/{drive}" for spoken_of in (EFFORTS if effort is None else (effort,)) for drive in DRIVE_UNITS]
+        if (base := units.like(unit, bases, path=path)) is not None:
             value = units.convert(text, base, path=path)
             if value == 0 or not math.isfinite(value):
                 raise InputError("must be finite and not zero", path=path, value=text)

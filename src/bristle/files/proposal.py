@@ -127,12 +127,12 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
         axis = axis_from(_assumed(tables))
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}" for channel, role in roles.channels.items()]
     unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
-    asked = {f"columns.{channel}.unit" for channel in unknown}
+    without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [
-        f"the file says {said!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
-        for channel, said in unknown.items()
+        f"the file says {text!r} for the unit of the {channel}, which is not known: nothing is said of it in SI"
+        for channel, text in unknown.items()
     ]
-    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in asked]
+    notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing if key not in without_unit]
     if name is not None:
         notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:

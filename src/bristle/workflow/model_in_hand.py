@@ -20,8 +20,7 @@ from bristle.core.errors import InputError
 from bristle.core.tabular import Card, WithCard, library
 from bristle.files.arrays import read_arrays
 from bristle.files.axis import read_axis
-from bristle.files.bands import NUMBERS
-from bristle.files.model import read_model
+from bristle.files.model import NUMBERS, read_model
 from bristle.files.results import SUMMARY
 from bristle.files.single import write_whole
 from bristle.identification.result import Estimate, Fit, Resampling, Scatter, Traces
