@@ -123,8 +123,7 @@ def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: flo
         axes.axhline(0.0, zorder=0, **style.AID)
         style.mark_window(axes, np.array([0.0, window or 0.0]) * time_scale(turn.time).factor)
         axes.set_title(TURNS[turn.name])
-        if axes is not panels[0]:
-            axes.sharey(panels[0])
+    style.one_height(panels[: len(turns)])
 
 
 def _draw_friction(axes: style.Axes, compared: Comparison) -> None:

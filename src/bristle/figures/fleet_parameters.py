@@ -57,7 +57,7 @@ def _draw(axes: Axes, runs: Runs, name: str, apart: np.ndarray) -> None:
     strange = np.zeros(runs.count, dtype=bool)
     strange[apart] = True
     size = 3.4 if runs.count <= FEW else 2.0
-    axes.axhline(float(np.median(value[tells])), label="median", **style.AID | {"linestyle": "--"})
+    axes.axhline(float(np.median(value[tells])), label="median", linestyle="--", **style.AID)
     inside = (value >= bottom) & (value <= top)
     for chosen, fill, word in ((~strange, "full", "log, 95 % interval"), (strange, "none", "stands apart")):
         chosen = chosen & tells & inside
