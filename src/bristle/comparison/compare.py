@@ -146,10 +146,10 @@ def _diagnostics(
     notes: dict[str, dict[str, Number]] = {}
     sides = {"before": [log for log, _ in before], "after": [log for log, _ in after]}
     logs = [*sides["before"], *sides["after"]]
-    for channel in ("reference", "effort"):
+    for channel, code in (("reference", "no_reference"), ("effort", "no_effort")):
         lacking = tuple(name for name, own in sides.items() if any(getattr(log, channel) is None for log in own))
         if lacking:
-            warnings[f"no_{channel}"] = {"sides": lacking}
+            warnings[code] = {"sides": lacking}
     if min(shared.before_percent, shared.after_percent) < ALL_PERCENT:
         warnings["motions_differ"] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     if not shared.complete:

@@ -10,7 +10,7 @@ from bristle.core.variable import unit_of
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, sentence_of
-from bristle.report.page import FactTable, Figures, Front, Items, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Table, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
@@ -100,14 +100,14 @@ def comparison_report(
     sides = {"before": compared.logs_before, "after": compared.logs_after}
     warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     notes = [note for logs in sides.values() for log in logs for note in log.notes]
-    logs = [FactTable(f"The log {side}", log_facts(logs[0], logs[1:])) for side, logs in sides.items()]
-    basis = [Items(warnings, "warnings") if warnings else None, Items(remarks_of(compared)[len(warnings) :])]
+    logs = [Block("facts", log_facts(logs[0], logs[1:]), (f"The log {side}",)) for side, logs in sides.items()]
+    basis = [Block("items", warnings, ("warnings",)), Block("items", remarks_of(compared)[len(warnings) :])]
     sections = [
         Section("changes", "Each change", [change_table(compared)]),
         Section("basis", "What this rests on", basis),
-        Section("summary", "In words", [Items(comparison_sentences(compared))], folded=True),
+        Section("summary", "In words", [Block("items", comparison_sentences(compared))], folded=True),
         Section("courses", "Where they differ", [Figures("courses"), _friction_table(compared)], folded=True),
-        Section("log", "The logs", [*logs, Items(notes) if notes else None], folded=True),
+        Section("log", "The logs", [*logs, Block("items", notes)], folded=True),
     ]
     files = {side: logs[0].source.name.strip("<>") for side, logs in sides.items()}
     facts = {"comparison": compared, "log_name": ", ".join(filter(None, files.values()))}

@@ -17,7 +17,7 @@ from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, whole_sentence
-from bristle.report.page import Code, Figures, Front, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text, short_text
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
     laws = [
         block
         for proposal in design.proposals[1:]
-        for block in (Markup("<p>{}:</p>").format(proposal.name), Code(controller_text(proposal.variant)))
+        for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
     errs = ["Simulated with one cause at a time, and with all but one.", budget] if budget is not None else []
     circles = [_circle_words(design), circle_table(design.circles, design)] if design.circles else []

@@ -11,7 +11,7 @@ from bristle.report.compensation import NO_CHANGE
 from bristle.report.table import MICROMETRE, Quantity, Table, short_text
 
 if TYPE_CHECKING:
-    from bristle.loop import Assessment, Budget, Circle, Delays, Design, WorkingPoint
+    from bristle.loop import Assessment, Budget, Circle, Delays, Design
 
 __all__ = ["budget_table", "circle_table", "delay_table", "least_phase", "loop_name", "margin_table", "proposal_table"]
 
@@ -30,16 +30,19 @@ def margin_table(design: Design) -> Table:
     )
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
-        rows = tuple(_point_row(point) for point in assessment.points)
+        rows = tuple(
+            (
+                point.motions.value,
+                point.friction.value,
+                number(point.loop.spectral_radius),
+                *map(_cell, (point.margins.phase, point.margins.gain, point.margins.delay)),
+                _cell(None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)),
+            )
+            for point in assessment.points
+        )
         loops.setdefault(rows, []).append(assessment.name)
     table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
     return Table("Poles and margins of the sampled loop", heads, table_rows)
-
-
-def _point_row(point: WorkingPoint) -> tuple[str, ...]:
-    phase, gain, crossover, delay, _ = point.margins
-    margins = (phase, gain, delay, None if crossover is None else crossover / (2.0 * math.pi))
-    return point.motions.value, point.friction.value, number(point.loop.spectral_radius), *map(_cell, margins)
 
 
 def _cell(value: float | None) -> str:

@@ -12,7 +12,7 @@ from bristle.core.variable import unit_of
 from bristle.excitation import PURPOSES
 from bristle.report.messages import as_data, note_of
 from bristle.report.model_tables import STATUS_WORDS
-from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Table, fixed, length_text, span_text
 
 if TYPE_CHECKING:
@@ -34,12 +34,16 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
     ]
     if rehearsal is not None:
         kept.append(("Effort, as believed", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
-    motion = [FactTable("What each part tells", purposes), piece_table(excitation), FactTable("What it takes of the axis", kept)]
+    motion = [
+        Block("facts", purposes, ("What each part tells",)),
+        piece_table(excitation),
+        Block("facts", kept, ("What it takes of the axis",)),
+    ]
     sections = [
         Section("motion", "The motion", motion),
         Section("outlook", "What it would tell", [None if rehearsal is None else outlook_table(excitation)]),
         Section("summary", "In words", _sentences(excitation), folded=True),
-        Section("assumptions", "What was left out or assumed", [Items(excitation.notes)]),
+        Section("assumptions", "What was left out or assumed", [Block("items", excitation.notes)]),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
     return report_page("excitation", facts, _front(excitation, identify), sections, command=command, provenance=provenance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,30 +44,19 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
             for place in failed.tolist()
         ],
         "parameters": {name: _spread(columns, name, described["columns"][name]) for name in described["metrics"]},
-        "held_out_error": {"median": _median(errors), "largest": _largest(errors)},
-        "warnings": _warnings(columns),
+        "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
+        "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
         "provenance": dict(provenance),
     }
-
-
-def _warnings(columns: Mapping[str, np.ndarray]) -> dict[str, int]:
-    """Return of how many logs each warning was given, the most frequent first."""
-    counts = Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code)
-    return dict(counts.most_common())
 
 
 def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
     return {name: columns[name][place].item() for name in ("run", "folder", "log")}
 
 
-def _median(values: np.ndarray) -> float | None:
+def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> float | None:
     finite = values[np.isfinite(values)]
-    return float(np.median(finite)) if finite.size else None
-
-
-def _largest(values: np.ndarray) -> float | None:
-    finite = values[np.isfinite(values)]
-    return float(np.max(finite)) if finite.size else None
+    return float(statistic(finite)) if finite.size else None
 
 
 def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
@@ -87,7 +76,7 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
         "low": low,
         "median": median,
         "high": high,
-        "half_width": _median(half),
+        "half_width": _of_finite(np.median, half),
         "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
     }
 

@@ -22,7 +22,7 @@ from bristle.report.log import break_away_table, log_facts, passage_table, scatt
 from bristle.report.loops import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, sentence_of, warnings_of, whole_sentence, why_effective
 from bristle.report.model_tables import as_csv, certificate_table, changed_settings, comparison_table, drive_rows, parameter_table
-from bristle.report.page import Code, FactTable, Figures, Front, Items, LongTable, Section, about, answered, report_page
+from bristle.report.page import Block, Figures, Front, Section, about, answered, report_page
 from bristle.report.simulation import focus_of
 from bristle.report.symbols import worded
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.axis import Axis
     from bristle.figures.report_figure import Facts, ReportFigure
-    from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
     from bristle.report.page import Living
     from bristle.simulation.result import Prediction, SimulationResult
@@ -86,15 +86,16 @@ def identification_report(
     }
     verdict = [Markup("<p>{}</p>").format(line) for line in sentences(identification, axis_name, gain, prediction, following)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
+    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     sections = [
         *_drive_sections(fit, table, axis),
-        Section("parameters", "Parameters", [LongTable(parameter_table(fit, axis)), living]),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",)), living]),
         _doubt_section(fit, following),
         *_loop_sections(simulation, following),
         Section("summary", "In words", verdict, folded=True),
         Section("fit", "How well the model fits", [*by_position, Figures("fit")], folded=True),
         Section("models", "Models compared", [comparison_table(identification)], folded=True),
-        Section("certificates", "Is the model fit to be used?", _certificate_blocks(fit, certificates), folded=True),
+        Section("certificates", "Is the model fit to be used?", certified, folded=True),
         Section("assumptions", "What was assumed", _assumptions(identification, prediction), folded=True),
         Section("log", "The log", _log_blocks(identification, facts), folded=True),
     ]
@@ -112,17 +113,17 @@ def _drive_sections(fit: Fit, table: Sequence[tuple[float, float]] | None, axis:
     if deviation > ROUNDING * largest:
         lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
     lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-    beside = Code(as_csv(table, kind), drive_rows(table, kind, axis), "The same in SI units, to be copied:")
+    beside = Block("table_beside", drive_rows(table, kind, axis), ("The same in SI units, to be copied:", as_csv(table, kind)))
     return [Section("drive", "Table for the drive", [lead, beside])]
 
 
 def _doubt_section(fit: Fit, following: Following | None) -> Section:
     contradiction = None if following is None else following.contradiction
     doubts = [*warnings_of(fit), *([message(contradiction)] if contradiction is not None else [])]
-    blocks = [Items(doubts, "warnings") if doubts else "Nothing that the model asks for is left open."]
+    blocks = [Block("items", doubts, ("warnings",)) if doubts else "Nothing that the model asks for is left open."]
     if measurements := next_measurements(fit):
         lines = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
-        blocks += ["What to measure next:", Items(lines)]
+        blocks += ["What to measure next:", Block("items", lines)]
     return Section("doubts", "What this log does not tell", blocks)
 
 
@@ -134,14 +135,10 @@ def _loop_sections(simulation: SimulationResult | None, following: Following | N
     return [Section("following", f"Following error {which}", [variant_table(simulation, following.measured if following else None)])]
 
 
-def _certificate_blocks(fit: Fit, certificates: Mapping[str, Certificate] | None) -> list[object]:
-    return [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-
-
 def _assumptions(identification: Identification, prediction: Prediction | None) -> list[object]:
     notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
     thresholds = "All thresholds of what is said and doubted, with their values, stand in `summary.json` under `settings`."
-    return [Items([*assumptions_of(identification.best), *notes]), changed_settings(identification.settings), thresholds]
+    return [Block("items", [*assumptions_of(identification.best), *notes]), changed_settings(identification.settings), thresholds]
 
 
 def _log_blocks(identification: Identification, facts: Facts) -> list[object]:
@@ -152,8 +149,8 @@ def _log_blocks(identification: Identification, facts: Facts) -> list[object]:
         passage_table([segment.as_data() for segment in facts["passages"]], kind),
         break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         Figures("log"),
-        FactTable("What was read, and how it was treated", pairs),
-        Items(identification.notes) if identification.notes else None,
+        Block("facts", pairs, ("What was read, and how it was treated",)),
+        Block("items", identification.notes),
     ]
 
 
@@ -355,15 +352,13 @@ def _trust(fit: Fit) -> list[str]:
     identified = [estimate for estimate in sought if estimate.status == "identified"]
     if not identified:
         return ["no parameter was identified"]
-    widths = several(list(map(_precise, identified)), 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
+    halves = {estimate.name: estimate.interval_percent for estimate in identified}
+    precise = [
+        f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
+    ]
+    widths = several(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
     effective = f"they are effective: {why_effective(fit)}" if fit.effective else ""
     return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
-
-
-def _precise(estimate: Estimate) -> str:
-    half = estimate.interval_percent
-    width = "–" if half is None else f"± {number(half, digits=2)}\u00a0%" if half < 100.0 else "≈ 0"
-    return f"{estimate.name} {width}"
 
 
 def _next(fit: Fit, *, usable: bool) -> list[str]:

@@ -8,7 +8,6 @@ from bristle.report.messages import sentence_of
 from bristle.report.page import Ruling
 
 if TYPE_CHECKING:
-    from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Fit
     from bristle.identification.settings import Settings
     from bristle.prediction.following import Following
@@ -100,7 +99,10 @@ def _grave(fit: Fit, settings: Settings) -> list[str]:
 
 def _doubts(fit: Fit, settings: Settings, following: Following | None) -> list[str]:
     doubted = {doubt.code: doubt for doubt in fit.diagnostics if doubt.severity == "warning"}
-    reasons = [_reason(doubted[code]) for code in DOUBTS if code in doubted]
+    reasons = []
+    for doubt in (doubted[code] for code in DOUBTS if code in doubted):
+        causes = doubt.numbers.get("causes")
+        reasons.append(sentence_of(doubt.code).means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else ""))
     unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
     if unknown:
         reasons.append(f"not identified: {', '.join(unknown)}")
@@ -109,11 +111,6 @@ def _doubts(fit: Fit, settings: Settings, following: Following | None) -> list[s
     if following is not None and following.contradiction is not None:
         reasons.append(sentence_of(following.contradiction.code).means)
     return reasons
-
-
-def _reason(diagnostic: Diagnostic) -> str:
-    causes = diagnostic.numbers.get("causes")
-    return sentence_of(diagnostic.code).means + (f": {', '.join(map(str, causes))}" if isinstance(causes, tuple) else "")
 
 
 def _error(fit: Fit) -> float:

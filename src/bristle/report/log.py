@@ -11,7 +11,7 @@ from bristle.core.typography import interval_text, number, with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.passages import KINDS
 from bristle.report.messages import sentence_of
-from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, span_text
 
 if TYPE_CHECKING:
@@ -47,11 +47,11 @@ def log_report(
     diagnostics: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """Return the report of a log as one HTML page."""
-    found = Items([diagnostic["message"] for diagnostic in diagnostics])
+    found = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
     sections = [
-        Section("check", "What to mend or to know", [found if diagnostics else None]),
+        Section("check", "What to mend or to know", [found]),
         Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
-        Section("log", "The log", [FactTable("What was read", log_facts(log)), Items(log.notes)]),
+        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
     ]
     front = _front(log, segments, diagnostics, name)
     return report_page(

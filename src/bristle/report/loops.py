@@ -134,7 +134,9 @@ def run_table(variants: Sequence[Variant]) -> Table:
         (
             variant.name,
             *(with_unit(seconds, "s", 4) for seconds in (variant.run.duration, variant.run.settle, variant.run.sample_time)),
-            _steps(variant),
+            f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"
+            if variant.run.tolerance
+            else str(variant.run.substeps),
             str(variant.run.delay),
             with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
             with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
@@ -143,11 +145,6 @@ def run_table(variants: Sequence[Variant]) -> Table:
         for variant in variants
     ]
     return Table("How it was simulated", heads, rows)
-
-
-def _steps(variant: Variant) -> str:
-    step = f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"
-    return step if variant.run.tolerance else str(variant.run.substeps)
 
 
 def law_lines(variant: Variant) -> list[str]:

@@ -63,14 +63,10 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
         [
             _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
             for estimate in (*fit.estimates, *fit.combinations)
-            if not _is_left_out(estimate)
+            # Held at infinity is a term that the model does without.
+            if estimate.status != "held" or not math.isinf(estimate.value)
         ],
     ).without_empty_columns()
-
-
-def _is_left_out(estimate: Estimate) -> bool:
-    """Return whether a parameter says nothing: one that is held at infinity is a term that the model does without."""
-    return estimate.status == "held" and math.isinf(estimate.value)
 
 
 def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> tuple[str, ...]:
@@ -206,15 +202,11 @@ def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:
 
 def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
     """Return for each parameter that has other units than SI its value in each of them, by name."""
-    variables = fit.plant.component.variables | fit.friction.component.variables
-    values = {}
+    variables, values = fit.plant.component.variables | fit.friction.component.variables, {}
     for estimate in fit.estimates:
-        variable = variables.get(estimate.name)
-        if variable is None or not math.isfinite(estimate.value):
-            continue
-        units = units_of(variable.quantity, axis, fit.plant.kind)
-        if units:
-            values[estimate.name] = {unit.name: unit.of(estimate.value) for unit in units}
+        if estimate.name in variables and math.isfinite(estimate.value):
+            units = units_of(variables[estimate.name].quantity, axis, fit.plant.kind)
+            values |= {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}} if units else {}
     return values
 
 
@@ -240,8 +232,7 @@ def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Tab
         (
             key,
             VERDICTS[certificate.passed],
-            _text(certificate.value, certificate.unit),
-            _text(certificate.threshold, certificate.unit),
+            *("" if value is None else with_unit(value, certificate.unit) for value in (certificate.value, certificate.threshold)),
             certificate.advice,
             USES[key],
         )
@@ -249,7 +240,3 @@ def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Tab
     ]
     heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do", "Matters for")
     return Table(f"Is it fit to be used: {name}", heads, rows)
-
-
-def _text(value: float | None, unit: str) -> str:
-    return "" if value is None else with_unit(value, unit)

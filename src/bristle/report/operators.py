@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
 
 if TYPE_CHECKING:
@@ -107,9 +107,9 @@ def _page(
         *(("Note", note) for note in recorded.notes),
     ]
     sections = [
-        Section("operators", "Operators compared" if compared else "", [compared, Items(notes) if notes else None]),
+        Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
         Section("model", "The operator", [_parameter_table(operator)]),
-        Section("log", "The data", [FactTable("What was read", read)], folded=True),
+        Section("log", "The data", [Block("facts", read, ("What was read",))], folded=True),
     ]
     front = _front(prediction, f"{name}: {title}", recorded, fits)
     facts = {"recorded": recorded, "outputs": prediction.outputs, "log_name": recorded.source.name.strip("<>")}
@@ -142,7 +142,11 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
             f"error on {held_out.of} that it was not fitted to: {percent_text(held_out.mean_percent)}" if held_out is not None else "",
         ],
         ["the model file, model.toml, as it is written" if fits else "nothing new: the model file as it is"],
-        [f"beside it: {percent_text(_decisive(fit))} by {fit.name}" for fit in fits[1:4]] or ["no other operator was compared"],
+        [
+            f"beside it: {percent_text(fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent)} by {fit.name}"
+            for fit in fits[1:4]
+        ]
+        or ["no other operator was compared"],
         [f"{curves}, each begins: {recorded.start}", *(list(filter(None, fits[0].notes))[:2] if fits else ())],
         [then if fits else "where it misses: record more curves there, and identify again"],
         third="How others do",
@@ -151,22 +155,13 @@ def _front(prediction: OperatorPrediction, heading: str, recorded: Curves, fits:
     return Front(heading, about(curves), ruling, answers, "model")
 
 
-def _decisive(fit: OperatorFit) -> float:
-    return fit.prediction.error_percent if fit.held_out is None else fit.held_out.mean_percent
-
-
 def _parameter_table(operator: Model) -> Table:
     """Return the parameters of an operator; of a list, how many numbers it has."""
     rows = []
     for name, variable in operator.component.variables.items():
-        value = operator.values[name]
-        if isinstance(value, str):
-            text = value
-        elif hasattr(value, "__len__"):
-            text = f"{len(value)} numbers, in the model file"
-        else:
-            text = with_unit(float(value), variable.unit(operator.kind))
-        rows.append([name, text, variable.description])
+        value, is_list = operator.values[name], hasattr(operator.values[name], "__len__")
+        text = f"{len(value)} numbers, in the model file" if is_list else with_unit(float(value), variable.unit(operator.kind))
+        rows.append([name, value if isinstance(value, str) else text, variable.description])
     return Table(operator.name, ("Parameter", "Value", "Meaning"), rows)
 
 

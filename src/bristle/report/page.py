@@ -24,17 +24,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.figures.report_figure import Facts, ReportFigure
-    from bristle.report.table import Table
 
 __all__ = [
     "QUESTIONS",
-    "Code",
-    "FactTable",
+    "Block",
     "Figures",
     "Front",
-    "Items",
     "Living",
-    "LongTable",
     "Picture",
     "Plate",
     "Ruling",
@@ -100,36 +96,12 @@ class Front(NamedTuple):
     figure: Picture | None = None
 
 
-class FactTable(NamedTuple):
-    """A block of names with their values."""
+class Block(NamedTuple):
+    """A block of a section: a macro of the templates, and what it shows; nothing to show is left out."""
 
-    caption: str
-    pairs: Sequence[tuple[str, str]]
-    macro = "fact_table"
-
-
-class Items(NamedTuple):
-    """A block of a list; `style` is its class."""
-
-    lines: Sequence[str]
-    style: str = ""
-    macro = "item_list"
-
-
-class Code(NamedTuple):
-    """A block of text to be copied; beside a table where one is given."""
-
-    text: str
-    table: Table | None = None
-    heading: str = ""
-    macro = "code"
-
-
-class LongTable(NamedTuple):
-    """A block of a table whose cells hold sentences."""
-
-    table: Table
-    macro = "long_table"
+    macro: str
+    content: Any
+    further: Sequence[Any] = ()
 
 
 class Figures(NamedTuple):
@@ -150,16 +122,15 @@ class Living(NamedTuple):
     macro = "living"
 
 
-Block = Any
-"""A block of a section: a paragraph of text, `Table`, `FactTable`, `Items`, `Code`, `Picture`, `Figures`, `Living`; None is left out."""
-
-
 class Section(NamedTuple):
-    """A section of a page, by the name that `bristle.figures.on_reports` knows it by; one without blocks is left out."""
+    """A section of a page, by the name that `bristle.figures.on_reports` knows it by; one without blocks is left out.
+
+    Its blocks are paragraphs of text, markup, `Table`, `Block`, `Picture`, `Figures` and `Living`; None is left out.
+    """
 
     id: str
     heading: str
-    blocks: Sequence[Block]
+    blocks: Sequence[Any]
     folded: bool = False
 
 
@@ -254,14 +225,14 @@ def _pictures(kind: str, facts: Facts) -> dict[str, list[Picture]]:
 
 def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:
     """Return a section with its figures in their places, else at its end, and without what is empty."""
-    blocks = [block for block in section.blocks if block]
+    blocks = [block for block in section.blocks if block and (not isinstance(block, Block) or block.content)]
     if not any(isinstance(block, Figures) for block in blocks):
         blocks.append(Figures(section.id))
     groups = (pictures.get(block.section, ()) if isinstance(block, Figures) else (block,) for block in blocks)
     return section._replace(blocks=[block for group in groups for block in group])
 
 
-def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Block]:
+def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
     """Return a figure of a user's own under its title; what fails is told by a warning and on the page, and costs nothing else."""
     from bristle.figures.own import draw_own
 

@@ -14,7 +14,7 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import as_data, notes_of, sentence_of
-from bristle.report.page import FactTable, Front, Items, Ruling, Section, about, answered, report_page
+from bristle.report.page import Block, Front, Ruling, Section, about, answered, report_page
 from bristle.report.table import fixed, length_text, percent_text, short_text
 from bristle.simulation.result import MODES
 
@@ -45,11 +45,11 @@ def prediction_report(
 ) -> str:
     """Return the report of a prediction as one HTML page."""
     notes = (*notes_of(prediction), *log.notes)
-    errors = FactTable("Errors are root mean square; in percent, of what was measured", metrics_in_words(prediction))
+    errors = Block("facts", metrics_in_words(prediction), ("Errors are root mean square; in percent, of what was measured",))
     sections = [
-        Section("metrics", "How far off it is", [errors, Items(notes) if notes else None]),
+        Section("metrics", "How far off it is", [errors, Block("items", notes)]),
         Section("model", "The model", [component_table("The model", [("Plant", plant), ("Friction", friction)])], folded=True),
-        Section("log", "The log", [FactTable("What was read", log_facts(log))], folded=True),
+        Section("log", "The log", [Block("facts", log_facts(log), ("What was read",))], folded=True),
     ]
     front = _front(prediction, friction, log, axis_name, own_log=own_log)
     facts = {"prediction": prediction, "kind": log.kind, "log": log}

@@ -38,10 +38,11 @@ def study_summary(
     # Runs of one draw at several points are not independent, nor are those that Sobol indices need.
     independent = not described["grid"] and not described["sobol_indices"]
     names, counts = np.unique(status, return_counts=True)
+    points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
     metrics = {
         name: {key: described["columns"][name][key] for key in ("unit", "description")}
         | asdict(spread_of(columns[name], independent=independent))
-        | ({"points": _points(runs, name)} if described["grid"] else {})
+        | ({"points": [point | asdict(spread_of(columns[name][chosen])) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
     return {
@@ -69,15 +70,6 @@ def study_summary(
         "traces": list(traces),
         "provenance": dict(provenance),
     }
-
-
-def _points(runs: Runs, metric: str) -> list[dict[str, Any]]:
-    from bristle.study.influence import spread_of
-
-    return [
-        {"at": point, "name": _named(point, runs)} | asdict(spread_of(runs.columns[metric][chosen]))
-        for point, chosen in _points_of_grid(runs)
-    ]
 
 
 def _named(point: Mapping[str, Any], runs: Runs) -> str:
@@ -188,23 +180,17 @@ def _worst_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Again, with its signals"), rows)
 
 
-def _failed_table(summary: Mapping[str, Any]) -> Table | None:
-    """Return the first runs that did not end well, with their reason."""
-    if not summary["failures"]:
-        return None
-    rows = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-    return Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), rows)
-
-
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
     """Return the report of a study as one HTML page."""
+    failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
+    failed = Table("Runs that did not end well (the first of them)", ("Run", "Status", "Reason"), failures) if failures else None
     tables = [_index_table(summary), _influence_table(summary)]
     columns = [(name, about["role"], about["unit"] or "–") for name, about in runs.described["columns"].items()]
     sections = [
         Section("", "", study_sentences(summary)),
         Section("spread", "What comes out", [Figures("spread"), *spread_tables(summary)]),
         Section("influence", "Which cause matters", [Figures("influence"), *tables] if any(tables) else []),
-        Section("worst", "The worst runs", [_worst_table(summary), _failed_table(summary)]),
+        Section("worst", "The worst runs", [_worst_table(summary), failed]),
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], folded=True),
     ]
     entries = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}

@@ -26,7 +26,8 @@ def symbolic(text: str) -> Markup:
     >>> symbolic("F_C_pos and sigma_0 of stribeck_free")
     Markup('<i>F</i><sub>C+</sub> and <i>σ</i><sub>0</sub> of stribeck_free')
     """
-    return Markup(_ALONE.sub(_letter, _NAME.sub(_symbol, str(escape(text)))))
+    named = _NAME.sub(lambda name: f"<i>{GREEK.get(name[1], name[1])}</i><sub>{name[2]}{SIDES.get(name[3], '')}</sub>", str(escape(text)))
+    return Markup(_ALONE.sub(lambda at: f"<i>{GREEK.get(at[2], at[2])}</i>" if at[2] else f"<i>F</i><sub>{at[1]}</sub>", named))
 
 
 def worded(text: str) -> Markup:
@@ -43,13 +44,3 @@ def worded(text: str) -> Markup:
     return Markup().join(
         Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
     )
-
-
-def _letter(match: re.Match[str]) -> str:
-    side, letter = match.groups()
-    return f"<i>{GREEK.get(letter, letter)}</i>" if letter else f"<i>F</i><sub>{side}</sub>"
-
-
-def _symbol(match: re.Match[str]) -> str:
-    base, below, side = match.groups()
-    return f"<i>{GREEK.get(base, base)}</i><sub>{below}{SIDES.get(side, '')}</sub>"

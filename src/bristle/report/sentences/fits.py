@@ -24,7 +24,7 @@ def _lead(numbers: Mapping[str, Any]) -> int:
     """Return 0 where the effort lags, 1 where it leads, 2 where it leads by half a sample."""
     if numbers["delay"] >= 0.0:
         return 0
-    return 2 if f"{numbers['samples']:.1f}" == "-0.5" else 1
+    return 2 if -0.6 <= numbers["samples"] <= -0.4 else 1
 
 
 _TAKEN_OUT = (
