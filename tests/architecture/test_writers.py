@@ -12,14 +12,14 @@ OTHERS = {
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
     "server/bodies.py": {"open", "unlink"},
     "server/cases.py": {"shutil.rmtree"},
-    "server/opening.py": {"os.open", "unlink"},  # a file in the folder of a server
+    "server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
     "server/own_folder.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
     "server/routes.py": {"shutil.rmtree", "unlink"},
     "server/worker.py": {"write_text", "open"},
     "exports/proof.py": {"write_text"},  # temporary folders, gone when they are left
     "exports/fmu.py": {"write_text"},
     "cli/terminal.py": {"open", "os.open"},  # the null device
-    "study/worker.py": {"os.open"},
+    "study/workers.py": {"os.open"},
     "testing/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {

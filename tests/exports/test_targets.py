@@ -14,7 +14,7 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.exports import TARGETS, Product, Target, load_target_file
 from bristle.server.application import server_page
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 from bristle.testing import check_target
 
 ROOT = Path(__file__).parents[2]

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from tests.lab.scripts import data_of, needs_node, node
 
-import bristle as br
 from bristle.core.contracts import Motion
 from bristle.lab import lab_page
 from bristle.lab.described import described, example_named
 from bristle.lab.packing import plain
-from bristle.lab.rows import MOST, decimated, replay_of_log, replay_of_traces, turns_of
+from bristle.lab.rows import MOST, decimated, replay_of_traces, turns_of
 
 COUNT = 40_000
 
@@ -74,29 +73,6 @@ def test_rows_that_a_model_was_fitted_to_make_a_motion_without_the_rests_between
     replay = replay_of_traces(t, np.full(t.size, 0.5), np.ones(t.size))
     assert np.ptp(replay.position) == pytest.approx(0.5 * 2.0 - 0.005, abs=6e-3)
     assert replay.friction.tolist() == [1.0] * t.size
-
-
-def a_log(effort=True):
-    t, x, f = shaken(6000)
-    acceleration = np.gradient(np.gradient(x, t), t)
-    given = {"effort": f + 3.0 * acceleration} if effort else {}
-    return br.Log(time=t, position=x, **given)
-
-
-def test_what_the_plant_takes_is_no_friction():
-    with_mass = replay_of_log(a_log(), None, br.plants.inertia(M=3.0))
-    without = replay_of_log(a_log(), None, None)
-    assert with_mass.has_inertia
-    assert not without.has_inertia
-    sliding = np.abs(np.abs(with_mass.friction) - 20.0) < 2.0
-    assert np.mean(sliding) > 0.6
-    # By what the effort is more than friction at the largest acceleration.
-    assert np.max(np.abs(with_mass.friction - without.friction)) > 0.3
-
-
-def test_a_log_without_effort_is_refused():
-    with pytest.raises(br.core.InputError, match="no effort"):
-        replay_of_log(a_log(effort=False), None, None)
 
 
 @needs_node

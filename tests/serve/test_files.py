@@ -8,7 +8,7 @@ from starlette.testclient import TestClient
 from tests.serve.yard import TOKEN, begun, put, served
 
 from bristle.server.application import application
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 PORT = 8765
 LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3)

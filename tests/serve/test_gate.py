@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 from tests.serve.yard import TOKEN
 
 from bristle.server.application import application
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 PORT = 8765
 OWN = {"x-bristle-token": TOKEN}

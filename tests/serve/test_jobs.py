@@ -9,7 +9,7 @@ import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
 from bristle.server.job import Job
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 LIMITS = Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)

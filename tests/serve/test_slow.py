@@ -5,7 +5,7 @@ import time
 import pytest
 from tests.serve.yard import TOKEN, begun, served
 
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 SILENCE = 0.4
 HEAD = "{method} {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-bristle-token: {token}\r\n"

@@ -8,7 +8,7 @@ from http.client import HTTPResponse
 import pytest
 from tests.serve.yard import TOKEN, begun, served
 
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 HALF = b"GET /api/cases HTTP/1.1\r\nhost: x\r\n"
 UNREAD = "GET / HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\n\r\n"

@@ -14,8 +14,9 @@ from urllib.parse import quote
 import httpx2 as httpx
 
 from bristle.server.application import application
+from bristle.server.limits import Limits
 from bristle.server.own_folder import own_folder
-from bristle.server.run import Limits, listening_on, server_of
+from bristle.server.run import listening_on, server_of
 
 TOKEN = "a-token-of-the-tests"
 

@@ -1,7 +1,6 @@
 """A recorded motion for a page, and the rows of an identification along which a model is led there.
 
-A recorded effort is filtered as for the identification, and what the plant takes of it is taken off. There are not more
-points than a page can carry: turns are kept, and between them what is evenly apart. Positions are whole numbers of a
+There are not more points than a page can carry: turns are kept, and between them what is evenly apart. Positions are whole numbers of a
 step, so that the page has the very numbers that are written here.
 
 A fitted model is led along the motion by its module, in intervals of some samples of the log, each of one direction;
@@ -18,26 +17,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
 from bristle.engine.contact import state_at
 from bristle.exports.cycle import STATE
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.result import Fit
 from bristle.lab.packing import differences, packed_numbers
-from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["Replay", "decimated", "fitted_rows", "replay_of_log", "replay_of_traces", "turns_of"]
+__all__ = ["Replay", "decimated", "fitted_rows", "replay_of_traces", "turns_of"]
 
 MOST = 10_000
 """Points that a page carries at most."""
 TRAVEL_STEPS = 2**28  # of the position, over its travel
 TURNS = 0.5  # share of the points or intervals that turns may take
-FASTEST = 0.4  # of the sampling frequency, for a cut-off
 GAP = 1.5  # times the time from row to row: a rest that is no row
 
 
@@ -59,23 +54,6 @@ class Replay(NamedTuple):
     def position(self) -> np.ndarray:
         """Position from the lowest one on [m or rad]."""
         return self.step * self.steps
-
-
-def replay_of_log(log: Log, axis: Axis | None, plant: Model | None, treatment: Mapping[str, Any] | None = None) -> Replay:
-    """Return a log as a motion to be replayed."""
-    if log.effort is None:
-        raise InputError("has no effort to compare with", path="log", mend="Name its column in the axis")
-    log, treated = parted(log, axis), treatment or {}
-    cutoff = treated.get("cutoff") or (axis.cutoff if axis is not None else None)
-    most = FASTEST / log.sample_time
-    cutoff = most if cutoff is not None and cutoff * log.sample_time >= 0.5 else cutoff
-    rows = rows_as_fitted(log, axis, {**treated, "cutoff": cutoff})
-    parts = []
-    for segment in rows.segments:
-        plant_effort = rows.mechanical_along(plant, segment) if plant is not None else 0.0
-        columns = (segment.time, segment.position, segment.effort - plant_effort)
-        parts.append([rows.without_edges(column) for column in columns])
-    return decimated(parts, has_inertia=plant is not None)
 
 
 def replay_of_traces(time: np.ndarray, velocity: np.ndarray, friction: np.ndarray) -> Replay:

@@ -23,8 +23,8 @@ from bristle.lab.page import environment, hash_of, joined
 from bristle.server.bodies import RefusedRequestError
 from bristle.server.cases import Cases
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
+from bristle.server.limits import Limits
 from bristle.server.routes import Routes
-from bristle.server.run import Limits
 
 __all__ = ["application", "protocol_with_limits", "server_page"]
 

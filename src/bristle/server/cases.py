@@ -14,7 +14,7 @@ from urllib.parse import unquote
 from bristle.core.errors import shortened
 from bristle.server.bodies import RefusedRequestError
 from bristle.server.job import Job
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 __all__ = ["ROLES", "Case", "Cases", "Part", "StoredFile", "label_of"]
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 from bristle.core.errors import in_one_line, shortened
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 __all__ = ["Job"]
 

@@ -19,7 +19,7 @@ from bristle.server.cases import ROLES, Case, Cases, Part, StoredFile, label_of
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
 from bristle.server.job import Job
-from bristle.server.run import Limits
+from bristle.server.limits import Limits
 
 __all__ = ["Routes"]
 
