@@ -379,11 +379,8 @@ def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
     for log in logs:
         if log.effort is None:
-            raise InputError(
-                "has no effort, which inverse dynamics needs",
-                path=f"log {log.source.name}".strip(),
-                mend="Name the column of force, torque or current in the axis file",
-            )
+            mend = "Name the column of force, torque or current in the axis file"
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {log.source.name}".strip(), mend=mend)
 
 
 def _unfinished(fits: Sequence[Fit], names: Sequence[str]) -> str:
