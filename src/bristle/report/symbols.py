@@ -11,7 +11,7 @@ from bristle.core.typography import typeset_sentence
 __all__ = ["GREEK", "symbolic", "worded"]
 
 NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
-GREEK = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
+GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _CODE = re.compile(r"`([^`]+)`")
