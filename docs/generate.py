@@ -523,7 +523,7 @@ def diagnostics() -> str:
         "## Thresholds",
         "From where on something is said or doubted. None of them changes the value of a parameter of a model; those "
         "of validation may change which model comes first. Set one with "
-        "`bristle identify --set NAME=VALUE`, under `[identification.settings]` of the axis file, or with "
+        "`NAME = VALUE` under `[identification.settings]` of the axis file, or with "
         '`settings={"NAME": VALUE}` in Python; the report and the JSON tell all of them.',
         table(("Name", "Default", "Unit", "Allowed", "Meaning"), settings),
     )

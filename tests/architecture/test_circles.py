@@ -98,7 +98,7 @@ def test_what_is_allowed_is_needed(arrows):
 def test_all_files_are_looked_at(arrows):
     assert len(arrows) == len(list(ROOT.rglob("*.py")))
     assert "bristle.logs.columns" in arrows["bristle.logs.log"]
-    assert "bristle.files.axis" in arrows["bristle.files.arguments"]  # inside a function
+    assert "bristle.files.user_model" in arrows["bristle.files.model"]  # inside a function
 
 
 @pytest.mark.parametrize(

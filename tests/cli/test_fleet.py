@@ -70,7 +70,7 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
         ((*EACH, "--out", "x", "--force"), "is gone on with, never replaced"),
         ((*EACH, "--out", "x", "--format", "svg"), "a fleet has no figures. Read its rows"),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "is for many logs, each by itself"),
-        (("watch", "fleet", "--out", "watched"), "bristle watch is retired. Use bristle identify LOGS --each"),
+        (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],
 )
 def test_what_does_not_go_together_is_refused(at, capsys, options, message):

@@ -134,8 +134,8 @@ def test_a_digest_that_was_written_by_hand_is_not_believed(copied):
 def test_what_is_interrupted_is_not_kept(rig, monkeypatch):
     import bristle.workflow.identified as identified
 
-    whole = identified.models_fitted
-    monkeypatch.setattr(identified, "models_fitted", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))
+    whole = identified.identify
+    monkeypatch.setattr(identified, "identify", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))
     with pytest.raises(KeyboardInterrupt):
         br.prepare(rig)
     assert list((rig.parent / "rig_identified").iterdir()) == []

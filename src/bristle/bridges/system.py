@@ -44,8 +44,9 @@ class FrictionSystem(NonlinearIOSystem):
     def __str__(self) -> str:
         # python-control would print functions that tell nobody anything.
         signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
-        with_units = {name: f"{name} [{unit}]" for name, unit in self.units.items()}
-        lines = [f"{head}: {', '.join(with_units.get(name, name) for name in names)}" for head, names in signals.items()]
+        units = self.units
+        named = {head: [f"{name} [{units[name]}]" if name in units else name for name in names] for head, names in signals.items()}
+        lines = [f"{head}: {', '.join(names)}" for head, names in named.items()]
         time = "differential equation" if self.dt == 0 else f"sampled every {self.dt:g} s"
         on = f" on {self.plant}" if self.plant is not None else ""
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])

@@ -42,7 +42,7 @@ def excite(
     """
     from bristle.core import InputError
     from bristle.report.excitation import outlook_table, piece_table
-    from bristle.workflow.excited import FILES, designed_motion
+    from bristle.workflow.commands import FILES, designed_motion
 
     axis_file, options = toml_content(axis), {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
     model_file, out = toml_content(model), output.out

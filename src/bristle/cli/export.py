@@ -13,11 +13,10 @@ from bristle.cli.terminal import say
 
 if TYPE_CHECKING:
     from bristle.exports.targets import Target
-    from bristle.workflow.exported import ExportedModel
+    from bristle.workflow.commands import ExportedModel
 
 __all__ = ["COMMAND", "EXAMPLE", "export"]
 
-STEP = "0.5 ms"
 Speed = Annotated[str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")]
 Points = Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table, at most; 3: gravity and two levels.")]
 LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Tell how far a table is from the model along this log.")]
@@ -68,7 +67,7 @@ def export(
     With --law, what a variant of an experiment commands: its controller and all that is fed forward.
     """
     from bristle.core import InputError
-    from bristle.workflow.exported import export_model_file
+    from bristle.workflow.commands import export_model_file
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
@@ -88,7 +87,7 @@ def export(
         if law is not None:
             exported = _law(law, variant, target, **options)
         else:
-            of_model |= {"step": step or STEP, "draws": draws or 0, "points": points}
+            of_model |= {"step": step, "draws": draws or 0, "points": points}
             exported = export_model_file(file, target, **options, **of_model)
         exported.write(folder)
     summary = exported.summary
@@ -160,7 +159,7 @@ def _law(
     from bristle.files.summary import provenance
     from bristle.files.user_model import origins_of_code
     from bristle.testing import admit
-    from bristle.workflow.exported import ExportedModel
+    from bristle.workflow.commands import ExportedModel
 
     called, experiment = name_for(name), experiment_in(path, allow_code=allow_code)
     chosen = variant_of(experiment, variant)

@@ -84,7 +84,7 @@ COMMANDS = {
     )
     for name, text in table.items()
 }
-SHOWN = {"-": "−", "*": "·", "'": "′", "~": " "}
+PRINTED = {"-": "−", "*": "·", "'": "′", "~": " "}
 ROLES = {
     sign: role
     for role, signs in ((SIGN, "+-*"), (",", ",;"), ("/", "/"), (RELATION, "=<>"), (OPENS, "([{⌊⌈⟨"), (CLOSES, ")]}⌋⌉⟩'"), (BLANK, "~"))
@@ -201,7 +201,7 @@ class _Reader:
         if sign == "|":
             self.bars += 1
             return Piece("|", OPENS if self.bars % 2 else CLOSES)
-        return Piece(" ", BLANK) if sign.isspace() else Piece(SHOWN.get(sign, sign), ROLES.get(sign, ATOM))
+        return Piece(" ", BLANK) if sign.isspace() else Piece(PRINTED.get(sign, sign), ROLES.get(sign, ATOM))
 
     def _command(self, name: str) -> Piece:
         if name in COMMANDS:
@@ -262,10 +262,10 @@ def _joined(pieces: Sequence[Piece]) -> str:
         if role == BLANK:
             continue
         after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
-        shown = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+        bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
         together = _TOGETHER.fullmatch(left + role) or (before == "Δ" and left + role == ATOM + ATOM)
         blank = _APART.fullmatch(left + role) or (place and visible[place - 1].role == BLANK)
-        line += f" {shown}" if blank and not together else shown
+        line += f" {bracketed}" if blank and not together else bracketed
         # A sign with nothing before it belongs to what follows.
         left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
     return re.sub(r" +", " ", line).strip()

@@ -5,15 +5,22 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from bristle.exports.targets import TARGETS, Product, Request, Target
-
 if TYPE_CHECKING:
     from bristle.exports.face import Exported, export
+    from bristle.exports.targets import TARGETS, Product, Request, Target
     from bristle.exports.writing import load_target_file
 
 __all__ = ["TARGETS", "Exported", "Product", "Request", "Target", "export", "load_target_file"]
 
-_FROM = {"Exported": "face", "export": "face", "load_target_file": "writing"}
+_FROM = {
+    "Exported": "face",
+    "export": "face",
+    "load_target_file": "writing",
+    "Product": "targets",
+    "Request": "targets",
+    "Target": "targets",
+    "TARGETS": "targets",
+}
 
 
 def __getattr__(name: str) -> Any:

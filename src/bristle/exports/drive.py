@@ -55,15 +55,15 @@ def write(request: Request) -> Product:
         return _values(request)
     if not 2 * FEWEST <= request.points <= 2 * MOST:
         raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
-    sides = [side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
+    forward, backward = sides = [side_of(request.model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
     units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
     effort = units.efforts[0]
     against = "the effort column of the log runs against its position column, and so does the table in its units"
     notes = (
         AT_REST["table", request.rest],
         *(() if signs[0] * signs[1] > 0.0 else (against,)),
-        *losses(request.model, *sides, effort, symmetric=False),
-        *error_on_log(request, {1.0: sides[0].entries, -1.0: sides[1].entries}),
+        *losses(request.model, forward, backward, effort, symmetric=False),
+        *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
         *said_of_units(request.axis, effort),
     )
     head = (*request.source.lines, *notes)

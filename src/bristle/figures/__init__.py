@@ -13,11 +13,10 @@ from bristle.figures.circles import circles
 from bristle.figures.comparison import comparison, comparison_in_short
 from bristle.figures.correlation import correlation
 from bristle.figures.drive_table import drive_table
-from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.effort_over_time import effort_over_time, fitted
 from bristle.figures.error_budget import error_budget
 from bristle.figures.files import figure_file, fits_as_png, inline_svg
 from bristle.figures.first_page import first_page
-from bristle.figures.fitted import fitted
 from bristle.figures.fleet_parameters import fleet_parameters
 from bristle.figures.following_error import following_error, has_completed, loops_at_reversal
 from bristle.figures.friction_over_velocity import friction_over_velocity
@@ -36,8 +35,7 @@ from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.residuals import residuals
 from bristle.figures.small_multiples import closure, drift, minor_loops
-from bristle.figures.study_influence import study_influence
-from bristle.figures.study_spread import study_spread
+from bristle.figures.study import study_influence, study_spread
 
 __all__ = [
     "ReportFigure",

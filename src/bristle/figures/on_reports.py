@@ -65,12 +65,16 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("log", "passages"),
     ),
     "prediction": (Place("front", "prediction"),),
-    "simulation": (Place("front", "open_loop"), Place("front", "at_reversal"), Place("variants", "following_error")),
+    "simulation": (
+        Place("front", "open_loop"),
+        Place("front", "following_error", attribute="AT_REVERSAL"),
+        Place("variants", "following_error"),
+    ),
     "log": (Place("front", "passages"),),
     "design": (Place("front", "loops_proposed"), Place("budget", "error_budget"), Place("margins", "margins"), Place("circle", "circles")),
     "comparison": (Place("front", "comparison", attribute="SHORT"), Place("courses", "comparison")),
     "excitation": (Place("front", "motion"), Place("outlook", "motion", attribute="EXPECTED")),
-    "study": (Place("spread", "study_spread"), Place("influence", "study_influence")),
+    "study": (Place("spread", "study"), Place("influence", "study", attribute="INFLUENCE")),
     "fleet": (Place("parameters", "fleet_parameters"),),
     "operator": (Place("front", "recorded_curves"),),
 }

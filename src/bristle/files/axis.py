@@ -83,8 +83,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         raise InputError("is missing", path="columns.position", mend='Write position = { column = "NAME", unit = "mm" }, or velocity alone')
     drive = _drive_of(file)
     places = PLACES | {"mass": f"plant.{_mass_of(file)}"}
-    told = {name: _told(file, place) for name, place in places.items()}
-    seeks_delay, seeks_lag = told["delay"] in SOUGHT, told["lag"] == "identify"
+    raw = {name: _raw(file, place) for name, place in places.items()}
+    seeks_delay, seeks_lag = raw["delay"] in SOUGHT, raw["lag"] == "identify"
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
@@ -93,18 +93,18 @@ def axis_from(data: dict[str, Any]) -> Axis:
     is_of_rated = drive.rated is not None or (drive.constant is not None and drive.constant.drive == "rated")
     # One radian of the motor moves an axis that is told to turn, or has a lead.
     is_turned = file.kind == "rotational" or drive.transmission.lead is not None
-    fields = told | {
+    fields = raw | {
         "name": file.name,
         "kind": file.kind,
         "columns": columns | surroundings_of(file),
         "injected": tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
         "sample_time": _sample_time(file),
-        "delay": 0.0 if seeks_delay else told["delay"],
+        "delay": 0.0 if seeks_delay else raw["delay"],
         "seeks_delay": seeks_delay,
         "resolution": drive.count,
         "effort_limit": _limit(file, drive),
         "held": _held(file),
-        "lag": 0.0 if seeks_lag else told["lag"],
+        "lag": 0.0 if seeks_lag else raw["lag"],
         "seeks_lag": seeks_lag,
         "at_rest": file.log.start == "rest",
         "in_cycle": file.log.start == "cycle",
@@ -124,11 +124,11 @@ def axis_from(data: dict[str, Any]) -> Axis:
     for name, allowed in (("span", "[first, last time]"), ("stroke", "[smallest, largest position]")):
         ends = getattr(axis, name)
         if ends is not None and ends[0] >= ends[1]:
-            raise InputError("must rise", path=places[name], value=told[name], allowed=allowed)
+            raise InputError("must rise", path=places[name], value=raw[name], allowed=allowed)
     return replace(axis, controller=controller_of(file.controller, axis))
 
 
-def _told(file: AxisFile, place: str) -> Any:
+def _raw(file: AxisFile, place: str) -> Any:
     """Return what a file says at a key."""
     table, key = place.split(".")
     return getattr(getattr(file, table), key)
@@ -136,13 +136,13 @@ def _told(file: AxisFile, place: str) -> Any:
 
 def _drive_of(file: AxisFile) -> Drive:
     effort, transmission = file.effort, file.transmission
-    given = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
-    if len(given) > 1:
-        raise InputError(f"has both a {given[0]} and a {given[1]}", path="effort", mend="Keep one of them")
+    keys = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
+    if len(keys) > 1:
+        raise InputError(f"has both a {keys[0]} and a {keys[1]}", path="effort", mend="Keep one of them")
     constant = None
-    if given:
-        spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(given[0])
-        constant = Constant.of(getattr(effort, given[0]), spoken_of, f"effort.{given[0]}")
+    if keys:
+        spoken_of = {"force_constant": "N", "torque_constant": "N*m"}.get(keys[0])
+        constant = Constant.of(getattr(effort, keys[0]), spoken_of, f"effort.{keys[0]}")
     lead = _positive(_without(transmission.lead, "/rev"), Variable("length", "lead"), "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
     return replace(drive, count=_resolution(file.encoder, drive))
@@ -356,7 +356,7 @@ def _text_of(axis: Axis) -> bytes:
         "injected": [_entry(known_input, "column", "gain") for known_input in axis.injected],
         "known": [_entry(column, "column", "name") for column in axis.regressors],
         "cogging": [
-            {"turn": one.turner, "harmonics": "identify" if one.harmonics is None else list(one.harmonics)} for one in axis.cogging
+            {"turn": term.turner, "harmonics": "identify" if term.harmonics is None else list(term.harmonics)} for term in axis.cogging
         ],
     }
     document |= {name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()}

@@ -121,7 +121,7 @@ def numbers_in(
     path: str,
     *,
     needs: Iterable[str] = (),
-    whole: Iterable[str] = (),
+    integers: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Return what a table gives of some quantities, in SI: those that it `needs`, and some that are whole numbers."""
     for name in needs:
@@ -132,7 +132,7 @@ def numbers_in(
         for name, variable in variables.items()
         if (key := key_of(name)) in table
     }
-    for name in values.keys() & set(whole):
+    for name in values.keys() & set(integers):
         if not values[name].is_integer():
             raise InputError("must be a whole number", path=f"{path}.{name}", value=table[name])
         values[name] = int(values[name])

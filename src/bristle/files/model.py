@@ -253,7 +253,7 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: b
     provenance = table_at(data.get("provenance", {}), "provenance")
     entries = table_at(data.get("treatment", {}), "treatment")
     check_keys(entries, TREATMENT, "treatment")
-    treatment = numbers_in(entries, TREATMENT, kind, "treatment", whole=("decimation",))
+    treatment = numbers_in(entries, TREATMENT, kind, "treatment", integers=("decimation",))
     sections = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
     return ModelFile(plant, friction, sections | {"bands": bands_at(data.get("bands"), parameters)})
 
@@ -332,7 +332,7 @@ def _short(value: Any) -> Any:
 
 
 def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none."""
+    """Return the table as `bristle.identification.simulated_bands.Bands` takes it; None where there is none."""
     if value is None:
         return None
     table = table_at(value, "bands")

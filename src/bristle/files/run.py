@@ -33,7 +33,7 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         entries = {"sample_time": record["sample_time"], "duration": length, **entries}
     if "effort_limit" in entries:
         entries["effort_limit"] = in_effort(entries["effort_limit"], RUN["effort_limit"].quantity, kind, axis, f"{path}.effort_limit")
-    values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), whole=("substeps", "delay", "seeds"))
+    values = numbers_in(entries, RUN, kind, path, needs=("duration", "sample_time"), integers=("substeps", "delay", "seeds"))
     if "substeps" in values and values.get("tolerance"):
         raise InputError(
             "stands beside a tolerance, which chooses the steps itself",

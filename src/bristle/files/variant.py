@@ -150,9 +150,9 @@ def _start(tables: Tables, kind: Kind) -> Start | None:
     """Return where a loop begins; None for where its reference does."""
     if "start" not in tables.content:
         return None
-    path, entries, known = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
-    check_keys(entries, known, path)
-    return Start(**numbers_in(entries, known, kind, path, needs=("position",)))
+    path, entries, variables = tables.path("start"), tables.table("start"), START | {"effort": FEEDFORWARD["offset"]}
+    check_keys(entries, variables, path)
+    return Start(**numbers_in(entries, variables, kind, path, needs=("position",)))
 
 
 def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
@@ -270,7 +270,7 @@ def _learning(tables: Tables, kind: Kind) -> Learning | None:
     path = tables.path("controller", "learning")
     entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
     check_keys(entries, LEARNING, path)
-    return Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, whole=("trials",)))
+    return Learning(**numbers_in(entries, LEARNING, kind, path, needs=LEARNING, integers=("trials",)))
 
 
 def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:

@@ -72,7 +72,7 @@ class FleetStore(Store):
             "grid": {},
             "model": fleet.model.name,
             "metrics": list(fleet.parameters),
-            "columns": {name: column._asdict() for name, column in fleet.columns.items()},
+            "columns": fleet.columns,
             "logs": [{"folder": log.folder, "log": log.name, "sha256": log.checksum, "time": log.time} for log in fleet.logs],
             "described": fleet.described,
             "provenance": provenance,
@@ -83,15 +83,13 @@ class FleetStore(Store):
             return self.pyarrow.array(values, type=field.type)
         return super()._array(values, field)
 
-    def _schema(self) -> Any:
-        pa = self.pyarrow
-        kinds = {"run": pa.int64(), "time_of_log": pa.timestamp("us")}
-        return pa.schema(
-            pa.field(name, kinds.get(name, pa.string()))
-            if column.role == "run"
-            else pa.field(name, pa.float64(), metadata={"unit": column.unit})
-            for name, column in self.study.columns.items()
-        )
+    @property
+    def columns(self) -> dict[str, dict[str, str]]:
+        """What each column of a block is: its role, its unit in SI and its meaning."""
+        return self.study.columns
+
+    def _probe(self) -> Mapping[str, np.ndarray]:
+        return {}
 
 
 class Identifier:
@@ -104,7 +102,7 @@ class Identifier:
     def columns(self, block: Block) -> dict[str, Any]:
         """Return the rows of the logs of a block, by column, each of shape (log,)."""
         rows = [self._row(number) for number in range(block.first, block.last)]
-        blank = {name: "" if column.role == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
+        blank = {name: "" if column["role"] == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
         return {name: [row.get(name, value) for row in rows] for name, value in blank.items()}
 
     def _row(self, number: int) -> dict[str, Any]:

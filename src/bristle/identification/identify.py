@@ -91,10 +91,13 @@ def identify(
 
     Parameters
     ----------
-    log : Log or path-like, or list of either
-        Position and effort, or the file that holds them. Of several logs, each is held out in turn.
+    log : Log, path-like, or table of columns; or list of these
+        Position and effort, or the file that holds them. A data frame or a dictionary of arrays has columns ``time``,
+        ``position`` and ``effort``, and where there are any ``velocity`` and ``reference``, in SI: it needs no axis.
+        Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` with the slots that help.
+        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every model of bristle with
+        the slots that help.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.
@@ -130,12 +133,23 @@ def identify(
     Returns
     -------
     Identification
-        The models, best first.
+        The models, best first; ``bristle.identify`` returns them as an `Identified`, which predicts, and is kept.
 
     Raises
     ------
     InputError
         If the log or the axis does not serve, or there is no such model.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(4000) * 1e-3
+    >>> position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
+    >>> velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    >>> effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    >>> best = identify({"time": t, "position": position, "effort": effort}, draws=0).best
+    >>> best.parameters["M"].status, round(best.parameters["M"].value, 1), best.parameters["M"].unit
+    ('identified', 12.0, 'kg')
     """
     pairs = with_method(logs_and_axes(log, axis), method, global_search)
     chosen = settings_of(pairs[0][1], settings)

@@ -120,7 +120,8 @@ def _gear_of_velocity(look: Look) -> Numbers | None:
 
 
 def _effort_unsigned(look: Look) -> Numbers | None:
-    return {"largest": float(np.max(np.abs(look.log.effort)))} if look.is_unsigned else None
+    effort = look.log.effort
+    return {"largest": float(np.max(np.abs(effort.values)))} if effort is not None and look.is_unsigned else None
 
 
 def _clipped(look: Look) -> Numbers | None:

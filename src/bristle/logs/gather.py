@@ -255,7 +255,10 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     if motion is None:
         return
     own = table.stamps[motion.column]
-    clocks = {name: _seconds(table, name) for name in set(table.stamps.values())}
+    clocks = {
+        name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=str(table.source))
+        for name in set(table.stamps.values())
+    }
     base = clocks[own]
     elsewhere = [
         (key, channel) for key, channel in gathered.named() if channel.column in table.stamps and table.stamps[channel.column] != own
@@ -278,10 +281,6 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     left = base.size - times_kept.size
     if left:
         gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")
-
-
-def _seconds(table: Table, name: str) -> np.ndarray:
-    return table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=str(table.source))
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:

@@ -14,7 +14,7 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.logs.names import names_and_units
 from bristle.logs.table import Choice, Request, Table
-from bristle.logs.tables import Series, table_of_series
+from bristle.logs.tables import Series, no_such_table, table_of_series
 from bristle.logs.words import is_time, unit_of_time
 
 __all__ = ["looks_like_json", "read"]
@@ -167,12 +167,7 @@ def _chosen(tables: Mapping[str, Any], table: str | None, source: Path) -> str:
     if table is not None and table in tables:
         return table
     if table is not None and len(tables) > 1:
-        raise InputError(
-            f"holds no table {table!r}",
-            path=str(source),
-            allowed=", ".join(tables),
-            mend="Mend the name behind ::, or `table` under [log] of the axis file",
-        )
+        raise no_such_table(table, list(tables), source)
     return max(tables, key=lambda name: max(map(len, tables[name][0].values())))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,8 @@ def read(data: bytes, request: Request) -> Table:
     import asammdf  # pyright: ignore[reportMissingImports]
 
     logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
-    with asammdf.MDF(io.BytesIO(data)) as content:
+    with asammdf.MDF(io.BytesIO(data)) as opened:
+        content: Any = opened
         places = [
             (channel.name, str(group_index), (group_index, index))
             for group_index, group in enumerate(content.groups)

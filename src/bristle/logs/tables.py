@@ -16,7 +16,7 @@ from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refu
 from bristle.core.errors import InputError, close_names
 from bristle.logs.table import NUMBER_BYTES, Request, Table, some_of
 
-__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "table_from", "table_of_series", "tall"]
+__all__ = ["Arrays", "Series", "Stored", "by_name", "content_of_log", "no_such_table", "table_from", "table_of_series", "tall"]
 
 T = TypeVar("T")
 
@@ -88,7 +88,7 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
         raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
     if request.table is not None and request.table not in tables:
         if len(names) > 1:
-            raise _no_such_table(request.table, names, request.source)
+            raise no_such_table(request.table, names, request.source)
         if names[0]:
             notes.append(f"there is no table {request.table!r} in this log: {names[0]!r}, its only one, was taken")
     chosen = request.table if request.table in tables else names[0] if len(names) == 1 else None
@@ -98,7 +98,9 @@ def table_from(arrays: Arrays, request: Request, kind: str) -> Table:
         available = tables[chosen]
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
     columns = _read({name: column for name, column in available.items() if request.choice(name)}, arrays, request.source, request.limit)
-    units = {name: arrays.units[full] for name in available if (full := _origin(chosen, name, arrays)) in arrays.units}
+    units = {
+        name: arrays.units[full] for name in available if (full := name if chosen is None else _full(chosen, name, arrays)) in arrays.units
+    }
     return Table(
         columns,
         units,
@@ -152,11 +154,8 @@ def _full(table: str, column: str, arrays: Arrays) -> str:
     return f"{table}{arrays.separator}{column}" if table else column
 
 
-def _origin(chosen: str | None, column: str, arrays: Arrays) -> str:
-    return column if chosen is None else _full(chosen, column, arrays)
-
-
-def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
+def no_such_table(table: str, names: list[str], source: Path) -> InputError:
+    """Return the error that says which tables there are instead of one that is asked for."""
     close = close_names(table, names)
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(

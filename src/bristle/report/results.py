@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from bristle.core.axis import Axis
-from bristle.excitation.motion import moves_of
 from bristle.files.model import write_model
 from bristle.files.motion import gcode_of, moves_table, write_log, write_motion
 from bristle.files.results import SUMMARY, Results
@@ -81,6 +80,8 @@ def _of_presliding(fit: Fit) -> dict[str, str]:
 
 def write_motion_folder(folder: Results, excitation: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]) -> None:
     """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
+    from bristle.excitation.motion import moves_of
+
     motion = excitation.motion
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
     write_motion(folder / summary["files"]["motion"], excitation.axis, signals)

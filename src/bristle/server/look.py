@@ -11,7 +11,7 @@ from bristle.core.errors import InputError
 from bristle.files.components import FILL_IN
 from bristle.server.axis_form import CHANNELS, EMPTY, edited, form_of
 from bristle.server.errand import Answer, Errand, thinned
-from bristle.workflow.inspected import Inspected, inspect_log
+from bristle.workflow.commands import Inspected, inspect_log
 
 __all__ = ["look"]
 

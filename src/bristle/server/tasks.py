@@ -15,7 +15,7 @@ from bristle.report.log import passage_table
 from bristle.server.axis_form import EMPTY, edited
 from bristle.server.errand import Answer, Errand, command, thinned, zipped
 from bristle.server.look import look
-from bristle.workflow.inspected import inspect_log
+from bristle.workflow.commands import inspect_log
 
 if TYPE_CHECKING:
     from bristle.report.table import Table
@@ -147,7 +147,7 @@ def predict(errand: Errand) -> Answer:
 def export(errand: Errand) -> Answer:
     """Leave the model as an archive of files for a target, and return what the target loses."""
     from bristle.files.results import results_folder
-    from bristle.workflow.exported import export_model_file
+    from bristle.workflow.commands import export_model_file
 
     if errand.results is None:
         raise InputError("is missing", path="model", mend="Identify first")
@@ -178,7 +178,7 @@ def excite(errand: Errand) -> Answer:
     """Leave a motion as an archive of files, and return what its log will tell."""
     from bristle.files.results import results_folder
     from bristle.report.excitation import outlook_table, piece_table
-    from bristle.workflow.excited import designed_motion
+    from bristle.workflow.commands import designed_motion
 
     text = _with_columns(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
     axis_file = Content(Path(errand.axis_label), text.encode())

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
+from inspect import Signature, signature
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
@@ -21,7 +23,6 @@ from bristle.friction import DEFAULT_MODELS
 from bristle.identification.identify import identify as models_fitted
 from bristle.identification.request import models_of
 from bristle.identification.result import Identification
-from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.workflow.model_in_hand import ModelInHand
 from bristle.workflow.outcome import Outcome, outcome_of
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Identified", "identify"]
 
+P = ParamSpec("P")
 Progress = Callable[[float, str], None]
 
 
@@ -209,115 +211,38 @@ def _with_columns(axis: Axis | None, log: Log) -> Axis:
     return replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
 
 
-def identify(
-    log: Any,
-    model: Any = DEFAULT_MODELS,
-    *,
-    axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
-    cutoff: float | str | None = None,
-    decimation: int | None = None,
-    blocks: int | None = None,
-    offset: float | str | None = None,
-    mass: float | str | None = None,
-    free: str | Sequence[str] = (),
-    draws: int = 100,
-    method: str | None = None,
-    global_search: bool | None = None,
-    settings: Settings | Mapping[str, float] | None = None,
-    progress: Progress | None = None,
-) -> Identified:
-    """Identify one friction model or several from a log, with the inertia, and rank them.
+def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
+    """Return an identification whose result is looked at, predicts and is kept; arguments and words are the same."""
+    parameters = signature(fitted)
 
-    Parameters
-    ----------
-    log : Log, path-like, or table of columns; or list of these
-        Position and effort, or the file that holds them. A data frame or a dictionary of arrays has columns ``time``,
-        ``position`` and ``effort``, and where there are any ``velocity`` and ``reference``, in SI: it needs no axis.
-        Of several logs, each is held out in turn.
-    model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, a model of your own; ``"all"`` for every model of bristle.
-    axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
-        cut-off and decimation.
-    cutoff : float or str, optional
-        Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
-        default.
-    decimation : int, optional
-        Of how many samples one row is kept; 10 by default, more where noise of the position would hide friction.
-    blocks : int, optional
-        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. At most five by default.
-    offset : float, str or "identify", optional
-        Constant part of the force [N or N*m] if known, or text with a unit; as the axis says by default.
-    mass : float or str, optional
-        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
-    free : str or sequence of str
-        Shapes to identify too instead of keeping their default: ``"exponent"`` of Dahl; several separated by commas.
-    draws : int
-        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
-    method : {"inverse_dynamics", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
-        where it is not given.
-    global_search : bool, optional
-        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
-        it is not given.
-    settings : Settings or mapping of str to float, optional
-        Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
-        or at their defaults.
-    progress : callable, optional
-        Called with the share of the work done and what is being done.
+    @wraps(fitted)
+    def identify(*arguments: P.args, **further: P.kwargs) -> Identified:
+        options = parameters.bind(*arguments, **further).arguments
+        log, model = options.pop("log"), options.pop("model", DEFAULT_MODELS)
+        pairs = logs_and_axes(log, options.pop("axis", None))
+        logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
+        result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
+        words = {name: options[name] for name in parameters.parameters if name in options and name != "progress"}
+        return Identified(
+            **{name: getattr(result, name) for name in Identification.__dataclass_fields__},
+            axes=tuple(axes),
+            code=origins_of_code(models_of(model)),
+            call=_call(logs, model, axes, words, parameters),
+        )
 
-    Returns
-    -------
-    Identified
-        The models, best first; what stands on it is that of the best one.
-
-    Raises
-    ------
-    InputError
-        If the log or the axis does not serve, or there is no such model.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> t = np.arange(4000) * 1e-3
-    >>> position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    >>> velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
-    >>> effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    >>> found = identify({"time": t, "position": position, "effort": effort}, draws=0)
-    >>> found.parameters["M"].status, round(found.parameters["M"].value, 1), found.parameters["M"].unit
-    ('identified', 12.0, 'kg')
-    """
-    pairs = logs_and_axes(log, axis)
-    logs, axes = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-    options: dict[str, Any] = {
-        "cutoff": cutoff,
-        "decimation": decimation,
-        "blocks": blocks,
-        "offset": offset,
-        "mass": mass,
-        "free": free,
-        "draws": draws,
-        "method": method,
-        "global_search": global_search,
-        "settings": settings,
-    }
-    fitted = models_fitted(logs, model, axis=axes, progress=progress, **options)  # type: ignore[arg-type]
-    code = origins_of_code(models_of(model))
-    return Identified(
-        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__},
-        axes=tuple(axes),
-        code=code,
-        call=_call(logs, model, axes, options),
-    )
+    identify.__signature__ = parameters.replace(return_annotation="Identified")  # type: ignore[attr-defined]
+    return identify
 
 
-def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any]) -> str:
+identify = _in_hand(models_fitted)
+
+
+def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any], parameters: Signature) -> str:
     """Return the call that repeats an identification, for who has the same log and axis."""
     names = [log.origin.name or log.source.name.strip("<>") or "log" for log in logs]
     words = [repr(names[0]) if len(names) == 1 else repr(names), repr(_model_name(model))]
-    usual = {name: parameter.default for name, parameter in _parameters().items()}
     words += ["axis=axis"] if any(axes) else []
-    words += [f"{name}={value!r}" for name, value in options.items() if value != usual[name]]
+    words += [f"{name}={value!r}" for name, value in options.items() if value != parameters.parameters[name].default]
     return f"bristle.identify({', '.join(words)})"
 
 
@@ -325,9 +250,3 @@ def _model_name(model: Any) -> Any:
     if isinstance(model, (list, tuple)):
         return ",".join(map(_model_name, model))
     return model if isinstance(model, str) else str(getattr(model, "name", model))
-
-
-def _parameters() -> Mapping[str, Any]:
-    from inspect import signature
-
-    return signature(identify).parameters
