@@ -85,9 +85,9 @@ def design_sentences(design: Design) -> list[str]:
 
 def _about_causes(budget: Budget, design: Design) -> str:
     """Return what a loop errs by and the cause without which it errs least, where one stands out."""
-    kind, first, whole = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
-    total = f"It errs by {length_text(whole, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * whole:
+    kind, first, error = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
+    total = f"It errs by {length_text(error, kind)} peak to peak."
+    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
         without = length_text(first.without.peak_to_peak, kind)
         return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
     largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
