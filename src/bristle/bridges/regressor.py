@@ -142,7 +142,7 @@ class FrictionRegressor:
         if effort.size != columns["time"].size:
             raise InputError("has another number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
         options = {name: value for name, value in self.get_params().items() if name not in ("model", "axis")}
-        self.identified_: Identified = identify(columns | {"effort": effort}, self.model, axis=self._axis(), **options)
+        self.identified_: Identified = identify(columns | {"effort": effort}, self.model, axis=self._axis(), **options)  # type: ignore[arg-type]
         self.n_features_in_ = len(columns)
         if is_table(X):
             self.feature_names_in_ = np.array(list(columns), dtype=object)
