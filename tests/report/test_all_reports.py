@@ -3,11 +3,12 @@
 import re
 
 import pytest
-from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of
+from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of, results
 from tests.report.pages import Page
 
 from bristle.figures.on_reports import REPORTS
 from bristle.report.messages import sentence_of
+from bristle.report.model_tables import comparison_table
 from bristle.report.page import QUESTIONS
 
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
@@ -74,3 +75,10 @@ def test_a_usable_verdict_has_no_warning_beside_it(kind):
     if summary["verdict"]["level"] == "usable":
         assert not doubts
         assert '<ul class="warnings">' not in text
+
+
+def test_information_criteria_and_condition_numbers_are_details_of_the_page():
+    heads = comparison_table(results()["identification"]).heads
+    details = {"AIC, above the best", "BIC, above the best", "Condition number"}
+    assert set(heads) - set(comparison_table(results()["identification"], details=False).heads) == details
+    assert all(head in Page(report_of("identification")[0]).words for head in details)

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, scale_for
 from bristle.figures.report_figure import ReportFigure
-from bristle.loop import PHASE_ENOUGH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,12 +66,12 @@ def loops_proposed(
     return figure
 
 
-def _draw(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> Figure:
+def _draw(design: Design, names: Sequence[str], phases: Sequence[float | None], enough: float) -> Figure:
     errors = [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals]
-    return loops_proposed(names, errors, [loop.effort_rms for loop in design.proposals], phases, PHASE_ENOUGH, design.experiment.kind)
+    return loops_proposed(names, errors, [loop.effort_rms for loop in design.proposals], phases, enough, design.experiment.kind)
 
 
-def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None]) -> str:
+def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None], enough: float) -> str:
     return (
         f"Simulated following error and effort, and the smallest phase margin without friction: {design.variant.name} "
         "is the loop as it is, the others are proposed."
@@ -81,7 +80,7 @@ def _caption(design: Design, names: Sequence[str], phases: Sequence[float | None
 
 FIGURE = ReportFigure(
     name="loops",
-    takes=("design", "names", "phases"),
+    takes=("design", "names", "phases", "enough"),
     draw=_draw,
     alternative="Following error, effort and smallest phase margin of the loop as it is and of those proposed",
     caption=_caption,

@@ -41,7 +41,7 @@ class Wording(NamedTuple):
     level: str
     words: str
     sentence: str
-    why: str
+    reason: str
     advice: str
     cell: str
     is_open: bool = False
@@ -119,7 +119,7 @@ def comparison_sentences(compared: Comparison) -> list[str]:
     """Return whether it helped, then each quantity with its numbers."""
     rms = compared.changes.get(RMS)
     wording = _wording(rms) if rms else None
-    head = f"{wording.sentence}: {wording.why}." if wording else "Whether the axis follows better nobody can tell without a reference."
+    head = f"{wording.sentence}: {wording.reason}." if wording else "Whether the axis follows better nobody can tell without a reference."
     return [head, *map(_sentence, compared.changes.values())]
 
 
@@ -196,7 +196,7 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     wording, word = _wording(change), WORDS[RMS]
     interval = f", {percent_of(change)} (95 % interval {interval_of(change)})" if change.interval_percent else ""
     reasons = [f"{word[0].lower()}{word[1:]}: {_text(change, change.after)} instead of {_text(change, change.before)}{interval}"]
-    reasons += [wording.why] if wording.is_open else []
+    reasons += [wording.reason] if wording.is_open else []
     level = "with_care" if doubts and wording.level == "usable" else wording.level
     return Ruling(level, wording.words, tuple(dict.fromkeys([*reasons, *doubts])))
 

@@ -29,9 +29,9 @@ __all__ = [
     "gain_lines",
     "gain_of",
     "is_alike",
+    "names_text",
     "pair_in",
     "pair_of",
-    "several",
     "standing",
     "variant_of",
 ]
@@ -148,8 +148,8 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
     if following.contradiction is not None:
         return [f"No gain is promised: {message(following.contradiction)}."]
     unit = unit_of("length", kind)
-    beside = "" if following.simulated is None else f"; the simulated loop has {_both(following.simulated, unit)}"
-    return [f"In the log, the following error is {_both(following.measured, unit)}{beside}.", *gained]
+    beside = "" if following.simulated is None else f"; the simulated loop has {_error_text_of(following.simulated, unit)}"
+    return [f"In the log, the following error is {_error_text_of(following.measured, unit)}{beside}.", *gained]
 
 
 def gain_lines(simulation: SimulationResult | None, following: Following | None, kind: Kind) -> list[str]:
@@ -170,7 +170,7 @@ def gain_lines(simulation: SimulationResult | None, following: Following | None,
     return lines
 
 
-def _both(error: Statistics, unit: str) -> str:
+def _error_text_of(error: Statistics, unit: str) -> str:
     return f"{with_unit(error.peak_to_peak, unit)} peak to peak and {with_unit(error.rms, unit)} root mean square"
 
 
@@ -259,7 +259,7 @@ def standing(result: SimulationResult) -> Standing | None:
     if base is None or not _is_done(base):
         return None
     references = {variant.name: variant.reference for variant in result.experiment.variants}
-    best = min((one for one in _completed(result) if references[one.name] == references[base.name]), key=_peak)
+    best = min((variant for variant in _completed(result) if references[variant.name] == references[base.name]), key=_peak)
     return Standing(base, best, best is base or is_alike(best, base))
 
 
@@ -294,11 +294,11 @@ def best_sentences(result: SimulationResult) -> list[str]:
         ]
     less = "hardly less" if base in alike else f"{_difference(base, best)} less"
     ties = [variant.name for variant in sorted(alike, key=_peak) if variant is not base]
-    about_ties = [f"About as little {'errs' if len(ties) == 1 else 'err'} {several(ties)}."] if ties else []
+    about_ties = [f"About as little {'errs' if len(ties) == 1 else 'err'} {names_text(ties)}."] if ties else []
     return [f"{least}, {less} than {base.name} with {_error_text(base)}{_runs(best)}.", *about_ties]
 
 
-def several(names: Sequence[object], most: int = NAMES_MAX) -> str:
+def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
     """Return names in a list, as many as are read, and how many more there are."""
     return ", ".join(map(str, names[:most])) + (f" and {len(names) - most} more" if len(names) > most else "")
 

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.loop import Verdict, doubts_of, verdict_of
+from bristle.loop import PHASE_ENOUGH, Verdict, doubts_of, verdict_of
 from bristle.loop.tuning import UNSTATED
 from bristle.report.compensation import NO_CHANGE
 from bristle.report.design_tables import budget_table, circle_table, delay_table, least_phase, loop_name, margin_table, proposal_table
@@ -63,6 +63,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         "budget": design.budget if design.budget is not None and design.budget.entries else None,
         "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
+        "enough": PHASE_ENOUGH,
         "phases": [least_phase(loop.assessment) for loop in design.proposals],
     }
     return report_page("design", facts, _front(design), sections, command=command, provenance=provenance, figures=figures)
@@ -84,9 +85,9 @@ def design_sentences(design: Design) -> list[str]:
 
 def _about_causes(budget: Budget, design: Design) -> str:
     """Return what a loop errs by and the cause without which it errs least, where one stands out."""
-    kind, first, whole = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
-    total = f"It errs by {length_text(whole, kind)} peak to peak."
-    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * whole:
+    kind, first, error = design.experiment.kind, budget.entries[0], budget.all_causes.peak_to_peak
+    total = f"It errs by {length_text(error, kind)} peak to peak."
+    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
         without = length_text(first.without.peak_to_peak, kind)
         return f"{total} No cause weighs more than this one, {first.cause}: without it, that is {without}."
     largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)

@@ -28,16 +28,16 @@ def excitation_report(excitation: Excitation, *, command: str, identify: str, pr
     """Return the report of a motion as one HTML page; `identify` is the command for its log."""
     used, rehearsal = {piece.purpose for piece in excitation.motion.pieces}, excitation.rehearsal
     purposes = [(name, purpose.tells) for name, purpose in PURPOSES.items() if name in used]
-    kept = [
+    limits = [
         (word.capitalize(), with_unit(value, unit) + ("" if limit is None else f" of {with_unit(limit, unit)} allowed"))
         for word, value, limit, unit in _limits(excitation)
     ]
     if rehearsal is not None:
-        kept.append(("Effort, as believed", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
+        limits.append(("Effort, as believed", with_unit(rehearsal.peak_effort, unit_of("force", excitation.motion.kind))))
     motion = [
         Block("facts", purposes, ("What each part tells",)),
         piece_table(excitation),
-        Block("facts", kept, ("What it takes of the axis",)),
+        Block("facts", limits, ("What it takes of the axis",)),
     ]
     sections = [
         Section("motion", "The motion", motion),

@@ -16,7 +16,7 @@ from bristle.identification.parameters import Role, name_of
 from bristle.logs.passages import passages
 from bristle.prediction.drive_table import LevelValues, largest_deviation, level_values, never_slid, reversal_distance, steady_curve
 from bristle.prediction.drive_units import DriveUnits, drive_units, length_units
-from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, several
+from bristle.report.compensation import NAMES_MAX, NOT_SIMULATED, Gain, about_loop, gain_lines, gain_of, names_text
 from bristle.report.judgement import WRITTEN_BY, judged, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
@@ -131,8 +131,8 @@ def _loop_sections(simulation: SimulationResult | None, following: Following | N
     if simulation is None:
         return []
     contradicted = following is not None and following.contradiction is not None
-    which = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
-    return [Section("following", f"Following error {which}", [variant_table(simulation, following.measured if following else None)])]
+    variants = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+    return [Section("following", f"Following error {variants}", [variant_table(simulation, following.measured if following else None)])]
 
 
 def _assumptions(identification: Identification, prediction: Prediction | None) -> list[object]:
@@ -323,10 +323,10 @@ def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
 def _viscous_words(levels: LevelValues, kind: Kind) -> list[str]:
     """Return the viscous friction beside the levels: one value where both directions have the same."""
     sides = {"forward": levels.viscous_forward, "backward": levels.viscous_backward}
-    known = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
-    if len(set(known.values())) == 1:
-        return [f"viscous {next(iter(known.values()))}"]
-    return [f"viscous {name} {text}" for name, text in known.items()]
+    values = {name: fixed(value, unit_of("force*time/length", kind)) for name, value in sides.items() if value}
+    if len(set(values.values())) == 1:
+        return [f"viscous {next(iter(values.values()))}"]
+    return [f"viscous {name} {text}" for name, text in values.items()]
 
 
 def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
@@ -356,7 +356,7 @@ def _trust(fit: Fit) -> list[str]:
     precise = [
         f"{name} {'–' if half is None else f'± {number(half, digits=2)} %' if half < 100.0 else '≈ 0'}" for name, half in halves.items()
     ]
-    widths = several(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
+    widths = names_text(precise, 2 * NAMES_MAX) + (", below" if len(identified) > 2 * NAMES_MAX else "")
     effective = f"they are effective: {why_effective(fit)}" if fit.effective else ""
     return [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:", widths, effective]
 

@@ -47,9 +47,9 @@ def log_report(
     diagnostics: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """Return the report of a log as one HTML page."""
-    found = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
+    remarks = Block("items", [diagnostic["message"] for diagnostic in diagnostics])
     sections = [
-        Section("check", "What to mend or to know", [found]),
+        Section("check", "What to mend or to know", [remarks]),
         Section("passages", "What it contains", [passage_table([segment.as_data() for segment in segments], log.kind)]),
         Section("log", "The log", [Block("facts", log_facts(log), ("What was read",)), Block("items", log.notes)]),
     ]

@@ -15,7 +15,7 @@ from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.loop import Verdict, doubts_of, verdict_of
-from bristle.report.compensation import several
+from bristle.report.compensation import names_text
 from bristle.report.messages import message, sentence_of
 from bristle.report.symbols import GREEK
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
@@ -210,7 +210,7 @@ def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in short: what is grave as it stands, what is warned of by what it means."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
     grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
-    return grave + [f"{sentence_of(doubt.code).means}: {several(_names(doubt))}" for doubt in doubts]
+    return grave + [f"{sentence_of(doubt.code).means}: {names_text(_names(doubt))}" for doubt in doubts]
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

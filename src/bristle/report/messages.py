@@ -92,8 +92,8 @@ def why_effective(fit: Fit) -> str:
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
     """Return what may mislead in a fit, in sentences; errors, which explain others, first."""
-    told = sorted(fit.diagnostics, key=lambda diagnostic: diagnostic.severity != "error")
-    return tuple(message(diagnostic) for diagnostic in told if diagnostic.severity != "note")
+    errors_first = sorted(fit.diagnostics, key=lambda diagnostic: diagnostic.severity != "error")
+    return tuple(message(diagnostic) for diagnostic in errors_first if diagnostic.severity != "note")
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:

@@ -166,8 +166,8 @@ def _left(prediction: Prediction, log: Log) -> str:
     effort, rmse = prediction.effort, prediction.metrics.get("force_rmse")
     if prediction.mode != "inverse" or effort is None or not isinstance(rmse, (int, float)):
         return ""
-    left, whole = (fixed(value, unit_of("force", log.kind)) for value in (float(rmse), float(np.sqrt(np.mean(np.square(effort))))))
-    return f"fed forward along this motion, it would leave {left} of {whole} to the controller, root mean square"
+    left, effort_rms = (fixed(value, unit_of("force", log.kind)) for value in (float(rmse), float(np.sqrt(np.mean(np.square(effort))))))
+    return f"fed forward along this motion, it would leave {left} of {effort_rms} to the controller, root mean square"
 
 
 def _next(ruling: Ruling, prediction: Prediction, *, own_log: bool) -> list[str]:

@@ -28,7 +28,7 @@ SUSPECTS = {
     "reference_later": "a reference that acts {factor:time} later than it is recorded",
     "reference_earlier": "a reference that acts {factor:time} earlier than it is recorded",
 }
-WHERE = {"all": "", "small": "for small motions ", "large": "for large motions "}
+SIZES = {"all": "", "small": "for small motions ", "large": "for large motions "}
 ENDS = {"small": "What is a small motion grows until it is a large one, and never settles"}
 REASONS = ("motions", "why", "mend", "delay", "longest_delay", "largest_gain_percent")
 SETTLES_NOT = "It does not settle there"
@@ -77,7 +77,7 @@ LOOPS: dict[str, Sentence] = {
         "the loop does not settle, for the reason `why`",
         "lower the delay or the gains, as told",
         choose=lambda texts, numbers: (
-            f"oscillates: {WHERE[numbers['motions']]}{texts[0]}: {CAUSES[numbers['why']]}. "
+            f"oscillates: {SIZES[numbers['motions']]}{texts[0]}: {CAUSES[numbers['why']]}. "
             f"{ENDS.get(numbers['motions'], SETTLES_NOT)}. {_mend(numbers)}"
         ),
         also=REASONS,
@@ -117,7 +117,7 @@ LOOPS: dict[str, Sentence] = {
         "the margins of the loop are small",
         "lower the gains",
         choose=lambda texts, numbers: (
-            f"{WHERE[numbers['motions']]}{texts[0]}{texts[1] if 'gain' in numbers else ''}: what excites the loop near its crossover rings"
+            f"{SIZES[numbers['motions']]}{texts[0]}{texts[1] if 'gain' in numbers else ''}: what excites the loop near its crossover rings"
         ),
         also=("motions",),
     ),
