@@ -214,7 +214,7 @@ def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
     texts = " ".join(one.get_text() for axes in paper[7].draw().axes for one in axes.texts)
     for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "preisach_lugre", "M = 632 kg"):
         assert part in texts
-    for part in ("DC motor", "couplings", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
+    for part in ("DC motor", "coupling", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
         assert part in texts
     for number in (
         "lead 5 mm",
